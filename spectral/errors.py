@@ -1,0 +1,72 @@
+"""What Metamer says when it cannot go on: the thing, the value, the expectation and the next step."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class MetamerError(Exception):
+    """A failure that a user can act on; `exit_code` is what the command ends with."""
+
+    exit_code = 4
+
+
+class UsageError(MetamerError):
+    """The command was called with words that do not fit together."""
+
+    exit_code = 64
+
+
+class ComparisonError(MetamerError):
+    """The two sides of a comparison cannot be compared."""
+
+    exit_code = 3
+
+
+class InputError(MetamerError):
+    """A file or value that cannot be used.
+
+    Parameters
+    ----------
+    problem : what is wrong, as one clause without a full stop.
+    file, field : where; a path, and a key, column, channel or argument inside it.
+    found, expected : the value met, and what would have been accepted.
+    hint : the next step that a person can take.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: str | Path | None = None,
+        field: str | None = None,
+        found: object = None,
+        expected: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        self.problem, self.file, self.field = problem, file, field
+        self.found, self.expected, self.hint = found, expected, hint
+        where = ": ".join(str(part) for part in (file, field) if part is not None)
+        lines = [f"{where}: {problem}" if where else problem]
+        lines += [
+            f"  {label}: {value}"
+            for label, value in (("found", found), ("expected", expected), ("try", hint))
+            if value is not None
+        ]
+        super().__init__("\n".join(lines))
+
+
+class UnknownNameError(InputError):
+    """A name that is not in a list; the message gives the nearest names that are."""
+
+    def __init__(
+        self, kind: str, name: str, known: Iterable[str], *, file: str | Path | None = None, field: str | None = None
+    ) -> None:
+        self.kind, self.name, self.known = kind, name, tuple(known)
+        by_folded = {candidate.casefold(): candidate for candidate in self.known}
+        self.nearest = [by_folded[hit] for hit in difflib.get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.4)]
+        expected = f"one of {len(self.known)} known names" if len(self.known) > 8 else ", ".join(self.known)
+        hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
+        super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)
