@@ -62,11 +62,21 @@ class UnknownNameError(InputError):
     """A name that is not in a list; the message gives the nearest names that are."""
 
     def __init__(
-        self, kind: str, name: str, known: Iterable[str], *, file: str | Path | None = None, field: str | None = None
+        self,
+        kind: str,
+        name: str,
+        known: Iterable[str],
+        *,
+        file: str | Path | None = None,
+        field: str | None = None,
     ) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
         by_folded = {candidate.casefold(): candidate for candidate in self.known}
-        self.nearest = [by_folded[hit] for hit in difflib.get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.4)]
+        self.nearest = [
+            by_folded[hit] for hit in difflib.get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.4)
+        ]
         expected = f"one of {len(self.known)} known names" if len(self.known) > 8 else ", ".join(self.known)
         hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
-        super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)
+        super().__init__(
+            f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint
+        )

@@ -1,0 +1,196 @@
+"""Small linear spectral bases: the only holders of a wavelength axis.
+
+A basis is a pair of maps. A reflectance r (L,) becomes J coefficients by `analysis` A (L,J), and a spectrum again by
+`synthesis` B (L,J); a light folded with an observer becomes 3 x J numbers through B, so that a colour is their product.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from .errors import InputError
+from .shapes import Wavelengths
+from .wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
+
+if TYPE_CHECKING:
+    from .observers import Observer
+    from .spectrum import Spectrum
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralBasis:
+    """Analysis A and synthesis B of a J-dimensional linear model of spectra.
+
+    Parameters
+    ----------
+    name : how it was made: "sampled", "peercy", "balanced".
+    wavelengths_nm : (L,) nm, ascending.
+    analysis, synthesis : (L,J) float64; coefficients of r are A^T r, a spectrum is B c.
+    """
+
+    name: str
+    wavelengths_nm: Float[np.ndarray, "L"]
+    analysis: Float[np.ndarray, "L J"]
+    synthesis: Float[np.ndarray, "L J"]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "wavelengths_nm", validated_wavelengths(self.wavelengths_nm))
+        length = self.wavelengths_nm.size
+        for field in ("analysis", "synthesis"):
+            matrix = np.asarray(getattr(self, field), dtype=np.float64)
+            if matrix.ndim != 2 or matrix.shape[0] != length or not np.isfinite(matrix).all():
+                raise InputError(
+                    "a basis matrix does not fit its wavelengths",
+                    field=field,
+                    found=f"shape {matrix.shape}",
+                    expected=f"finite, ({length}, J)",
+                )
+            object.__setattr__(self, field, matrix)
+        if self.analysis.shape != self.synthesis.shape:
+            raise InputError(
+                "analysis and synthesis differ in size",
+                found=f"{self.analysis.shape}, {self.synthesis.shape}",
+            )
+
+    @property
+    def size(self) -> int:
+        """J, the number of coefficients."""
+        return self.analysis.shape[1]
+
+    @cached_property
+    def is_sampled(self) -> bool:
+        """Whether coefficients are the samples themselves (A = B = I)."""
+        return (
+            self.size == self.wavelengths_nm.size
+            and np.array_equal(self.analysis, np.eye(self.size))
+            and (np.array_equal(self.synthesis, self.analysis))
+        )
+
+    def same_as(self, other: SpectralBasis) -> bool:
+        """Whether coefficients in both bases mean the same."""
+        return self is other or (
+            np.array_equal(self.wavelengths_nm, other.wavelengths_nm)
+            and np.array_equal(self.analysis, other.analysis)
+            and np.array_equal(self.synthesis, other.synthesis)
+        )
+
+    def project(self, values: Float[np.ndarray, "*batch L"]) -> Float[np.ndarray, "*batch J"]:
+        """Coefficients A^T r of reflectances sampled on `wavelengths_nm`."""
+        return values if self.is_sampled else values @ self.analysis
+
+    def reconstruct(self, coefficients: Float[np.ndarray, "*batch J"]) -> Float[np.ndarray, "*batch L"]:
+        """Spectra B c on `wavelengths_nm`."""
+        return coefficients if self.is_sampled else coefficients @ self.synthesis.T
+
+    def operator(self, reflectance: Float[np.ndarray, "*batch L"]) -> Float[np.ndarray, "*batch J J"]:
+        """A^T diag(r) B: what one more bounce off reflectance r does to coefficients."""
+        return np.einsum("lj,...l,lk->...jk", self.analysis, reflectance, self.synthesis, optimize=True)
+
+    def bispectral_operator(self, donaldson: Float[np.ndarray, "L L"]) -> Float[np.ndarray, "J J"]:
+        """A^T D B for a fluorescent surface; D[out, in] is its Donaldson matrix on `wavelengths_nm`."""
+        return self.analysis.T @ donaldson @ self.synthesis
+
+    def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3 J"]:
+        """Matrix M with XYZ = M c for a surface of coefficients c under `light`; Y of the perfect diffuser is 1.
+
+        The light meets the observer at its own resolution before either meets the basis.
+        """
+        return observer.weights(light, self.wavelengths_nm) @ self.synthesis
+
+    @classmethod
+    def sampled(cls, wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM) -> SpectralBasis:
+        """The trivial basis: coefficients are samples, A = B = I."""
+        identity = np.eye(np.size(wavelengths_nm))
+        return cls("sampled", np.asarray(wavelengths_nm, dtype=np.float64), identity, identity)
+
+    @classmethod
+    def peercy(
+        cls,
+        reflectances: Float[np.ndarray, "n L"],
+        weights: Float[np.ndarray, "L m"],
+        size: int | None = None,
+        wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
+    ) -> SpectralBasis:
+        """Orthonormal linear model of Peercy 1993 (sec. 3), as in Schwenk 2010 (sec. 3.5): A = B.
+
+        Left singular vectors of the columns [reflectances, light x CMF]. Columns are taken at unit length, since the
+        result depends on their scale and reflectances and lights have none in common; zero columns are left out.
+
+        Parameters
+        ----------
+        reflectances : (n,L) spectra that the scene can show.
+        weights : (L,m) light x CMF, three columns a light.
+        size : J; default and upper bound is the numerical rank.
+        """
+        columns = np.concatenate(
+            [_finite("reflectances", reflectances).T, _finite("weights", weights)], axis=1
+        )
+        lengths = np.linalg.norm(columns, axis=0)
+        columns = columns[:, lengths > 0] / lengths[lengths > 0]
+        if columns.shape[1] == 0:
+            raise InputError(
+                "nothing to build a basis from", field="reflectances, weights", found="zeros only"
+            )
+        left, singular, _ = np.linalg.svd(columns, full_matrices=False)
+        kept = _stop_at_rank(singular, columns.shape, size)
+        return cls("peercy", np.asarray(wavelengths_nm, dtype=np.float64), left[:, :kept], left[:, :kept])
+
+    @classmethod
+    def balanced(
+        cls,
+        reflectances: Float[np.ndarray, "n L"],
+        weights: Float[np.ndarray, "L m"],
+        size: int | None = None,
+        wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
+    ) -> SpectralBasis:
+        """Basis in which the *product* of reflectance and light is as right as J numbers allow.
+
+        With the SVD R W = P S Q^T of reflectances (n,L) times light x CMF (L,m), A = W Q_J S_J^(-1/2) and
+        B = R^T P_J S_J^(-1/2), so that (A^T r) . (B^T w) is the rank-J truncation of R W: the best for all pairs at
+        once (Eckart-Young), and exact at J = m. Only singular values above the numerical rank are ever inverted, so
+        black, grey and repeated spectra do no harm; a set that is black throughout gets one empty coefficient.
+
+        Parameters
+        ----------
+        reflectances : (n,L) spectra that the scene can show, with products of two where light bounces.
+        weights : (L,m) light x CMF, each light at Y = 1 (`Observer.weights(...).T`), three columns a light.
+        size : J; default and upper bound is the numerical rank of R W.
+        """
+        surfaces, lights = _finite("reflectances", reflectances), _finite("weights", weights)
+        left, singular, right = np.linalg.svd(surfaces @ lights, full_matrices=False)
+        kept = _stop_at_rank(singular, (max(surfaces.shape), max(lights.shape)), size)
+        if kept == 0:
+            empty = np.zeros((lights.shape[0], 1))
+            return cls("balanced", np.asarray(wavelengths_nm, dtype=np.float64), empty, empty)
+        scale = singular[:kept] ** -0.5
+        return cls(
+            "balanced",
+            np.asarray(wavelengths_nm, dtype=np.float64),
+            lights @ right[:kept].T * scale,
+            surfaces.T @ left[:, :kept] * scale,
+        )
+
+
+def _finite(field: str, values: np.ndarray) -> np.ndarray:
+    values = np.asarray(values, dtype=np.float64)
+    if values.ndim != 2 or not np.isfinite(values).all():
+        raise InputError(
+            "spectra are not a finite table",
+            field=field,
+            found=f"shape {values.shape}",
+            expected="two axes, no NaN",
+        )
+    return values
+
+
+def _stop_at_rank(singular: np.ndarray, shape: tuple[int, ...], size: int | None) -> int:
+    """Number of singular vectors to keep: what was asked, never beyond the numerical rank."""
+    if size is not None and size < 1:
+        raise InputError("a basis needs at least one coefficient", field="size", found=size, expected=">= 1")
+    rank = int(np.sum(singular > singular[0] * max(shape) * np.finfo(np.float64).eps)) if singular.size else 0
+    return rank if size is None else min(size, rank)

@@ -1,0 +1,98 @@
+"""CIE standard observers, and folding a light with one of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from jaxtyping import Float
+
+from .errors import InputError, UnknownNameError
+from .shapes import Wavelengths, White
+from .spectrum import Spectrum
+from .wavelengths import interpolation_matrix
+
+#: Short name -> colour-science key.
+OBSERVERS = {
+    "1931_2": "CIE 1931 2 Degree Standard Observer",
+    "1964_10": "CIE 1964 10 Degree Standard Observer",
+    "2015_2": "CIE 2015 2 Degree Standard Observer",
+    "2015_10": "CIE 2015 10 Degree Standard Observer",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """Colour-matching functions x-bar, y-bar, z-bar.
+
+    Parameters
+    ----------
+    name : colour-science's key.
+    wavelengths_nm : (L,) nm; outside, the functions are zero.
+    cmfs : (L,3).
+    """
+
+    name: str
+    wavelengths_nm: Float[np.ndarray, "L"]
+    cmfs: Float[np.ndarray, "L 3"]
+
+    def weights(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "3 L"]:
+        """Matrix with XYZ = weights @ r for a reflectance r sampled on `wavelengths_nm`; Y of the perfect diffuser is 1.
+
+        The integral runs over every wavelength that the light or the observer is tabulated at, with the light (linear
+        between its samples) and the observer each at its own resolution; r is interpolated onto them. Equals
+        CIE 015:2018 eq. (7.1) with k chosen so that Y = 1 for r = 1.
+
+        Raises
+        ------
+        InputError
+            The light is no emission spectrum, or sends nothing to this observer.
+        """
+        if light.quantity != "emission" or light.values.ndim != 1:
+            raise InputError(
+                "not a light",
+                field="light",
+                found=f"{light.quantity} of shape {light.values.shape}",
+                expected="one emission spectrum",
+            )
+        grid = np.union1d(self.wavelengths_nm, light.wavelengths_nm)
+        grid = grid[(grid >= self.wavelengths_nm[0]) & (grid <= self.wavelengths_nm[-1])]
+        power = interpolation_matrix(light.wavelengths_nm, grid, "hold", "linear") @ light.samples
+        functions = interpolation_matrix(self.wavelengths_nm, grid, "zero", "linear") @ self.cmfs
+        folded = (power * _trapezoid(grid))[:, None] * functions
+        luminous = folded[:, 1].sum()
+        if not luminous > 0:
+            raise InputError(
+                "the light has zero power",
+                field="light",
+                found=f"Y = {luminous:g} for {self.name}",
+                expected="some power between 360 and 830 nm",
+                hint="switch the light off in the scene instead",
+            )
+        return (folded / luminous).T @ interpolation_matrix(wavelengths_nm, grid, "hold")
+
+    def white(self, light: Spectrum) -> White:
+        """XYZ (3,) of the perfect diffuser under `light`, Y = 1."""
+        return self.weights(light, light.wavelengths_nm).sum(axis=1)
+
+
+def _trapezoid(grid: np.ndarray) -> np.ndarray:
+    """Quadrature weights (L,) of the trapezoid rule on an uneven grid."""
+    steps = np.diff(grid)
+    return 0.5 * (np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps]))
+
+
+@cache
+def observer(name: str) -> Observer:
+    """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10") or by colour-science's key."""
+    by_key = {key.casefold(): key for key in OBSERVERS.values()}
+    key = OBSERVERS.get(name) or by_key.get(name.casefold())
+    if key is None:
+        raise UnknownNameError("observer", name, [*OBSERVERS, *OBSERVERS.values()])
+    from .tables import colour_science
+
+    table = colour_science().MSDS_CMFS[key]
+    return Observer(
+        key, np.array(table.wavelengths, dtype=np.float64), np.array(table.values, dtype=np.float64)
+    )

@@ -1,0 +1,161 @@
+"""A spectrum with its axis and its quantity: the type at every boundary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from .basis import SpectralBasis
+from .errors import InputError
+from .shapes import Wavelengths
+from .wavelengths import WORKING_WAVELENGTHS_NM, Extrapolation, interpolation_matrix, validated_wavelengths
+
+__all__ = ["WORKING_WAVELENGTHS_NM", "Quantity", "Spectrum", "interpolation_matrix", "validated_wavelengths"]
+
+Quantity = Literal["reflectance", "transmittance", "emission"]
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Coefficients (...,J) in a basis, and what they measure.
+
+    Parameters
+    ----------
+    values : (...,J) float64, finite. Sampled reflectance and transmittance lie in [0, 1]; sampled emission is not
+        negative, in W.nm^-1 times whatever area or solid angle the owner states.
+    basis : where the wavelengths are.
+    quantity : "reflectance", "transmittance" or "emission"; quantities never mix silently.
+
+    Examples
+    --------
+    >>> grey = Spectrum.sampled([400.0, 700.0], [0.5, 0.5], "reflectance")
+    >>> grey.resampled(np.array([380.0, 550.0])).values
+    array([0.5, 0.5])
+    """
+
+    values: Float[np.ndarray, "*batch J"]
+    basis: SpectralBasis
+    quantity: Quantity
+
+    def __post_init__(self) -> None:
+        values = np.asarray(self.values, dtype=np.float64)
+        object.__setattr__(self, "values", values)
+        if self.quantity not in get_args(Quantity):
+            raise InputError(
+                "unknown quantity",
+                field="quantity",
+                found=repr(self.quantity),
+                expected=", ".join(get_args(Quantity)),
+            )
+        if values.ndim == 0 or values.shape[-1] != self.basis.size:
+            raise InputError(
+                "values do not fit the wavelengths",
+                field="values",
+                found=f"shape {values.shape}",
+                expected=f"(..., {self.basis.size})",
+            )
+        if self.basis.is_sampled:
+            check_values(values, self.basis.wavelengths_nm, self.quantity)
+
+    @classmethod
+    def sampled(cls, wavelengths_nm: object, values: object, quantity: Quantity = "reflectance") -> Spectrum:
+        """Spectrum from samples: `wavelengths_nm` (L,) ascending nm, `values` (...,L)."""
+        return cls(
+            np.asarray(values, dtype=np.float64),
+            SpectralBasis.sampled(validated_wavelengths(wavelengths_nm)),
+            quantity,
+        )
+
+    @property
+    def wavelengths_nm(self) -> Wavelengths:
+        return self.basis.wavelengths_nm
+
+    @property
+    def samples(self) -> Float[np.ndarray, "*batch L"]:
+        """Values at `wavelengths_nm`, whatever the basis."""
+        return self.basis.reconstruct(self.values)
+
+    def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
+        """The same spectrum sampled elsewhere.
+
+        Reflectance and transmittance: Sprague (CIE 167:2005) on uniform grids, else linear. Emission: linear, so that
+        a line never rings below zero. Where Sprague leaves [0, 1] next to a steep edge, that spectrum is interpolated
+        linearly instead: nothing is clipped.
+
+        Parameters
+        ----------
+        extrapolation : beyond the measured range: hold the nearest value, "zero", or "error". `range_note` words it.
+        """
+        if np.array_equal(wavelengths_nm, self.wavelengths_nm) and self.basis.is_sampled:
+            return self
+        grid = self.wavelengths_nm
+        linear = interpolation_matrix(grid, wavelengths_nm, extrapolation, "linear")
+        values = self.samples @ linear.T
+        if self.quantity != "emission":
+            smooth = self.samples @ interpolation_matrix(grid, wavelengths_nm, extrapolation).T
+            bounded = ((smooth >= 0) & (smooth <= 1)).all(axis=-1, keepdims=True)
+            values = np.where(bounded, smooth, values)
+        return Spectrum.sampled(wavelengths_nm, values, self.quantity)
+
+    def range_note(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> str | None:
+        """What `resampled` has to invent, in words; None when the measurement covers the whole grid."""
+        low, high = self.wavelengths_nm[[0, -1]]
+        if wavelengths_nm[0] >= low and wavelengths_nm[-1] <= high:
+            return None
+        how = {"hold": "its end values are held", "zero": "it is taken as zero", "error": "that is an error"}[
+            extrapolation
+        ]
+        return f"known from {low:g} to {high:g} nm; beyond, towards {wavelengths_nm[0]:g} and {wavelengths_nm[-1]:g} nm, {how}"
+
+
+def check_values(
+    values: np.ndarray,
+    wavelengths_nm: Wavelengths,
+    quantity: str,
+    *,
+    file: object = None,
+    field: str = "values",
+) -> None:
+    """Raise an `InputError` where samples (...,L) cannot be what `quantity` says."""
+    place = {"file": None if file is None else str(file), "field": field}
+
+    def at(bad: np.ndarray) -> str:
+        worst = np.argwhere(bad)[0]
+        return f"{values[tuple(worst)]:g} at {wavelengths_nm[worst[-1]]:g} nm"
+
+    if not np.isfinite(values).all():
+        raise InputError(
+            f"{quantity} is not a number",
+            **place,
+            found=at(~np.isfinite(values)),
+            expected="finite values",
+            hint="remove the sample or measure it again",
+        )
+    if (values < 0).any():
+        raise InputError(
+            f"negative {quantity}",
+            **place,
+            found=at(values < 0),
+            expected=">= 0",
+            hint="subtract the dark reading properly, or remove the sample",
+        )
+    if quantity == "emission" or not (values > 1.0 + 1e-9).any():
+        return
+    if values.max() > 2.0:
+        raise InputError(
+            f"{quantity} looks like percent",
+            **place,
+            found=at(values == values.max()),
+            expected="fractions from 0 to 1",
+            hint="divide by 100, or say 'percent' in the header",
+        )
+    raise InputError(
+        f"{quantity} above 1",
+        **place,
+        found=at(values > 1.0 + 1e-9),
+        expected="from 0 to 1",
+        hint="a reading above 1 means fluorescence, gloss in the reading, or another white; such a record needs a radiance factor",
+    )

@@ -1,0 +1,16 @@
+"""The one door to colour-science: a second of import that the start-up path must not pay."""
+
+from __future__ import annotations
+
+import warnings
+from functools import cache
+from types import ModuleType
+
+
+@cache
+def colour_science() -> ModuleType:
+    """The `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import colour
+    return colour
