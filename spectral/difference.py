@@ -50,9 +50,7 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
     formulas = {"CIE 1976": _delta_e_1976, "CIE 1994": _delta_e_1994, "CIE 2000": _delta_e_2000}
     if method not in formulas:
         raise UnknownNameError("colour difference", method, get_args(Formula))
-    reference, sample = (
-        np.moveaxis(np.asarray(lab, dtype=np.float64), -1, 0) for lab in (reference_lab, sample_lab)
-    )
+    reference, sample = (np.moveaxis(np.asarray(lab, dtype=np.float64), -1, 0) for lab in (reference_lab, sample_lab))
     return formulas[method](reference, sample)
 
 
@@ -98,9 +96,7 @@ def _delta_e_2000(reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
 
     total = hue_1 + hue_2
     apart = np.abs(hue_1 - hue_2) > 180
-    mean_hue = np.where(
-        ~coloured, total, 0.5 * np.where(apart, np.where(total < 360, total + 360, total - 360), total)
-    )
+    mean_hue = np.where(~coloured, total, 0.5 * np.where(apart, np.where(total < 360, total + 360, total - 360), total))
     mean_lightness, mean_chroma = 0.5 * (lightness_1 + lightness_2), 0.5 * (chroma_1 + chroma_2)
     t = (
         1

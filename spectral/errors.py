@@ -77,6 +77,4 @@ class UnknownNameError(InputError):
         ]
         expected = f"one of {len(self.known)} known names" if len(self.known) > 8 else ", ".join(self.known)
         hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
-        super().__init__(
-            f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint
-        )
+        super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)

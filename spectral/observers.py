@@ -38,7 +38,7 @@ class Observer:
     cmfs: Float[np.ndarray, "L 3"]
 
     def weights(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "3 L"]:
-        """Matrix with XYZ = weights @ r for a reflectance r sampled on `wavelengths_nm`; Y of the perfect diffuser is 1.
+        """Matrix with XYZ = weights @ r for r sampled on `wavelengths_nm`; Y of the perfect diffuser is 1.
 
         The integral runs over every wavelength that the light or the observer is tabulated at, with the light (linear
         between its samples) and the observer each at its own resolution; r is interpolated onto them. Equals
@@ -93,6 +93,4 @@ def observer(name: str) -> Observer:
     from .tables import colour_science
 
     table = colour_science().MSDS_CMFS[key]
-    return Observer(
-        key, np.array(table.wavelengths, dtype=np.float64), np.array(table.values, dtype=np.float64)
-    )
+    return Observer(key, np.array(table.wavelengths, dtype=np.float64), np.array(table.values, dtype=np.float64))

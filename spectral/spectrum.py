@@ -108,7 +108,7 @@ class Spectrum:
         how = {"hold": "its end values are held", "zero": "it is taken as zero", "error": "that is an error"}[
             extrapolation
         ]
-        return f"known from {low:g} to {high:g} nm; beyond, towards {wavelengths_nm[0]:g} and {wavelengths_nm[-1]:g} nm, {how}"
+        return f"known from {low:g} to {high:g} nm; from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm, {how}"
 
 
 def check_values(
@@ -157,5 +157,5 @@ def check_values(
         **place,
         found=at(values > 1.0 + 1e-9),
         expected="from 0 to 1",
-        hint="a reading above 1 means fluorescence, gloss in the reading, or another white; such a record needs a radiance factor",
+        hint="check the white calibration; fluorescence or gloss in the reading also does this",
     )
