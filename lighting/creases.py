@@ -1,0 +1,63 @@
+"""Vertex normals for meshes that come without."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .vectors import dot, unit
+
+
+def creased_normals(
+    vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"], crease_deg: float = 40.0
+) -> tuple[Int[np.ndarray, "C"], Float[np.ndarray, "C 3"], Int[np.ndarray, "F 3"]]:
+    """Vertex normals for a mesh that has none, smooth across blunt edges and split along sharp ones.
+
+    Corners of triangles that share a position are joined across every edge whose two triangles differ by less than
+    `crease_deg`; each joined group becomes one vertex. Its normal is the mean of its triangles' normals weighted by
+    their angle at the corner, which does not depend on how a flat polygon was cut up (Thuermer and Wuethrich 1998).
+
+    Returns `source` (C,): the old vertex of each new one, the normals (C, 3), and the faces (F, 3) in new numbers.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    _, weld = np.unique(vertices, axis=0, return_inverse=True)
+    welded = weld.reshape(-1)[faces]
+    points = vertices[faces]
+    normals = unit(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]))
+
+    count = len(faces)
+    corner = np.arange(3 * count).reshape(count, 3)
+    start = np.concatenate([welded[:, 0], welded[:, 1], welded[:, 2]])
+    stop = np.concatenate([welded[:, 1], welded[:, 2], welded[:, 0]])
+    corner_start = np.concatenate([corner[:, 0], corner[:, 1], corner[:, 2]])
+    corner_stop = np.concatenate([corner[:, 1], corner[:, 2], corner[:, 0]])
+    turned = start > stop
+    low, high = np.where(turned, stop, start), np.where(turned, start, stop)
+    corner_low = np.where(turned, corner_stop, corner_start)
+    corner_high = np.where(turned, corner_start, corner_stop)
+    order = np.lexsort((high, low))
+    same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
+    first, second = order[:-1][same], order[1:][same]
+    smooth = dot(normals[first % count], normals[second % count]) > np.cos(np.deg2rad(crease_deg))
+    first, second = first[smooth], second[smooth]
+    joins = np.concatenate([[corner_low[first], corner_low[second]], [corner_high[first], corner_high[second]]], axis=1)
+    links = coo_matrix((np.ones(joins.shape[1]), (joins[0], joins[1])), shape=(3 * count, 3 * count))
+    groups, label = connected_components(links, directed=False)
+
+    total = np.zeros((groups, 3))
+    for k in range(3):
+        to_next = points[:, (k + 1) % 3] - points[:, k]
+        to_last = points[:, (k + 2) % 3] - points[:, k]
+        angle = np.arctan2(np.linalg.norm(np.cross(to_next, to_last), axis=1), dot(to_next, to_last))
+        np.add.at(total, label[corner[:, k]], angle[:, None] * normals)
+    # Groups whose normals cancel (a fold closed on itself) fall back on one of their triangles.
+    lost = np.linalg.norm(total, axis=1) < 1e-12
+    if lost.any():
+        one = np.zeros((groups, 3))
+        one[label] = np.repeat(normals, 3, axis=0)
+        total[lost] = one[lost]
+    source = np.zeros(groups, dtype=np.int64)
+    source[label] = faces.reshape(-1)
+    return source, unit(total), label.reshape(count, 3).astype(np.int64)

@@ -1,0 +1,179 @@
+"""Triangle meshes with normals: what is drawn and what rays meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..spectral.errors import InputError, UnknownNameError
+from .vectors import dot, orthonormal_frame, stated_tangents, unit
+
+# A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
+THINNEST = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with a unit shading normal at each vertex.
+
+    Parameters
+    ----------
+    vertices : (V, 3) world coordinates.
+    normals : (V, 3) unit vectors on the side from which the triangles wind anticlockwise.
+    faces : (F, 3) indices of vertices.
+    uv : (V, 2) texture coordinates, or None. They decide the tangent of anisotropic materials.
+    part_names, face_part : names of the parts inside the file, and which of them each triangle belongs to.
+    notes : what was dropped, computed or turned on the way in; for people, in plain words.
+
+    Raises
+    ------
+    InputError : wrong shapes, indices out of range, numbers that are not finite, no triangle, a triangle without area.
+        `cleaned_mesh` makes a mesh of rougher data and notes what it did.
+    """
+
+    vertices: Float[np.ndarray, "V 3"]
+    normals: Float[np.ndarray, "V 3"]
+    faces: Int[np.ndarray, "F 3"]
+    uv: Float[np.ndarray, "V 2"] | None = None
+    part_names: tuple[str, ...] = ()
+    face_part: Int[np.ndarray, " F"] | None = None
+    notes: tuple[str, ...] = ()
+    name: str = field(default="mesh")
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("vertices", np.float64), ("normals", np.float64), ("faces", np.int64), ("uv", np.float64)):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, np.ascontiguousarray(value, dtype=dtype))
+        check_arrays(self.vertices, self.faces, self.name)
+        if self.normals.shape != self.vertices.shape:
+            raise InputError(
+                "one normal a vertex is needed",
+                file=self.name,
+                field="normals",
+                found=self.normals.shape,
+                expected=str(self.vertices.shape),
+            )
+        off = np.abs(np.linalg.norm(self.normals, axis=1) - 1.0)
+        if not (off < 1e-6).all():
+            found = f"worst length off by {off.max():g}"
+            raise InputError("normals are not unit vectors", file=self.name, field="normals", found=found)
+        if self.uv is not None and (self.uv.shape != (len(self.vertices), 2) or not np.isfinite(self.uv).all()):
+            raise InputError("texture coordinates do not fit", file=self.name, field="uv", found=self.uv.shape)
+        if self.face_part is not None and len(self.face_part) != len(self.faces):
+            raise InputError("one part number a triangle is needed", file=self.name, field="face_part")
+        thin = degenerate_faces(self.vertices, self.faces)
+        if thin.any():
+            raise InputError(
+                f"{int(thin.sum())} triangles without area",
+                file=self.name,
+                field="faces",
+                found=f"first: number {int(np.argmax(thin))}",
+                hint="cleaned_mesh drops them",
+            )
+
+    @cached_property
+    def face_normals(self) -> Float[np.ndarray, "F 3"]:
+        """Unit normals of the flat triangles, on the anticlockwise side."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return unit(np.cross(b - a, c - a))
+
+    @cached_property
+    def tangents(self) -> Float[np.ndarray, "V 3"]:
+        """(V, 3) unit: along increasing u where there are texture coordinates, else horizontal (`stated_tangents`)."""
+        rough = stated_tangents(self.normals) if self.uv is None else self._u_directions()
+        return orthonormal_frame(self.normals, rough)[:, 0]
+
+    def _u_directions(self) -> Float[np.ndarray, "V 3"]:
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        ua, ub, uc = (self.uv[self.faces[:, k]] for k in range(3))  # type: ignore[index]
+        (du1, dv1), (du2, dv2) = (ub - ua).T, (uc - ua).T
+        # The gradient of position along u, times the signed uv area, whose sign is kept and whose size is the weight.
+        along_u = (dv2[:, None] * (b - a) - dv1[:, None] * (c - a)) * np.sign(du1 * dv2 - du2 * dv1)[:, None]
+        total = np.zeros_like(self.vertices)
+        for k in range(3):
+            np.add.at(total, self.faces[:, k], along_u)
+        return unit(total)
+
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """Lowest and highest corner of the box around the vertices that triangles use."""
+        used = self.vertices[np.unique(self.faces)]
+        return used.min(axis=0), used.max(axis=0)
+
+    @cached_property
+    def watertight(self) -> bool:
+        """Whether every edge, found by position, belongs to two triangles that run along it in opposite senses."""
+        _, weld = np.unique(self.vertices, axis=0, return_inverse=True)
+        welded = weld.reshape(-1)[self.faces]
+        edges = np.concatenate([welded[:, [0, 1]], welded[:, [1, 2]], welded[:, [2, 0]]])
+        there = {(a, b) for a, b in edges.tolist()}
+        return len(there) == len(edges) and all((b, a) in there for a, b in there)
+
+    def transformed(self, matrix: Float[np.ndarray, "4 4"]) -> Mesh:
+        """The mesh under an affine `matrix`; normals go by the inverse transpose, a mirror turns the winding."""
+        matrix = np.asarray(matrix, dtype=np.float64)
+        linear = matrix[:3, :3]
+        determinant = np.linalg.det(linear)
+        if not np.isfinite(matrix).all() or determinant == 0.0:
+            raise InputError("transform flattens the mesh", file=self.name, field="transform", found=matrix.tolist())
+        normals = unit(self.normals @ np.linalg.inv(linear))
+        faces = self.faces if determinant > 0.0 else self.faces[:, ::-1]
+        return replace(self, vertices=self.vertices @ linear.T + matrix[:3, 3], normals=normals, faces=faces)
+
+    def part(self, name: str) -> Mesh:
+        """Only the triangles of the part called `name`."""
+        if name not in self.part_names or self.face_part is None:
+            raise UnknownNameError("part of the mesh", name, self.part_names, file=self.name)
+        faces = self.faces[self.face_part == self.part_names.index(name)]
+        used, packed = np.unique(faces, return_inverse=True)
+        return Mesh(
+            self.vertices[used],
+            self.normals[used],
+            packed.reshape(-1, 3),
+            None if self.uv is None else self.uv[used],
+            (name,),
+            np.zeros(len(faces), np.int64),
+            self.notes,
+            self.name,
+        )
+
+
+def check_arrays(vertices: np.ndarray, faces: np.ndarray, source: str | Path) -> None:
+    """Raise InputError, naming `source`, unless these are triangles over finite points."""
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        found = vertices.shape
+        raise InputError("vertices are not points", file=source, field="vertices", found=found, expected="(V, 3)")
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise InputError("faces are not triangles", file=source, field="faces", found=faces.shape, expected="(F, 3)")
+    if len(faces) == 0 or len(vertices) == 0:
+        raise InputError("the mesh is empty", file=source, field="faces", found="no triangles", expected="at least one")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        found = int(faces.max()) if faces.max() >= len(vertices) else int(faces.min())
+        raise InputError(
+            "a triangle uses a vertex that is not there",
+            file=source,
+            field="faces",
+            found=found,
+            expected=f"0 to {len(vertices) - 1}",
+        )
+    bad = ~np.isfinite(vertices).all(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise InputError(
+            f"{int(bad.sum())} vertices are not finite numbers",
+            file=source,
+            field=f"vertex {first}",
+            found=vertices[first].tolist(),
+        )
+
+
+def degenerate_faces(vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]) -> np.ndarray:
+    """(F,) True where a triangle has no area: repeated corners, or thinner than `THINNEST` of its longest side."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    longest = np.max([dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)], axis=0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) <= THINNEST * longest

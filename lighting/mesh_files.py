@@ -1,0 +1,162 @@
+"""Meshes from files: OBJ, PLY, STL, glTF and GLB through trimesh, checked and cleaned where that can be said."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from ..spectral.errors import InputError
+from .creases import creased_normals
+from .mesh import Mesh, check_arrays, degenerate_faces
+from .vectors import dot, unit
+
+SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
+
+
+def load_mesh(path: str | Path, crease_deg: float = 40.0) -> Mesh:
+    """Read a mesh file; the parts of a scene graph are brought into one coordinate system and keep their names.
+
+    Parameters
+    ----------
+    path : an OBJ, PLY, STL, glTF or GLB file.
+    crease_deg : where a file has no normals they are computed, smooth across edges blunter than this.
+
+    Returns
+    -------
+    Mesh : with `notes` for everything that was dropped, computed or turned.
+
+    Raises
+    ------
+    InputError : the file is missing, of another kind, damaged, or holds no triangle; numbers that are not finite.
+    """
+    import trimesh
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError("not a mesh format that is read", file=path, found=path.suffix, expected=", ".join(SUFFIXES))
+    if path.suffix.lower() == ".glb":
+        _check_glb_length(path)
+    try:
+        loaded = trimesh.load(path, process=False, skip_materials=True)
+    except Exception as reason:  # trimesh's readers let any exception out when a file ends early
+        raise InputError(
+            "the mesh cannot be read; it may be cut short", file=path, found=f"{type(reason).__name__}: {reason}"
+        ) from reason
+
+    pieces: list[tuple[str, trimesh.Trimesh, np.ndarray]] = []
+    if isinstance(loaded, trimesh.Scene):
+        for node in sorted(loaded.graph.nodes_geometry):
+            world_from_node, geometry = loaded.graph[node]
+            if isinstance(loaded.geometry[geometry], trimesh.Trimesh):
+                pieces.append((str(node), loaded.geometry[geometry], np.asarray(world_from_node, dtype=np.float64)))
+    elif isinstance(loaded, trimesh.Trimesh):
+        pieces.append((path.stem, loaded, np.eye(4)))
+    pieces = [piece for piece in pieces if len(piece[1].faces)]
+    if not pieces:
+        raise InputError("the mesh is empty", file=path, field="faces", found="no triangles", expected="at least one")
+
+    meshes = []
+    for name, piece, world_from_piece in pieces:
+        normals = np.asarray(piece.vertex_normals) if "vertex_normals" in piece._cache else None
+        uv = getattr(piece.visual, "uv", None)
+        label = f"{path} ({name})" if len(pieces) > 1 else str(path)
+        cleaned = cleaned_mesh(piece.vertices, piece.faces, normals, uv, source=label, name=name, crease_deg=crease_deg)
+        meshes.append(cleaned.transformed(world_from_piece))
+    return joined(meshes, path.stem)
+
+
+def cleaned_mesh(
+    vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: float = 40.0
+) -> Mesh:
+    """A mesh of raw arrays: triangles without area are dropped, missing normals computed, each with a note.
+
+    Raises InputError (naming `source`) where there is nothing to save: vertices that are not finite, indices out of
+    range, normals of another count, no triangle left.
+    """
+    vertices = np.asarray(vertices, dtype=np.float64)
+    faces = np.asarray(faces, dtype=np.int64)
+    check_arrays(vertices, faces, source)
+    notes: list[str] = []
+    thin = degenerate_faces(vertices, faces)
+    if thin.all():
+        raise InputError(
+            "every triangle is degenerate",
+            file=source,
+            field="faces",
+            found=f"{len(faces)} triangles without area",
+            expected="at least one with area",
+        )
+    if thin.any():
+        notes.append(f"{name}: dropped {int(thin.sum())} of {len(faces)} triangles, which have no area")
+        faces = faces[~thin]
+
+    if uv is not None and (np.shape(uv) != (len(vertices), 2) or not np.isfinite(uv).all()):
+        notes.append(f"{name}: texture coordinates do not fit the vertices and are left out")
+        uv = None
+    if normals is not None:
+        normals = np.asarray(normals, dtype=np.float64)
+        if normals.shape != vertices.shape:
+            raise InputError(
+                "normals do not fit the vertices",
+                file=source,
+                field="normals",
+                found=normals.shape,
+                expected=str(vertices.shape),
+            )
+        usable = np.isfinite(normals).all(axis=1) & (np.linalg.norm(normals, axis=1) > 1e-6)
+        if not usable[faces].all():
+            notes.append(f"{name}: {int((~usable).sum())} normals are zero or not finite; all are computed anew")
+            normals = None
+    if normals is None:
+        if not notes or "computed anew" not in notes[-1]:
+            notes.append(f"{name}: no normals in the file; computed, creased at {crease_deg:g} degrees")
+        kept, normals, faces = creased_normals(vertices, faces, crease_deg)
+        vertices, uv = vertices[kept], None if uv is None else np.asarray(uv)[kept]
+    else:
+        used = np.unique(faces)
+        safe = np.tile([0.0, 0.0, 1.0], (len(vertices), 1))
+        safe[used] = unit(normals[used])
+        normals = safe
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        against = dot(np.cross(b - a, c - a), normals[faces].sum(axis=1)) < 0.0
+        if against.any():
+            notes.append(f"{name}: turned {int(against.sum())} triangles that wind against their normals")
+            faces = np.where(against[:, None], faces[:, ::-1], faces)
+    return Mesh(
+        vertices, normals, faces, uv, (name,), np.zeros(len(faces), dtype=np.int64), tuple(notes), name=str(name)
+    )
+
+
+def joined(meshes: list[Mesh], name: str) -> Mesh:
+    """One mesh of several; the parts keep their names. Texture coordinates stay only if every part has them."""
+    if len(meshes) == 1:
+        return meshes[0]
+    offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    uv = [mesh.uv for mesh in meshes if mesh.uv is not None]
+    notes = tuple(note for mesh in meshes for note in mesh.notes)
+    if uv and len(uv) < len(meshes):
+        notes += (f"{name}: some parts have texture coordinates and some have none; they are left out",)
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.normals for mesh in meshes]),
+        np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)]),
+        np.concatenate(uv) if len(uv) == len(meshes) else None,
+        tuple(mesh.name for mesh in meshes),
+        np.concatenate([np.full(len(mesh.faces), k, dtype=np.int64) for k, mesh in enumerate(meshes)]),
+        notes,
+        name=name,
+    )
+
+
+def _check_glb_length(path: Path) -> None:
+    head = path.read_bytes()[:12]
+    size = path.stat().st_size
+    if len(head) < 12 or head[:4] != b"glTF":
+        raise InputError("not a GLB file", file=path, found=repr(head[:4]), expected="a file that starts with b'glTF'")
+    declared = struct.unpack("<I", head[8:12])[0]
+    if size < declared:
+        raise InputError("the mesh file is cut short", file=path, found=f"{size} bytes", expected=f"{declared} bytes")

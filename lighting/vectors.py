@@ -1,0 +1,61 @@
+"""Points, directions and local frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..spectral.errors import InputError
+
+# What constructors take: any three numbers, kept as a (3,) float64 vector, and whole numbers for lengths and strengths.
+VectorLike = Any
+Number = float | int
+
+
+def finite_vector(value: object, field: str) -> Float[np.ndarray, "3"]:
+    """Three finite numbers as a float64 vector; InputError names `field` otherwise."""
+    try:
+        vector = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise InputError("not a point or direction", field=field, found=value, expected="three finite numbers")
+    return vector
+
+
+def unit(vectors: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
+    """The same directions at length one; a vector of no length stays what it is."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)
+
+
+def dot(a: Float[np.ndarray, "*n 3"], b: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n"]:
+    """Scalar products along the last axis."""
+    return np.einsum("...i,...i->...", a, b)
+
+
+def stated_tangents(normals: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
+    """The tangent that a surface without texture coordinates gets: horizontal, along up x normal (world y is up).
+
+    On a sphere these are the circles of latitude. Where the normal is within 1e-6 of vertical the tangent is world x.
+    """
+    horizontal = np.stack([normals[..., 2], np.zeros_like(normals[..., 0]), -normals[..., 0]], axis=-1)
+    vertical = np.linalg.norm(horizontal, axis=-1, keepdims=True) < 1e-6
+    return unit(np.where(vertical, np.array([1.0, 0.0, 0.0]), horizontal))
+
+
+def orthonormal_frame(
+    normals: Float[np.ndarray, "*n 3"], tangents: Float[np.ndarray, "*n 3"]
+) -> Float[np.ndarray, "*n 3 3"]:
+    """Rows tangent, bitangent, normal: `frame @ world` is local, z along the (unit) normal, right-handed.
+
+    `tangents` need only be roughly tangent; one that is parallel to its normal is replaced by `stated_tangents`.
+    """
+    flat = tangents - dot(tangents, normals)[..., None] * normals
+    lost = np.linalg.norm(flat, axis=-1, keepdims=True) < 1e-8
+    fallback = stated_tangents(normals)
+    fallback = fallback - dot(fallback, normals)[..., None] * normals
+    tangent = unit(np.where(lost, fallback, flat))
+    return np.stack([tangent, np.cross(normals, tangent), normals], axis=-2)
