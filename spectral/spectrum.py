@@ -150,7 +150,7 @@ def check_values(
             **place,
             found=at(values == values.max()),
             expected="fractions from 0 to 1",
-            hint="divide by 100, or say 'percent' in the header",
+            hint="divide by 100",
         )
     raise InputError(
         f"{quantity} above 1",

@@ -1,0 +1,66 @@
+"""Files that are either whole or not there."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import InputError
+
+
+@contextmanager
+def written_whole(path: str | Path) -> Iterator[Path]:
+    """Yield a path beside `path` to write to; on success it takes the name, on any failure it is removed.
+
+    Raises
+    ------
+    InputError
+        The folder is missing, or cannot be written to.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise InputError("no such folder to write to", file=path.parent, hint="make the folder first, or name another")
+    beside = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:8]}{path.suffix}")
+    try:
+        beside.touch()
+    except OSError as reason:
+        raise InputError(
+            "the folder cannot be written to",
+            file=path.parent,
+            found=reason.strerror,
+            hint="choose another output folder",
+        ) from None
+    try:
+        yield beside
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def existing_file(path: str | Path) -> Path:
+    """The path, if a file is there; otherwise an `InputError` that names it."""
+    path = Path(path)
+    if not path.exists():
+        raise InputError("no such file", file=path, hint="check the path; relative paths start at the current folder")
+    if not path.is_file():
+        raise InputError("not a file", file=path, found="a folder" if path.is_dir() else "something else")
+    return path
+
+
+def read_text(path: str | Path) -> str:
+    """A text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name."""
+    path = existing_file(path)
+    data = path.read_bytes()
+    if not data.strip():
+        raise InputError("the file is empty", file=path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    if "\0" in text:
+        raise InputError(
+            "not a text file", file=path, found=f"first bytes {data[:8]!r}", expected="text with numbers in columns"
+        )
+    return text

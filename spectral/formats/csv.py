@@ -1,0 +1,106 @@
+"""Spectra in comma-, semicolon- or tab-separated text, wavelengths down the first column or across the header."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..files import read_text
+from ..spectrum import Quantity, Spectrum, check_values
+from ..wavelengths import validated_wavelengths
+
+
+def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> dict[str, Spectrum]:
+    """Read every spectrum of a table, by name.
+
+    Layout: one header row, then numbers. Either the first column holds wavelengths in nm and each further column is a
+    spectrum named by the header, or the header holds wavelengths and each row is a spectrum named by its first cell.
+    Lines that start with `#` are comments.
+
+    Raises
+    ------
+    InputError
+        Missing, empty, binary or ragged files; cells that are no numbers; wavelengths in another unit, descending or
+        repeated; values that `quantity` cannot take.
+    """
+    path = Path(path)
+    rows = _rows(path)
+    header, body = rows[0][1], rows[1:]
+    for line, row in body:
+        if len(row) != len(header):
+            raise InputError(
+                "a row is cut short" if len(row) < len(header) else "a row is too long",
+                file=path,
+                field=f"line {line}",
+                found=f"{len(row)} cells",
+                expected=f"{len(header)} cells, as in the header",
+                hint="the file may be truncated; export it again",
+            )
+    first_column = [row[0] for _, row in body]
+    across = _looks_like_nm(header[1:]) and not _looks_like_nm(first_column)
+    if across:
+        axis, axis_field, names = header[1:], "header", first_column
+        table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body])
+    else:
+        axis, axis_field, names = first_column, "first column", header[1:]
+        table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body]).T
+    if not all(_is_number(cell) for cell in axis) or table.size == 0:
+        raise InputError(
+            "no wavelengths in this table",
+            file=path,
+            field=axis_field,
+            found=", ".join(axis[:3]) or "nothing",
+            expected="wavelengths in nm down the first column or across the header",
+        )
+    wavelengths_nm = validated_wavelengths([float(cell) for cell in axis], file=path, field=axis_field)
+    spectra: dict[str, Spectrum] = {}
+    for name, values in zip(names, table, strict=True):
+        if name in spectra:
+            raise InputError("two spectra share a name", file=path, field=name, expected="each name once")
+        check_values(values, wavelengths_nm, quantity, file=path, field=name)
+        spectra[name] = Spectrum.sampled(wavelengths_nm, values, quantity)
+    return spectra
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and stripped cells of each row that is neither blank nor a comment."""
+    lines = [
+        (n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"
+    ]
+    delimiter = max("\t;,", key=lambda mark: lines[0][1].count(mark)) if lines else ","
+    rows = [(n, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]) for n, line in lines]
+    if len(rows) < 2 or len(rows[0][1]) < 2:
+        raise InputError(
+            "not a table of spectra",
+            file=path,
+            found=f"{len(rows)} rows",
+            expected="a header row and at least one row of numbers",
+        )
+    return rows
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(cell: str, path: Path, line: int) -> float:
+    if not _is_number(cell):
+        raise InputError(
+            "not a number",
+            file=path,
+            field=f"line {line}",
+            found=repr(cell),
+            expected="a number with a point as decimal mark",
+        )
+    return float(cell)
+
+
+def _looks_like_nm(cells: list[str]) -> bool:
+    return len(cells) > 1 and all(_is_number(cell) and 100 <= float(cell) <= 20000 for cell in cells)

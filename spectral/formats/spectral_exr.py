@@ -1,0 +1,116 @@
+"""Spectral OpenEXR images in the layout of Fichet, Pacanowski and Wilkie (JCGT 10(3), 2021).
+
+Channels `S0.<wavelength>` carry emission, `T.<wavelength>` reflectance, `T.<in>.<out>` re-radiation of a fluorescent
+surface; wavelengths are written as `550,000000nm`, with a comma for the decimal mark.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import InputError
+from ..illuminants import illuminant
+from ..observers import observer
+from ..spectrum import Quantity, Spectrum, check_values
+from .exr import read_exr, write_exr
+
+_LENGTH = r"(\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)(n|u|m|p|)m"
+_PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{_LENGTH}$")
+_BISPECTRAL = re.compile(rf"^(?:.*\.)?T\.{_LENGTH}\.{_LENGTH}$")
+_NM_PER_UNIT = {"p": 1e-3, "n": 1.0, "u": 1e3, "m": 1e6, "": 1e9}
+_QUANTITY: dict[str, Quantity] = {"S0": "emission", "T": "reflectance"}
+# IEC 61966-2-1, linear, for the R, G, B preview that the layout asks for.
+_SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralImage:
+    """One spectrum a pixel.
+
+    Parameters
+    ----------
+    spectrum : values (H,W,L); for a fluorescent surface the part that keeps its wavelength.
+    reradiation : (H,W,L,L) or None; [..., out, in], the diagonal included: a Donaldson matrix a pixel.
+    units : of emission, as the file gives them.
+    """
+
+    spectrum: Spectrum
+    reradiation: Float[np.ndarray, "H W L L"] | None = None
+    units: str | None = None
+
+
+def write_spectral_exr(path: str | Path, image: Spectrum, units: str = "W.m^-2.sr^-1.nm^-1") -> None:
+    """Write a spectral image with values (H,W,L): emission as `S0`, reflectance as `T`, and an sRGB preview.
+
+    The preview integrates emission with the CIE 1931 2 degree observer and shows reflectance under D65.
+    """
+    values, wavelengths_nm = image.samples, image.wavelengths_nm
+    if values.ndim != 3:
+        raise InputError("not an image", field="values", found=f"shape {values.shape}", expected="(H, W, L)")
+    light = illuminant("E" if image.quantity == "emission" else "D65")
+    preview = values @ observer("1931_2").weights(light, wavelengths_nm).T @ _SRGB_FROM_XYZ.T
+    prefix = "S0" if image.quantity == "emission" else "T"
+    channels = {name: preview[..., index] for index, name in enumerate("RGB")}
+    for index, wavelength in enumerate(wavelengths_nm):
+        channels[f"{prefix}.{wavelength:.6f}nm".replace(".", ",").replace(",", ".", 1)] = values[..., index]
+    attributes = {"spectralLayoutVersion": "1.0"}
+    if image.quantity == "emission":
+        attributes["emissiveUnits"] = units
+    write_exr(path, attributes, channels)
+
+
+def read_spectral_exr(path: str | Path) -> SpectralImage:
+    """Read emission, reflectance or a bispectral reflectance; wavelengths are sorted by number.
+
+    Raises
+    ------
+    InputError
+        No spectral channels, emission and reflectance in one file, or values that the quantity cannot take.
+    """
+    header, channels = read_exr(path)
+    plain, shifted = {}, {}
+    for name, pixels in channels.items():
+        if match := _PLAIN.match(name):
+            plain[match[1], _nanometres(match[2], match[3])] = pixels
+        elif match := _BISPECTRAL.match(name):
+            shifted[_nanometres(match[1], match[2]), _nanometres(match[3], match[4])] = pixels
+    kinds = sorted({kind for kind, _ in plain})
+    if len(kinds) != 1:
+        raise InputError(
+            "no spectral channels" if not kinds else "emission and reflectance in one file",
+            file=path,
+            field="channels",
+            found=", ".join(list(channels)[:6]),
+            expected="channels such as T.550,000000nm or S0.550,000000nm",
+        )
+    quantity = _QUANTITY[kinds[0]]
+    wavelengths_nm = np.array(sorted(wavelength for _, wavelength in plain))
+    values = np.stack([plain[kinds[0], wavelength] for wavelength in wavelengths_nm], axis=-1).astype(np.float64)
+    check_values(values, wavelengths_nm, quantity, file=path, field=f"{kinds[0]} channels")
+    spectrum = Spectrum.sampled(wavelengths_nm, values, quantity)
+    units = header.get("emissiveUnits")
+    if not shifted:
+        return SpectralImage(spectrum, None, units)
+    index = {wavelength: position for position, wavelength in enumerate(wavelengths_nm)}
+    reradiation = np.zeros((*values.shape, wavelengths_nm.size))
+    diagonal = np.arange(wavelengths_nm.size)
+    reradiation[..., diagonal, diagonal] = values
+    for (absorbed, emitted), pixels in shifted.items():
+        if absorbed not in index or emitted not in index:
+            raise InputError(
+                "a re-radiation channel without its wavelength",
+                file=path,
+                field=f"T.{absorbed:g}nm.{emitted:g}nm",
+                expected="both wavelengths among the T channels",
+            )
+        reradiation[..., index[emitted], index[absorbed]] = pixels
+    return SpectralImage(spectrum, reradiation, units)
+
+
+def _nanometres(number: str, prefix: str) -> float:
+    return round(float(number.replace(",", ".")) * _NM_PER_UNIT[prefix], 6)
