@@ -17,12 +17,13 @@ from ..spectral.basis import SpectralBasis
 from ..spectral.errors import InputError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
+from ..spectral.wavelengths import interpolation_matrix
 from .brdf import Brdf, Frame
 from .directions import angles, azimuth_difference, folded, half_difference, io_angles
 
 Direction = Float[np.ndarray, "*#batch 3"]
 
-# Axis names of each frame, in the order of a pack's factors; the last is present only where the material is anisotropic.
+# Axis names of each frame, in the order of a pack's factors; the fourth is present only for anisotropic materials.
 AXIS_NAMES: dict[str, tuple[str, str, str, str]] = {
     "io": ("theta_i", "theta_o", "phi", "phi_i"),
     "hd": ("theta_h", "theta_d", "phi_d", "phi_h"),
@@ -57,7 +58,9 @@ class Axis:
         if self.size < 2:
             raise InputError("too few nodes", field=self.name, found=self.size, expected="at least 2")
         if not (np.isfinite(self.maximum) and self.maximum > 0):
-            raise InputError("unusable extent", field=self.name, found=self.maximum, expected="a positive angle, radians")
+            raise InputError(
+                "unusable extent", field=self.name, found=self.maximum, expected="a positive angle, radians"
+            )
         if self.warp not in ("linear", "sqrt"):
             raise InputError("unknown warp", field=self.name, found=self.warp, expected="linear or sqrt")
 
@@ -160,7 +163,10 @@ class FactorPack:
         found = tuple(axis.name for axis in self.axes)
         if found not in (names[:3], names):
             raise InputError(
-                f"axes do not belong to frame {self.frame}", field="axes", found=found, expected=f"{names[:3]} or {names}"
+                f"axes do not belong to frame {self.frame}",
+                field="axes",
+                found=found,
+                expected=f"{names[:3]} or {names}",
             )
         rank = self.spectral.shape[0]
         expected = [(axis.size, rank) for axis in self.axes]
@@ -175,7 +181,9 @@ class FactorPack:
                 expected=f"({rank}, {self.basis.size})",
             )
         if not all(np.all(np.isfinite(values)) for values in (*self.factors, self.spectral)):
-            raise InputError("factors are not finite", field="factors", found="NaN or infinity", expected="finite numbers")
+            raise InputError(
+                "factors are not finite", field="factors", found="NaN or infinity", expected="finite numbers"
+            )
 
     @property
     def rank(self) -> int:
@@ -225,8 +233,10 @@ class FactorPack:
 
     def in_basis(self, basis: SpectralBasis) -> FactorPack:
         """The same pack with its spectra projected into another basis, through the wavelengths of that basis."""
-        sampled = Spectrum(self.spectral, self.basis, "reflectance").resampled(basis.wavelengths_nm)
-        return replace(self, spectral=basis.project(sampled.values), basis=basis)
+        samples = self.basis.reconstruct(self.spectral)
+        if not np.array_equal(self.basis.wavelengths_nm, basis.wavelengths_nm):
+            samples = samples @ interpolation_matrix(self.basis.wavelengths_nm, basis.wavelengths_nm).T
+        return replace(self, spectral=basis.project(samples), basis=basis)
 
 
 @dataclass(frozen=True)

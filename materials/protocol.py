@@ -1,0 +1,131 @@
+"""The sphere protocol: how far off a material looks, in ΔE94, on a sphere under five directional lights.
+
+A unit sphere seen orthographically, a light at 10, 35, 60, 80 and 110 degrees from the view, Y of a perfect diffuser
+facing the light = 1, every pixel with cos(theta_i) > 0.01, nothing clipped. The reference is the original BRDF at
+every wavelength of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from ..spectral.difference import delta_e_xyz
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+from .brdf import Brdf
+from .factors import FactorPack, FitError, FrameAngles, frame_angles
+
+LIGHT_ANGLES_DEG = (10.0, 35.0, 60.0, 80.0, 110.0)
+# Below this the pixel is dark whatever the material; the cosine's own rounding would be judged.
+_LEAST_COSINE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class SphereProtocol:
+    """Direction pairs of the lit pixels of all five lights, in each pixel's own surface frame.
+
+    `pixels`: pixels across the sphere's diameter. The tangent x of the surface points along the parallels of an upright sphere, so
+    that an anisotropic material is seen at every turn.
+    """
+
+    pixels: int
+    wi: Float[np.ndarray, "N 3"]
+    wo: Float[np.ndarray, "N 3"]
+    light: str = "D65"
+    observer: str = "1931_2"
+
+    @property
+    def text(self) -> str:
+        """What was done, for a record or a report."""
+        lights = ", ".join(f"{angle:g}" for angle in LIGHT_ANGLES_DEG)
+        return (
+            f"sphere {self.pixels} x {self.pixels}, orthographic, directional light at {lights} degrees from the view, "
+            f"Y of a perfect diffuser facing it = 1, pixels with cos theta_i > {_LEAST_COSINE:g}, unclipped, "
+            "CIE 1994 graphic arts, reference = original at every wavelength"
+        )
+
+    @cached_property
+    def angles(self) -> dict[tuple[str, bool], FrameAngles]:
+        """Angles of every pair, by frame and by whether the azimuth counts."""
+        return {
+            (frame, turned): frame_angles(frame, self.wi, self.wo, turned)
+            for frame in ("io", "hd")
+            for turned in (False, True)
+        }
+
+    def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L 3"]:
+        """Light x observer: XYZ of the perfect diffuser has Y = 1."""
+        return observer(self.observer).weights(illuminant(self.light), wavelengths_nm).T
+
+    def reference(self, brdf: Brdf) -> Float[np.ndarray, "N 3"]:
+        """XYZ of every sample from the BRDF at its own wavelengths."""
+        weights = np.pi * self.weights(brdf.wavelengths_nm)
+        xyz = np.empty((len(self.wi), 3))
+        for start in range(0, len(xyz), 8192):
+            rows = slice(start, start + 8192)
+            xyz[rows] = brdf.eval(self.wi[rows], self.wo[rows]) @ weights * self.wi[rows, 2:]
+        return xyz
+
+    def sample(self, packs: tuple[FactorPack, ...]) -> Float[np.ndarray, "N 3"]:
+        """XYZ of every sample from packs folded with the light."""
+        xyz = np.zeros((len(self.wi), 3))
+        for pack in packs:
+            folded = np.pi * (pack.basis.reconstruct(pack.spectral) @ self.weights(pack.basis.wavelengths_nm))
+            xyz += pack.geometry_at(self.angles[pack.frame, pack.anisotropic]) @ folded
+        return xyz
+
+    def compare(
+        self,
+        reference_xyz: Float[np.ndarray, "N 3"],
+        sample_xyz: Float[np.ndarray, "N 3"],
+        relative_error: float = 0.0,
+        most_negative: float = 0.0,
+    ) -> FitError:
+        """Statistics of ΔE94 over the samples."""
+        white = self.weights(np.arange(380.0, 781.0, 5.0)).sum(axis=0)
+        difference = delta_e_xyz(reference_xyz, sample_xyz, white)
+        p95, p99 = np.percentile(difference, [95, 99])
+        return FitError(
+            mean=float(difference.mean()),
+            p95=float(p95),
+            p99=float(p99),
+            maximum=float(difference.max()),
+            light=self.light,
+            observer=self.observer,
+            protocol=self.text,
+            relative_error=relative_error,
+            most_negative=most_negative,
+        )
+
+    def most_negative(self, packs: tuple[FactorPack, ...]) -> float:
+        """Lowest pi f_r cos(theta_i) that the packs shade to at any wavelength of any sample; 0 where none is negative."""
+        lowest = 0.0
+        for start in range(0, len(self.wi), 8192):
+            rows = slice(start, start + 8192)
+            shaded = sum(pack.basis.reconstruct(pack.shade(self.wi[rows], self.wo[rows])) for pack in packs)
+            lowest = min(lowest, float(np.pi * np.min(shaded)))
+        return lowest
+
+
+@cache
+def sphere_protocol(pixels: int = 512, isotropic: bool = True, light: str = "D65") -> SphereProtocol:
+    """The protocol's samples; for isotropic materials only the upper half, of which the lower is a mirror image."""
+    centres = (np.arange(pixels) + 0.5) / pixels * 2.0 - 1.0
+    x, y = np.meshgrid(centres, centres[centres > 0] if isotropic else centres)
+    seen = x * x + y * y < 1.0
+    x, y = x[seen], y[seen]
+    normal = np.stack([x, y, np.sqrt(1.0 - x * x - y * y)], axis=-1)
+    tangent = np.stack([normal[:, 2], np.zeros_like(x), -x], axis=-1)
+    tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
+    frame = np.stack([tangent, np.cross(normal, tangent), normal], axis=1)
+    pairs = []
+    for angle in np.radians(LIGHT_ANGLES_DEG):
+        wi = frame @ np.array([np.sin(angle), 0.0, np.cos(angle)])
+        lit = wi[:, 2] > _LEAST_COSINE
+        pairs.append((wi[lit], frame[lit] @ np.array([0.0, 0.0, 1.0])))
+    wi, wo = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    return SphereProtocol(pixels, wi, wo, light)
