@@ -59,6 +59,6 @@ def create_context() -> moderngl.Context:
 
 
 def describe(context: moderngl.Context) -> str:
-    """Return one line that names version and device, such as 'OpenGL 4.5 llvmpipe (LLVM 19.1.7, 256 bits)'."""
+    """Return one line that names version and device, such as 'OpenGL 4.5 llvmpipe (LLVM 19.1.7)'."""
     version = context.version_code
     return f"OpenGL {version // 100}.{version % 100 // 10} {context.info['GL_RENDERER']}"
