@@ -14,7 +14,7 @@ def creased_normals(
     """Vertex normals for a mesh that has none, smooth across blunt edges and split along sharp ones.
 
     Corners of triangles that share a position are joined across every edge whose two triangles differ by less than
-    `crease_deg`; each joined group becomes one vertex. Its normal is the mean of its triangles' normals weighted by
+    `crease_deg`; each joined group has one normal. It is the mean of its triangles' normals weighted by
     their angle at the corner, which does not depend on how a flat polygon was cut up (Thuermer and Wuethrich 1998).
 
     Returns `source` (C,): the old vertex of each new one, the normals (C, 3), and the faces (F, 3) in new numbers.
@@ -58,6 +58,6 @@ def creased_normals(
         one = np.zeros((groups, 3))
         one[label] = np.repeat(normals, 3, axis=0)
         total[lost] = one[lost]
-    source = np.zeros(groups, dtype=np.int64)
-    source[label] = faces.reshape(-1)
-    return source, unit(total), label.reshape(count, 3).astype(np.int64)
+    # A corner keeps its old vertex too, so that seams of texture coordinates stay seams.
+    pairs, number = np.unique(label * len(vertices) + faces.reshape(-1), return_inverse=True)
+    return pairs % len(vertices), unit(total)[pairs // len(vertices)], number.reshape(count, 3).astype(np.int64)

@@ -41,7 +41,7 @@ def load_mesh(path: str | Path, crease_deg: float = 40.0) -> Mesh:
     if path.suffix.lower() == ".glb":
         _check_glb_length(path)
     try:
-        loaded = trimesh.load(path, process=False, skip_materials=True)
+        loaded = trimesh.load(path, process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short", file=path, found=f"{type(reason).__name__}: {reason}"
