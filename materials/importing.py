@@ -1,0 +1,240 @@
+"""From sources to a catalogue: each material is fitted in a process of its own, and written whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from ..spectral.errors import InputError, MetamerError
+from ..spectral.files import written_whole
+from .factors import FactorPack, FitError
+from .record import MARKER, SCHEMA, SUFFIX, MaterialRecord, make_folder, read_source_hash, rebuild, write_record
+from .sources import MaterialSource, Rejected, read_sources
+
+# Each process fits with one thread: the processes are the parallelism, and threads of theirs would only contend.
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+@dataclass(frozen=True)
+class ImportOutcome:
+    """What became of one material; "new" is what a dry run says of those that it would import."""
+
+    id: str
+    status: Literal["imported", "skipped", "failed", "new"]
+    reason: str = ""
+    error: FitError | None = None
+    seconds: float = 0.0
+
+
+Progress = Callable[[int, int, ImportOutcome], None]
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """Outcomes in the order in which they came, and how many materials were never reached."""
+
+    folder: Path
+    outcomes: tuple[ImportOutcome, ...]
+    remaining: int = 0
+
+    def count(self, status: str) -> int:
+        """Materials with that status."""
+        return sum(outcome.status == status for outcome in self.outcomes)
+
+    @property
+    def sentence(self) -> str:
+        """What was done, for a person."""
+        words = {"new": "to import", "imported": "imported", "skipped": "unchanged", "failed": "failed"}
+        said = ", ".join(f"{self.count(status)} {word}" for status, word in words.items() if self.count(status))
+        said = f"{self.folder}: {said or 'nothing imported'}"
+        if self.remaining:
+            said += f"; stopped with {self.remaining} to go, and the same command goes on from here"
+        return said
+
+
+class ImportInterrupted(KeyboardInterrupt):
+    """Ctrl-C during an import. `report` says what is in the catalogue; a second run does the rest."""
+
+    def __init__(self, report: ImportReport) -> None:
+        super().__init__(report.sentence)
+        self.report = report
+
+
+def import_sources(
+    sources: Iterable[str | Path],
+    into: str | Path,
+    *,
+    jobs: int | None = None,
+    budget: float = 1.0,
+    dry_run: bool = False,
+    progress: Progress | None = None,
+) -> ImportReport:
+    """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
+
+    What is already there, from the same source and settings, is skipped. A material that cannot be read or fitted is
+    reported as failed and does not stop the others.
+
+    Parameters
+    ----------
+    sources : source folders, family descriptions (.toml) or measured files (.brdf).
+    jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
+    budget : ΔE94 that a fit aims at.
+    progress : called with (done, total, outcome) after each material.
+
+    Raises
+    ------
+    InputError
+        A source that does not exist, a folder that cannot be written to.
+    ImportInterrupted
+        Ctrl-C: finished materials stay, no half-written file does.
+    """
+    folder = Path(into)
+    found = [material for source in sources for material in read_sources(source)]
+    pending: list[tuple[MaterialSource, str]] = []
+    outcomes: list[ImportOutcome] = []
+
+    def tell(outcome: ImportOutcome) -> None:
+        outcomes.append(outcome)
+        if progress is not None:
+            progress(len(outcomes), len(found), outcome)
+
+    if not dry_run:
+        _mark(folder)
+    try:
+        seen: dict[str, Path] = {}
+        for material in found:
+            if isinstance(material, Rejected):
+                tell(ImportOutcome(material.name, "failed", str(material.reason)))
+            elif material.id in seen:
+                tell(
+                    ImportOutcome(material.id, "failed", f"the id is used twice: {seen[material.id]}, {material.file}")
+                )
+            else:
+                seen[material.id] = material.file
+                source_hash = _source_hash(material, budget)
+                if read_source_hash(_path(folder, material.id)) == source_hash:
+                    tell(ImportOutcome(material.id, "skipped"))
+                elif dry_run:
+                    tell(ImportOutcome(material.id, "new"))
+                else:
+                    pending.append((material, source_hash))
+        for (material, source_hash), fitted in _fit_all(pending, budget, jobs or len(os.sched_getaffinity(0))):
+            tell(_store(folder, material, source_hash, fitted))
+    except KeyboardInterrupt:
+        report = ImportReport(folder, tuple(outcomes), len(found) - len(outcomes))
+        raise ImportInterrupted(report) from None
+    return ImportReport(folder, tuple(outcomes))
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """What comes back from a process: packs and their error, or why there are none."""
+
+    packs: tuple[FactorPack, ...]
+    error: FitError | None
+    seconds: float
+    reason: str = ""
+
+
+def _fit_one(material: MaterialSource, budget: float) -> _Fitted:
+    from .fit import fit
+
+    start = time.perf_counter()
+    try:
+        result = fit(rebuild(material.model, material.parameters), budget=budget)
+        return _Fitted(result.packs, result.error, time.perf_counter() - start)
+    except MetamerError as reason:
+        return _Fitted((), None, time.perf_counter() - start, str(reason))
+    except (ArithmeticError, ValueError, MemoryError) as reason:
+        return _Fitted((), None, time.perf_counter() - start, f"the fit broke down: {type(reason).__name__}: {reason}")
+
+
+def _fit_all(
+    pending: Sequence[tuple[MaterialSource, str]], budget: float, jobs: int
+) -> Iterator[tuple[tuple[MaterialSource, str], _Fitted]]:
+    jobs = min(jobs, len(pending))
+    if jobs <= 1:
+        for item in pending:
+            yield item, _fit_one(item[0], budget)
+        return
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    futures: dict[Future[_Fitted], tuple[MaterialSource, str]] = {}
+    try:
+        with _for_children():
+            futures.update((pool.submit(_fit_one, item[0], budget), item) for item in pending)
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    finally:
+        # Reached with work under way only on Ctrl-C or a broken pool: nobody waits for a fit that will not be kept.
+        unfinished = len(futures) < len(pending) or not all(future.done() for future in futures)
+        pool.shutdown(wait=not unfinished, cancel_futures=True)
+        if unfinished:
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
+
+
+@contextmanager
+def _for_children() -> Iterator[None]:
+    """Processes started here run one thread each and leave Ctrl-C to this one, which holds it back for the moment."""
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    masks = hasattr(signal, "pthread_sigmask")
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    try:
+        os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _store(folder: Path, material: MaterialSource, source_hash: str, fitted: _Fitted) -> ImportOutcome:
+    if not fitted.packs:
+        return ImportOutcome(material.id, "failed", fitted.reason, seconds=fitted.seconds)
+    record = MaterialRecord(
+        material.id,
+        material.family,
+        material.model,
+        material.parameters,
+        material.provenance,
+        fitted.packs,
+        fitted.error,
+        source_hash,
+    )
+    write_record(record, _path(folder, material.id))
+    return ImportOutcome(material.id, "imported", "", fitted.error, fitted.seconds)
+
+
+def _source_hash(material: MaterialSource, budget: float) -> str:
+    return hashlib.sha256(f"{material.content_hash}|schema {SCHEMA}|budget {budget!r}".encode()).hexdigest()
+
+
+def _path(folder: Path, material_id: str) -> Path:
+    return folder / f"{material_id}{SUFFIX}"
+
+
+def _mark(folder: Path) -> None:
+    """Make the folder and say in it that it is a catalogue."""
+    make_folder(folder)
+    if (folder / MARKER).exists():
+        return
+    strangers = [entry.name for entry in folder.iterdir()]
+    if strangers:
+        hint = "name an empty or a new folder: --into FOLDER"
+        raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
+    with written_whole(folder / MARKER) as beside:
+        beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")

@@ -1,0 +1,227 @@
+"""Reading what a catalogue is built from: folders of material descriptions, and measured files.
+
+A source folder holds `sources.toml`, which lists its tables of spectra with their source, licence and SHA-256, and any
+number of other TOML files, each one family of materials: a model and its parameters, spectra by table and column.
+Measured `.brdf` files stand for themselves. docs/catalogue.md describes both for people who write them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.files import read_text
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from .record import Provenance, model_named, slug
+from .tables import Table, constant_spectrum, tables_from
+
+TABLES_FILE = "sources.toml"
+_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+_FAMILY_KEYS = ("family", "kind", "notes", "material")
+_MATERIAL_KEYS = ("name", "model", "notes", "each")
+
+
+@dataclass(frozen=True)
+class MaterialSource:
+    """One material before its fit: what a `MaterialRecord` says but the packs; `file` is for messages."""
+
+    id: str
+    family: str
+    model: str
+    parameters: Mapping[str, Any]
+    provenance: Provenance
+    file: Path
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 of everything that the record would take from here."""
+        digest = hashlib.sha256(f"{self.id}|{self.model}|{self.provenance}".encode())
+        for name in sorted(self.parameters):
+            value = np.asarray(self.parameters[name])
+            digest.update(f"|{name}:{value.dtype.str}:{value.shape}|".encode() + value.tobytes())
+        return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A source, or one material of it, that cannot be used."""
+
+    name: str
+    reason: InputError
+
+
+def read_sources(path: str | Path) -> tuple[MaterialSource | Rejected, ...]:
+    """Every material that a folder, a family description (.toml) or a measured file (.brdf) gives.
+
+    What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
+    that is no source at all raises `InputError`.
+    """
+    path = Path(path)
+    if path.is_dir():
+        files = sorted(
+            file for file in path.iterdir() if file.suffix in (".toml", ".brdf") and file.name != TABLES_FILE
+        )
+        if not files:
+            raise InputError("nothing to import", file=path, expected="family descriptions (.toml) or .brdf files")
+        return tuple(found for file in files for found in read_sources(file))
+    if not path.exists():
+        raise InputError("no such file or folder", file=path)
+    readers = {".toml": _family, ".brdf": _cornell}
+    if path.suffix not in readers:
+        raise InputError("not a material source", file=path, expected=", ".join(readers))
+    try:
+        return tuple(readers[path.suffix](path))
+    except InputError as reason:
+        return (Rejected(path.name, reason),)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file as a dictionary; raises `InputError` that names it."""
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as reason:
+        raise InputError("not valid TOML", file=path, found=str(reason)) from None
+
+
+def _cornell(path: Path) -> Iterator[MaterialSource]:
+    from .formats.cornell import read_cornell
+    from .scattered import ScatteredBrdf
+
+    brdf = ScatteredBrdf.from_measurement(read_cornell(path))
+    provenance = Provenance(
+        source=f"Cornell spectral BRDF file {path.name}",
+        licence="none stated",
+        kind="measured",
+        geometry="scattered direction pairs",
+        notes=f"SHA-256 of the file: {hashlib.sha256(path.read_bytes()).hexdigest()}",
+    )
+    name = f"measured/{slug(path.stem)}"
+    yield MaterialSource(name, "measured", type(brdf).__name__, brdf.parameters(), provenance, path)
+
+
+def _family(path: Path) -> Iterator[MaterialSource | Rejected]:
+    description = read_toml(path)
+    _expect_keys(description, _FAMILY_KEYS, path, "")
+    family = _name(description.get("family"), path, "family")
+    manifest = path.parent / TABLES_FILE
+    tables = tables_from(read_toml(manifest), manifest) if manifest.exists() else {}
+    materials = description.get("material", [])
+    if not isinstance(materials, list) or not all(isinstance(entry, dict) for entry in materials):
+        raise InputError("not a list of materials", file=path, field="material", expected="[[material]] sections")
+    for entry in materials:
+        for column in _columns(entry, tables, path):
+            material_id = f"{family}/{_filled(str(entry.get('name')), column)}"
+            try:
+                yield _material(material_id, description, entry, column, tables, path)
+            except InputError as reason:
+                yield Rejected(material_id, reason)
+
+
+def _columns(entry: dict[str, Any], tables: Mapping[str, Table], path: Path) -> tuple[str, ...]:
+    """The columns that `entry` stands for: every one of the table that `each` names, or one nameless."""
+    if "each" not in entry:
+        return ("",)
+    return _table(entry["each"], tables, path, f"{entry.get('name')}.each").columns
+
+
+def _material(
+    material_id: str,
+    description: dict[str, Any],
+    entry: dict[str, Any],
+    column: str,
+    tables: Mapping[str, Table],
+    path: Path,
+) -> MaterialSource:
+    family, _, name = material_id.partition("/")
+    _name(name, path, "name")
+    model = model_named(str(entry.get("model")), path, f"{name}.model")
+    kinds = {field.name: field.type for field in dataclasses.fields(model) if field.init}
+    _expect_keys(entry, (*_MATERIAL_KEYS, *kinds), path, name)
+    used: dict[str, Table] = {}
+    notes = [str(entry.get("notes", description.get("notes", "")))]
+    arguments: dict[str, Any] = {}
+    for key in (key for key in kinds if key in entry):
+        value = entry[key]
+        if isinstance(value, dict):
+            spectrum = _spectrum(value, column, tables, used, path, f"{name}.{key}")
+            invented = spectrum.range_note(WORKING_WAVELENGTHS_NM)
+            notes += [f"{key} {invented}"] if invented else []
+            spectrum = spectrum.resampled(WORKING_WAVELENGTHS_NM)
+            value = spectrum if kinds[key] == "Spectrum" else spectrum.samples
+        arguments[key] = value
+    try:
+        brdf = model(**arguments)
+    except TypeError as reason:
+        raise InputError("parameters do not make the model", file=path, field=name, found=str(reason)) from None
+    except InputError as reason:
+        field = ".".join(part for part in (name, reason.field) if part)
+        raise InputError(
+            reason.problem,
+            file=path,
+            field=field,
+            found=reason.found,
+            expected=reason.expected,
+            hint=reason.hint,
+        ) from None
+    provenance = Provenance(
+        source=_joined(table.source for table in used.values()) or "made up for this catalogue",
+        licence=_joined(table.licence for table in used.values()) or "that of the description",
+        kind=str(description.get("kind", "")),
+        geometry=_joined(table.geometry for table in used.values()),
+        notes=_joined(notes),
+    )
+    parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
+    return MaterialSource(material_id, family, model.NAME, parameters, provenance, path)
+
+
+def _spectrum(
+    value: dict[str, Any],
+    column: str,
+    tables: Mapping[str, Table],
+    used: dict[str, Table],
+    path: Path,
+    field: str,
+) -> Spectrum:
+    """The spectrum that { constant } or { table, column } stands for; tables are noted in `used`."""
+    if set(value) == {"constant"}:
+        return constant_spectrum(value["constant"], path, field)
+    _expect_keys(value, ("table", "column"), path, field)
+    table = _table(value.get("table"), tables, path, field)
+    used[table.name] = table
+    return table.spectrum(_filled(str(value.get("column")), column))
+
+
+def _table(name: Any, tables: Mapping[str, Table], path: Path, field: str) -> Table:
+    if name not in tables:
+        raise UnknownNameError("table", str(name), tables, file=path, field=field)
+    return tables[name]
+
+
+def _filled(template: str, column: str) -> str:
+    return template.replace("{column}", column)
+
+
+def _name(name: Any, path: Path, field: str) -> str:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        expected = "lower-case letters, digits and single hyphens"
+        raise InputError("unusable name", file=path, field=field, found=repr(name), expected=expected)
+    return name
+
+
+def _expect_keys(found: Mapping[str, Any], known: tuple[str, ...], path: Path, field: str) -> None:
+    for key in found:
+        if key not in known:
+            raise UnknownNameError("key", key, known, file=path, field=f"{field}.{key}" if field else key)
+
+
+def _joined(texts: Iterable[str]) -> str:
+    return "; ".join(dict.fromkeys(text for text in texts if text))
