@@ -63,9 +63,12 @@ def compared_pixels(
 ) -> Bool[np.ndarray, "H W"]:
     """Pixels that the scene covers wholly and that light reaches in either picture.
 
-    A pixel that is exactly black in both agrees whatever the material is; counting it would flatter the mean.
+    A pixel that is exactly black in both agrees whatever the material is; counting it would flatter the mean. Only if
+    every covered pixel is black, as on a surface that reflects nothing, are they all compared.
     """
-    return (coverage >= FULL_COVERAGE) & ((reference_xyz != 0).any(axis=-1) | (sample_xyz != 0).any(axis=-1))
+    covered = coverage >= FULL_COVERAGE
+    lit = covered & ((reference_xyz != 0).any(axis=-1) | (sample_xyz != 0).any(axis=-1))
+    return lit if lit.any() else covered
 
 
 def delta_e_map(
@@ -75,7 +78,10 @@ def delta_e_map(
     coverage: Float[np.ndarray, "H W"],
     method: Formula = "CIE 1994",
 ) -> Float[np.ndarray, "H W"]:
-    """ΔE (H,W) of two pictures of one scene under one light; NaN where the pixel is not compared.
+    """ΔE (H,W) of two pictures of one scene under one light.
+
+    NaN marks a pixel that is not compared, infinity one that is and whose colours hold no number: a missing value is
+    never mistaken for an agreement.
 
     Parameters
     ----------
@@ -98,29 +104,30 @@ def delta_e_map(
             "reference and sample are the same array: a picture compared with itself says nothing"
         )
     difference = delta_e_xyz(reference_xyz, sample_xyz, white_xyz, method)
+    difference = np.where(np.isfinite(difference), difference, np.inf)
     return np.where(compared_pixels(coverage, reference_xyz, sample_xyz), difference, np.nan)
 
 
 def delta_e_statistics(
     delta_e: Float[np.ndarray, "*batch"], compared: Bool[np.ndarray, "*batch"] | None = None
 ) -> DeltaEStatistics:
-    """Statistics of a ΔE map over `compared` pixels; None takes those that hold a number.
+    """Statistics of a ΔE map as `delta_e_map` makes it, over its compared pixels or those of them in `compared`.
 
-    Give `compared_pixels` to have missing numbers counted as `undefined`, not passed over.
+    >>> delta_e_statistics(np.array([0.0, 1.0, np.nan, np.inf]))
+    DeltaEStatistics(mean=0.5, p95=0.95, p99=0.99, max=1.0, pixels=2, undefined=1)
 
-    >>> delta_e_statistics(np.array([0.0, 1.0, np.nan])).mean
-    0.5
+    Raises
+    ------
+    InputError : no pixel is left to compare.
     """
-    chosen = delta_e[np.isfinite(delta_e) if compared is None else compared]
+    chosen = delta_e[~np.isnan(delta_e) if compared is None else ~np.isnan(delta_e) & compared]
     values = chosen[np.isfinite(chosen)].astype(np.float64)
     if not values.size:
         raise InputError(
             "no pixel of the two pictures can be compared",
-            found=f"{chosen.size} pixels, none with a number"
-            if chosen.size
-            else "no pixel that is covered and lit",
-            expected="a lit surface that covers at least one pixel",
-            hint="look at the pictures: is the camera on the part, and is it lit from the visible side?",
+            found=f"{chosen.size} pixels, none with a number" if chosen.size else "no pixel that the scene covers",
+            expected="a surface that wholly covers at least one pixel and holds numbers",
+            hint="look at the pictures: is the camera on the part?",
         )
     p95, p99 = np.percentile(values, (95.0, 99.0))
     return DeltaEStatistics(
@@ -131,18 +138,6 @@ def delta_e_statistics(
         pixels=int(values.size),
         undefined=int(chosen.size - values.size),
     )
-
-
-def compare(
-    reference_xyz: Float[np.ndarray, "H W 3"],
-    sample_xyz: Float[np.ndarray, "H W 3"],
-    white_xyz: Float[np.ndarray, "3"],
-    coverage: Float[np.ndarray, "H W"],
-    method: Formula = "CIE 1994",
-) -> tuple[Float[np.ndarray, "H W"], DeltaEStatistics]:
-    """The ΔE map and its statistics, with pixels that lost their number counted."""
-    difference = delta_e_map(reference_xyz, sample_xyz, white_xyz, coverage, method)
-    return difference, delta_e_statistics(difference, compared_pixels(coverage, reference_xyz, sample_xyz))
 
 
 def self_check(
@@ -168,7 +163,7 @@ def self_check(
         (f"C*ab of every pixel raised by {delta:g}, hue kept", stronger, delta / (1.0 + 0.045 * chroma)),
     ):
         sample = xyz_from_lab(shifted, white_xyz).astype(np.float32)
-        _, found = compare(reference_xyz, sample, white_xyz, coverage)
+        found = delta_e_statistics(delta_e_map(reference_xyz, sample, white_xyz, coverage))
         counted = compared_pixels(coverage, reference_xyz, sample) & np.isfinite(by_hand)
         checks.append(SelfCheck(label, float(by_hand[counted].mean()), found.mean))
     return tuple(checks)
