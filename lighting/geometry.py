@@ -1,0 +1,186 @@
+"""What each sample point of a picture sees: found once by rays, good for every material and every light spectrum.
+
+Policy, which rasterisers follow too. The triangle's own normal, turned towards the viewer, is the geometric normal:
+both sides of a surface scatter alike. The interpolated normal is turned with it, and where it still looks away from the
+viewer (at outlines) it is bent just enough to have a cosine of `LEAST_COSINE`. A light reaches a point if it stands
+above the horizon of both normals and no triangle lies between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from .camera import Camera
+from .lights import DirectionalLight, Light
+from .scene import Scene
+from .vectors import dot, orthonormal_frame, unit
+
+LEAST_COSINE = 1e-3
+# Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
+# coordinates are scaled to the scene, and far below a pixel.
+SHADOW_OFFSET = 1e-5
+# Turns of a ray that met nothing, to step off an edge that it may have slipped through.
+_NUDGES = ((1e-6, 7e-7), (-8e-7, 1.1e-6))
+
+
+@dataclass(frozen=True, eq=False)
+class LitSamples:
+    """The samples of `VisibleGeometry` that one light reaches.
+
+    sample (K,) : which of the N visible samples. wi (K, 3) : local direction to the light, wi.z > 0.
+    illuminance_lux (K,) : on a surface that faces the light.
+    """
+
+    sample: Int[np.ndarray, " K"]
+    wi: Float[np.ndarray, "K 3"]
+    illuminance_lux: Float[np.ndarray, " K"]
+
+
+@dataclass(frozen=True, eq=False)
+class VisibleGeometry:
+    """The N sample points of (some rows of) a picture that meet a surface, in row order.
+
+    width, rows : size in pixels of what they cover; samples : sample points of one pixel.
+    pixel (N,) : row * width + column; part (N,) : index into `scene.parts`.
+    position (N, 3) : world; wo (N, 3) : local direction to the viewer, z along the shading normal.
+    lit : one entry a light.
+    """
+
+    width: int
+    rows: int
+    samples: int
+    pixel: Int[np.ndarray, " N"]
+    part: Int[np.ndarray, " N"]
+    position: Float[np.ndarray, "N 3"]
+    wo: Float[np.ndarray, "N 3"]
+    lit: tuple[LitSamples, ...]
+
+    @property
+    def coverage(self) -> Float[np.ndarray, "H W"]:
+        """(H, W) share of each pixel's sample points that meet a surface."""
+        hits = np.bincount(self.pixel, minlength=self.rows * self.width)
+        return hits.reshape(self.rows, self.width) / self.samples
+
+
+class Tracer:
+    """Rays against all parts of a scene: Embree finds the triangle, float64 says where on it."""
+
+    def __init__(self, scene: Scene) -> None:
+        import trimesh
+        from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+        meshes = [part.mesh for part in scene.parts]
+        offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+        self.vertices = np.concatenate([mesh.vertices for mesh in meshes])
+        self.normals = np.concatenate([mesh.normals for mesh in meshes])
+        self.tangents = np.concatenate([mesh.tangents for mesh in meshes])
+        self.faces = np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)])
+        self.face_normals = np.concatenate([mesh.face_normals for mesh in meshes])
+        self.part = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+        low, high = scene.bounds
+        self.centre, self.radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+        scaled = trimesh.Trimesh((self.vertices - self.centre) / self.radius, self.faces, process=False, validate=False)
+        self._intersector = RayMeshIntersector(scaled)
+
+    def first(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
+        """The first triangle that each ray (unit directions) meets, or -1."""
+        # Start on the scene's bounding sphere: float32 would lose a camera that stands far away.
+        start = (origins - self.centre) / self.radius
+        along = dot(start, directions)
+        inside = dot(start, start) - 1.02**2
+        ahead = -along - np.sqrt(np.maximum(along * along - inside, 0.0))
+        start = start + np.where(inside > 0.0, np.maximum(ahead, 0.0), 0.0)[:, None] * directions
+        face = np.asarray(self._intersector.intersects_first(start, directions), dtype=np.int64)
+        for nudge in _NUDGES:
+            missed = np.flatnonzero((face < 0) & (along * along >= inside))
+            if len(missed):
+                turned = directions[missed] + np.array([*nudge, -nudge[0]])
+                face[missed] = self._intersector.intersects_first(start[missed], turned)
+        return face
+
+    def on_triangle(
+        self, face: Int[np.ndarray, " n"], origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
+    ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
+        """Distance (n,) along each ray to its triangle and barycentric weights (n, 3), not negative, in float64."""
+        a, b, c = (self.vertices[self.faces[face, k]] for k in range(3))
+        ab, ac, from_a = b - a, c - a, origins - a
+        p, q = np.cross(directions, ac), np.cross(from_a, ab)
+        scale = 1.0 / dot(ab, p)  # Moeller and Trumbore 1997, eq. 6
+        v, w = dot(from_a, p) * scale, dot(directions, q) * scale
+        weights = np.clip(np.stack([1.0 - v - w, v, w], axis=1), 0.0, None)
+        return dot(ac, q) * scale, weights / weights.sum(axis=1, keepdims=True)
+
+    def reaches(
+        self,
+        light: Light,
+        points: Float[np.ndarray, "n 3"],
+        normals: Float[np.ndarray, "n 3"],
+        to_light: Float[np.ndarray, "n 3"],
+    ) -> Bool[np.ndarray, " n"]:
+        """Whether nothing lies between each point (with its geometric normal towards the light) and the light."""
+        start = points + SHADOW_OFFSET * self.radius * normals
+        if isinstance(light, DirectionalLight):
+            return self.first(start, to_light) < 0
+        offset = light.position - start
+        distance = np.linalg.norm(offset, axis=1)
+        directions = offset / distance[:, None]
+        face = self.first(start, directions)
+        hit = np.flatnonzero(face >= 0)
+        where, _ = self.on_triangle(face[hit], start[hit], directions[hit])
+        free = face < 0
+        free[hit] = where >= distance[hit]
+        return free
+
+
+def visible_geometry(
+    scene: Scene, camera: Camera | None = None, rows: slice = slice(None), tracer: Tracer | None = None
+) -> VisibleGeometry:
+    """Trace the sample points of `rows` (pixel rows) of the picture that `camera` (default: the first) takes.
+
+    Of the scene only meshes and the places and strengths of lights matter: the result holds for every material and
+    light spectrum. Memory: about 200 bytes a visible sample and light.
+    """
+    camera = scene.camera() if camera is None else camera
+    tracer = Tracer(scene) if tracer is None else tracer
+    origins, directions = camera.rays(rows)
+    height, columns = directions.shape[0] // camera.samples, directions.shape[1]
+    origins, directions = origins.reshape(-1, 3), np.ascontiguousarray(directions.reshape(-1, 3))
+    face = tracer.first(origins, directions)
+    seen = np.flatnonzero(face >= 0)
+    face, origins, to_viewer = face[seen], origins[seen], -directions[seen]
+    distance, weights = tracer.on_triangle(face, origins, -to_viewer)
+    position = origins - distance[:, None] * to_viewer
+
+    corners = tracer.faces[face]
+    geometric = tracer.face_normals[face]
+    towards = np.where(dot(geometric, to_viewer) < 0.0, -1.0, 1.0)[:, None]
+    geometric = geometric * towards
+    shading = unit(np.einsum("nk,nki->ni", weights, tracer.normals[corners])) * towards
+    facing = dot(shading, to_viewer)
+    bend = np.where(facing < LEAST_COSINE, LEAST_COSINE - facing, 0.0)
+    shading = unit(shading + bend[:, None] * to_viewer)
+    frame = orthonormal_frame(shading, np.einsum("nk,nki->ni", weights, tracer.tangents[corners]))
+
+    lit = []
+    for light in scene.lights:
+        to_light, illuminance = light.incident(position)
+        above = np.flatnonzero((dot(geometric, to_light) > 0.0) & (dot(shading, to_light) > 0.0))
+        free = tracer.reaches(light, position[above], geometric[above], np.ascontiguousarray(to_light[above]))
+        which = above[free]
+        lit.append(
+            LitSamples(which, np.einsum("nij,nj->ni", frame[which], to_light[which]), np.array(illuminance[which]))
+        )
+    row, column = np.divmod(seen, columns)
+    return VisibleGeometry(
+        width=camera.width,
+        rows=height,
+        samples=camera.samples**2,
+        pixel=(row // camera.samples) * camera.width + column // camera.samples,
+        part=tracer.part[face],
+        position=position,
+        wo=np.einsum("nij,nj->ni", frame, to_viewer),
+        lit=tuple(lit),
+    )

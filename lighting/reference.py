@@ -1,0 +1,129 @@
+"""The slow truth: every sample point, every wavelength, float64, the original BRDF."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..materials.brdf import Brdf
+from ..spectral.errors import UnknownNameError
+from ..spectral.spectrum import Spectrum
+from .camera import Camera
+from .geometry import Tracer, VisibleGeometry, visible_geometry
+from .lights import Light
+from .scene import Scene
+
+# Sample points traced at once: bounds memory to some 200 MB however large the picture.
+BAND_SAMPLES = 400_000
+# Samples whose BRDF is evaluated at once: 81 wavelengths of them, in float64, stay in cache.
+BLOCK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class ReferencePictures:
+    """`xyz` (M, H, W, 3) float64, one picture for each light spectrum asked for; `coverage` (H, W)."""
+
+    xyz: Float[np.ndarray, "M H W 3"]
+    coverage: Float[np.ndarray, "H W"]
+
+
+def reference_image(
+    scene: Scene,
+    camera: Camera | None,
+    brdfs: Mapping[str, Brdf],
+    illuminant: Spectrum | None = None,
+    *,
+    geometry: VisibleGeometry | None = None,
+) -> tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]:
+    """XYZ (H, W, 3) and coverage (H, W) of one picture; see `reference_images`."""
+    pictures = reference_images(scene, camera, brdfs, (illuminant,), geometry=geometry)
+    return pictures.xyz[0], pictures.coverage
+
+
+def reference_images(
+    scene: Scene,
+    camera: Camera | None,
+    brdfs: Mapping[str, Brdf],
+    illuminants: Sequence[Spectrum | None] = (None,),
+    *,
+    geometry: VisibleGeometry | None = None,
+    band_samples: int = BAND_SAMPLES,
+    block: int = BLOCK,
+) -> ReferencePictures:
+    """The same view under several light spectra; the BRDF is evaluated once for all of them.
+
+    XYZ = mean over a pixel's samples of: sum over lights of visibility E / E_ref pi f_r(wi, wo) cos(theta_i), folded
+    with light spectrum and observer, so that a perfect diffuser that receives E_ref has Y = 1. A sample that meets
+    nothing adds 0 to XYZ and to coverage: XYZ is premultiplied by coverage.
+
+    Parameters
+    ----------
+    camera : None takes the scene's first.
+    brdfs : by material id, for every id in the scene.
+    illuminants : None keeps the lights' own spectra; a spectrum replaces that of every light.
+    geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials. Without it the picture
+        is traced in bands of rows of at most about `band_samples` sample points.
+
+    Raises
+    ------
+    UnknownNameError : a material of the scene is not in `brdfs`.
+    """
+    camera = scene.camera() if camera is None else camera
+    for part in scene.parts:
+        if part.material_id not in brdfs:
+            raise UnknownNameError("material", part.material_id, brdfs, file=scene.path, field=f"part {part.name}")
+    weights = _Weights(scene, illuminants)
+    if geometry is not None:
+        return ReferencePictures(_shade(scene, geometry, brdfs, weights, block), geometry.coverage)
+    tracer = Tracer(scene)
+    step = max(1, band_samples // (camera.width * camera.samples**2))
+    xyz, coverage = [], []
+    for start in range(0, camera.height_px, step):
+        band = visible_geometry(scene, camera, slice(start, min(start + step, camera.height_px)), tracer)
+        xyz.append(_shade(scene, band, brdfs, weights, block))
+        coverage.append(band.coverage)
+    return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage))
+
+
+class _Weights:
+    """(L, 3 M) matrices of each light for each grid of wavelengths, made once."""
+
+    def __init__(self, scene: Scene, illuminants: Sequence[Spectrum | None]) -> None:
+        self._scene, self._illuminants = scene, illuminants
+        self.count = len(illuminants)
+        self._made: dict[tuple[int, bytes], np.ndarray] = {}
+
+    def of(self, number: int, light: Light, wavelengths_nm: np.ndarray) -> np.ndarray:
+        key = (number, wavelengths_nm.tobytes())
+        if key not in self._made:
+            spectra = [light.spectrum if other is None else other for other in self._illuminants]
+            rows = [self._scene.observer.weights(spectrum, wavelengths_nm) for spectrum in spectra]
+            self._made[key] = np.concatenate(rows).T
+        return self._made[key]
+
+
+def _shade(
+    scene: Scene, geometry: VisibleGeometry, brdfs: Mapping[str, Brdf], weights: _Weights, block: int
+) -> Float[np.ndarray, "M H W 3"]:
+    """XYZ of one geometry under all spectra, box-filtered to pixels."""
+    total = np.zeros((geometry.rows * geometry.width, 3 * weights.count))
+    for number, (light, lit) in enumerate(zip(scene.lights, geometry.lit, strict=True)):
+        part_of = geometry.part[lit.sample]
+        for index, part in enumerate(scene.parts):
+            mine = np.flatnonzero(part_of == index)
+            brdf = brdfs[part.material_id]
+            folding = weights.of(number, light, brdf.wavelengths_nm)
+            values = np.empty((len(mine), folding.shape[1]))
+            for start in range(0, len(mine), block):
+                rows = mine[start : start + block]
+                values[start : start + block] = brdf.eval(lit.wi[rows], geometry.wo[lit.sample[rows]]) @ folding
+            scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
+            values *= scale[:, None]
+            pixel = geometry.pixel[lit.sample[mine]]
+            for channel in range(values.shape[1]):
+                total[:, channel] += np.bincount(pixel, values[:, channel], minlength=len(total))
+    total /= geometry.samples
+    return total.reshape(geometry.rows, geometry.width, weights.count, 3).transpose(2, 0, 1, 3)

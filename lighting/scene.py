@@ -1,0 +1,220 @@
+"""What is looked at: parts with materials, the lights, the cameras, the observer and how the picture is viewed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.observers import Observer
+from ..spectral.spectrum import Spectrum
+from .camera import Camera
+from .lights import DirectionalLight, Light, PointLight
+from .mesh import Mesh
+from .vectors import Number
+
+
+@dataclass(frozen=True)
+class Viewing:
+    """How a picture is shown and judged.
+
+    Parameters
+    ----------
+    reference_illuminance_lux : Y = 1 is a perfect diffuser that receives this.
+    background_reflectance : the grey behind the picture, for display only; the picture itself has coverage 0 there.
+    adaptation : chromatic adaptation transform to the display white ("Bradford", "CAT02", "CAT16").
+    ocio_config, display, view : what the display transform uses; None leaves its default.
+    """
+
+    reference_illuminance_lux: Number = 1000.0
+    background_reflectance: Number = 0.2
+    adaptation: str = "Bradford"
+    ocio_config: str | None = None
+    display: str | None = None
+    view: str | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.reference_illuminance_lux < np.inf:
+            raise InputError(
+                "no illuminance to refer to",
+                field="reference_illuminance_lux",
+                found=self.reference_illuminance_lux,
+                expected="more than 0 lx",
+            )
+        if not 0.0 <= self.background_reflectance <= 1.0:
+            raise InputError(
+                "not a reflectance",
+                field="background_reflectance",
+                found=self.background_reflectance,
+                expected="0 to 1",
+                hint="give a fraction, not per cent" if self.background_reflectance > 1.0 else None,
+            )
+
+
+@dataclass(frozen=True)
+class Review:
+    """What a review sweeps: these materials (ids, or patterns with * and ?) on one part, under these illuminants."""
+
+    on: str
+    materials: tuple[str, ...] = ("*",)
+    illuminants: tuple[str, ...] = ("D65", "A", "FL11")
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A mesh in world coordinates and the id of its material."""
+
+    name: str
+    mesh: Mesh
+    material_id: str
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything that a picture depends on.
+
+    Parameters
+    ----------
+    parts, lights, cameras : at least one of each; the names of parts and of cameras are unique.
+    observer : whose colour-matching functions fold the light.
+    viewing : the luminance scale and the display.
+    review : what `metamer review` sweeps, or None.
+    notes : what was repaired or assumed while the scene was read.
+    path : the file it came from, or None.
+
+    Raises
+    ------
+    InputError : no part, light or camera; names that repeat; a review of a part that is not there.
+    """
+
+    parts: tuple[Part, ...]
+    lights: tuple[Light, ...]
+    cameras: tuple[Camera, ...]
+    observer: Observer
+    viewing: Viewing = field(default_factory=Viewing)
+    name: str = "scene"
+    review: Review | None = None
+    notes: tuple[str, ...] = ()
+    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        for what in ("parts", "lights", "cameras"):
+            if not getattr(self, what):
+                raise InputError(f"a scene without {what}", file=self.path, field=what, expected="at least one")
+        for what in ("parts", "cameras"):
+            names = [item.name for item in getattr(self, what)]
+            repeated = sorted({name for name in names if names.count(name) > 1})
+            if repeated:
+                raise InputError("two have one name", file=self.path, field=what, found=repeated[0])
+        if self.review is not None:
+            self.part(self.review.on)
+
+    def part(self, name: str) -> Part:
+        """The part called `name`; UnknownNameError gives the nearest."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise UnknownNameError("part", name, [part.name for part in self.parts], file=self.path)
+
+    def camera(self, name: str | None = None) -> Camera:
+        """The camera called `name`, or the first."""
+        if name is None:
+            return self.cameras[0]
+        for camera in self.cameras:
+            if camera.name == name:
+                return camera
+        raise UnknownNameError("camera", name, [camera.name for camera in self.cameras], file=self.path)
+
+    @property
+    def material_ids(self) -> tuple[str, ...]:
+        """Ids of the materials on the parts, each once, in the order of the parts."""
+        return tuple(dict.fromkeys(part.material_id for part in self.parts))
+
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """Lowest and highest corner of the box around all parts."""
+        return bounds_of(part.mesh for part in self.parts)
+
+    def with_material(self, part: str, material_id: str) -> Scene:
+        """The scene with another material on one part; meshes are shared, so geometry caches stay good."""
+        self.part(part)
+        parts = tuple(replace(p, material_id=material_id) if p.name == part else p for p in self.parts)
+        return replace(self, parts=parts)
+
+    def with_illuminant(self, spectrum: Spectrum, name: str = "") -> Scene:
+        """The scene with every light's spectrum replaced; strengths and places stay."""
+        return replace(self, lights=tuple(light.with_spectrum(spectrum, name) for light in self.lights))
+
+    def adopted_white(self) -> Float[np.ndarray, "3"]:
+        """XYZ, Y = 1, of a perfect diffuser in the mixture of all lights as it falls on the middle of the scene.
+
+        Each light counts by its illuminance on a surface that faces it there. What adaptation and Lab refer to.
+        """
+        low, high = self.bounds
+        middle = 0.5 * (low + high)
+        illuminance = np.array([float(light.incident(middle)[1]) for light in self.lights])
+        whites = np.stack([self.observer.white(light.spectrum) for light in self.lights])
+        return illuminance @ whites / illuminance.sum()
+
+
+def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """Lowest and highest corner of the box around `meshes`."""
+    lows, highs = zip(*(mesh.bounds for mesh in meshes), strict=True)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def framing_camera(
+    low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], name: str = "camera", **settings
+) -> Camera:
+    """A camera in front of the box from `low` to `high` (looking along -z, 30 degrees of view) that sees all of it."""
+    centre, radius = 0.5 * (low + high), max(0.5 * float(np.linalg.norm(high - low)), 1e-9)
+    fov = float(settings.pop("vertical_fov_deg", 30.0))
+    aspect = min(1.0, settings.get("width", 256) / settings.get("height_px", 256))
+    half = np.arctan(np.tan(np.deg2rad(fov) / 2.0) * aspect)
+    distance = 1.05 * radius / np.sin(half)
+    position = centre + np.array([0.0, 0.0, distance])
+    return Camera(name, position, centre, vertical_fov_deg=fov, **settings).fitted(low, high)
+
+
+def total_illuminance_lux(lights: Iterable[Light], at: Float[np.ndarray, "3"]) -> float:
+    """Sum of the illuminances that the lights would give a surface at `at` that faced each of them."""
+    return float(sum(float(light.incident(at)[1]) for light in lights))
+
+
+def load_scene(path: str | Path, catalogue=None) -> Scene:
+    """Read `scene.toml`, whose format docs/scene.md describes.
+
+    Parameters
+    ----------
+    path : the file; meshes and measured spectra are looked up relative to it.
+    catalogue : anything with `ids()`; the materials of the scene must be among them. None leaves them unchecked.
+
+    Raises
+    ------
+    InputError, UnknownNameError : with the file, the key, and the nearest names there are.
+    """
+    from .scene_files import read_scene
+
+    return read_scene(Path(path), catalogue)
+
+
+__all__ = [
+    "Camera",
+    "DirectionalLight",
+    "Light",
+    "Mesh",
+    "Part",
+    "PointLight",
+    "Review",
+    "Scene",
+    "Viewing",
+    "bounds_of",
+    "framing_camera",
+    "load_scene",
+    "total_illuminance_lux",
+]
