@@ -1,0 +1,8 @@
+"""Reflection models with closed formulas: one file each, its GLSL twin beside it."""
+
+from .ashikhmin_shirley import AshikhminShirley
+from .cook_torrance import CookTorrance
+from .lambert import Lambert
+from .oren_nayar import OrenNayar
+
+MODELS = (Lambert, OrenNayar, AshikhminShirley, CookTorrance)

@@ -1,0 +1,188 @@
+"""What the analytic models share: parameters that can be stored and rebuilt, and their validation."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.spectrum import Spectrum, check_values
+from ...spectral.wavelengths import validated_wavelengths
+from ..brdf import Brdf, eval_lit
+
+Parameter = Float[np.ndarray, " L"] | float | str
+
+
+class AnalyticBrdf(Brdf):
+    """A reflection model with a closed formula; its subclasses are frozen dataclasses of its parameters.
+
+    A field that is a `Spectrum` is a reflectance, an array is any other spectral quantity, and the rest are
+    numbers or names. The GLSL twin, `<NAME>.glsl` beside the module, is a function `float NAME(vec3 wi, vec3 wo,
+    ...)` of the same parameters in the same order at one wavelength; a name becomes its index in `CHOICES`.
+
+    Attributes
+    ----------
+    NAME : what a catalogue stores and what the GLSL function is called.
+    CHOICES : for each parameter that is a name, the names that it may take.
+    ALBEDO_BOUND : what the directional albedo never exceeds; above 1 only where the published model does.
+    """
+
+    NAME: ClassVar[str]
+    CHOICES: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    ALBEDO_BOUND: ClassVar[float] = 1.0
+
+    @classmethod
+    @abc.abstractmethod
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[Self, ...]:
+        """Instances that span the parameters, ends included: what the conformance and parity tests run on."""
+
+    @abc.abstractmethod
+    def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """f_r (N,L) of pairs (N,3) that are all above the horizon."""
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        """f_r (...,L) in 1/sr; see `Brdf.eval`."""
+        return eval_lit(self._eval_lit, len(self.wavelengths_nm), wi, wo)
+
+    def parameters(self) -> dict[str, Parameter]:
+        """What, beside `wavelengths_nm`, rebuilds this BRDF: an array (L,), a number or a name by field."""
+        values = {field.name: getattr(self, field.name) for field in fields(_instance(self)) if field.init}
+        return {name: v.samples if isinstance(v, Spectrum) else v for name, v in values.items()}
+
+    @classmethod
+    def from_parameters(cls, wavelengths_nm: np.ndarray, parameters: Mapping[str, Any]) -> Self:
+        """The BRDF whose `parameters()` these are.
+
+        Raises
+        ------
+        InputError : a parameter is missing, not one of this model's, or out of its domain.
+        """
+        declared = {field.name: field.type for field in fields(cls) if field.init}  # type: ignore[arg-type]
+        for name in parameters:
+            if name not in declared:
+                raise UnknownNameError(f"parameter of {cls.NAME}", name, declared, field=name)
+        missing = [name for name in declared if name not in parameters]
+        if missing:
+            raise InputError(
+                f"missing parameter of {cls.NAME}", field=missing[0], expected="; ".join(declared)
+            )
+        grid = validated_wavelengths(wavelengths_nm)
+        values = {
+            name: _reflectance(grid, parameters[name], name) if kind == "Spectrum" else parameters[name]
+            for name, kind in declared.items()
+        }
+        return cls(**values)
+
+    def _set(self, **values: object) -> None:
+        """Store what was derived or checked during construction of the frozen dataclass."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def _checked_reflectance(self, name: str) -> np.ndarray:
+        """Samples (L,) of the field `name`, a reflectance on the model's wavelengths; the first one sets these."""
+        spectrum: Spectrum = getattr(self, name)
+        if spectrum.quantity != "reflectance":
+            raise InputError("wrong quantity", field=name, found=spectrum.quantity, expected="reflectance")
+        samples = spectrum.samples
+        if samples.ndim != 1:
+            raise InputError("not one spectrum", field=name, found=f"shape {samples.shape}", expected="(L,)")
+        grid = self.__dict__.setdefault("wavelengths_nm", spectrum.wavelengths_nm)
+        if not np.array_equal(spectrum.wavelengths_nm, grid):
+            raise InputError(
+                "wavelengths differ from those of the other spectra",
+                field=name,
+                found=_range(spectrum.wavelengths_nm),
+                expected=_range(grid),
+                hint="resample one of them: spectrum.resampled(wavelengths_nm)",
+            )
+        check_values(samples, grid, "reflectance", field=name)
+        return samples
+
+    def _checked_spectral(self, name: str, low: float, *, open_low: bool = False) -> np.ndarray:
+        """The field `name` as an array (L,) of numbers >= `low` (> with `open_low`) on the model's wavelengths."""
+        values = np.asarray(getattr(self, name), dtype=np.float64)
+        expected = (len(self.wavelengths_nm),)
+        if values.shape != expected:
+            raise InputError(
+                "values do not fit the wavelengths",
+                field=name,
+                found=f"shape {values.shape}",
+                expected=f"{expected}",
+            )
+        bad = ~(np.isfinite(values) & ((values > low) if open_low else (values >= low)))
+        if bad.any():
+            at = int(np.argmax(bad))
+            raise InputError(
+                "out of its domain",
+                field=name,
+                found=f"{values[at]:g} at {self.wavelengths_nm[at]:g} nm",
+                expected=f"finite and {'>' if open_low else '>='} {low:g}",
+            )
+        return values
+
+    def _checked_number(
+        self, name: str, low: float, high: float = np.inf, *, open_low: bool = False
+    ) -> float:
+        """The field `name` as a finite number from `low` (excluded with `open_low`) to `high`."""
+        value = getattr(self, name)
+        expected = f"a number {'>' if open_low else '>='} {low:g}" + (
+            f" and <= {high:g}" if np.isfinite(high) else ""
+        )
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise InputError("not a number", field=name, found=repr(value), expected=expected) from None
+        if not (np.isfinite(number) and low <= number <= high) or (open_low and number == low):
+            raise InputError("out of its domain", field=name, found=f"{number:g}", expected=expected)
+        return number
+
+    def _checked_choice(self, name: str) -> str:
+        """The field `name` as one of the names that `CHOICES` gives for it."""
+        value = str(getattr(self, name))
+        if value not in self.CHOICES[name]:
+            raise UnknownNameError(name, value, self.CHOICES[name], field=name)
+        return value
+
+
+@dataclass(frozen=True, eq=False)
+class Part(Brdf):
+    """One lobe of a model: the part that `evaluate(wi (N,3), wo (N,3)) -> (N,L)` gives above the horizon."""
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    isotropic: bool
+    evaluate: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        """f_r (...,L) of this part in 1/sr; see `Brdf.eval`."""
+        return eval_lit(self.evaluate, len(self.wavelengths_nm), wi, wo)
+
+
+def _reflectance(grid: np.ndarray, values: object, name: str) -> Spectrum:
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != grid.shape:
+        raise InputError(
+            "values do not fit the wavelengths",
+            field=name,
+            found=f"shape {array.shape}",
+            expected=f"{grid.shape}",
+        )
+    check_values(array, grid, "reflectance", field=name)
+    return Spectrum.sampled(grid, array, "reflectance")
+
+
+def _range(grid: np.ndarray) -> str:
+    return f"{len(grid)} from {grid[0]:g} to {grid[-1]:g} nm"
+
+
+def _instance(model: AnalyticBrdf) -> Any:
+    # `dataclasses.fields` asks for a dataclass; each concrete model is one, this abstract base is not.
+    return model

@@ -1,0 +1,78 @@
+"""Rough diffuse surfaces: V-cavities with Lambertian walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from ...spectral.spectrum import Spectrum
+from .model import AnalyticBrdf
+
+
+@dataclass(frozen=True, eq=False)
+class OrenNayar(AnalyticBrdf):
+    """The full model of Oren and Nayar, "Generalization of Lambert's reflectance model", SIGGRAPH 94.
+
+    It is the paper's functional approximation for a Gaussian distribution of slopes, not the shorter qualitative
+    model. With alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o), phi = phi_o - phi_i and rho(lambda):
+
+        L1 = rho/pi [C1 + cos(phi) C2 tan(beta) + (1 - |cos(phi)|) C3 tan((alpha + beta)/2)]
+        C1 = 1 - 0.5 s2 / (s2 + 0.33)                      with s2 = sigma^2
+        C2 = 0.45 s2 / (s2 + 0.09) (sin(alpha) - [cos(phi) < 0] (2 beta/pi)^3)
+        C3 = 0.125 s2 / (s2 + 0.09) (4 alpha beta / pi^2)^2
+        L2 = 0.17 rho^2/pi s2 / (s2 + 0.13) [1 - cos(phi) (2 beta/pi)^2]      one interreflection
+        f_r = max(L1 + L2, 0)
+
+    The approximation dips below zero for dark, rough surfaces seen against the light at grazing angles; radiance
+    cannot, hence the maximum. f_r grows without bound towards grazing retro-reflection (tan beta), f_r times the
+    cosine does not.
+
+    Parameters
+    ----------
+    reflectance : rho of the walls, (L,) in [0, 1].
+    sigma : standard deviation of the slope angle, radians in [0, pi/2]; 0 is Lambert.
+    """
+
+    NAME: ClassVar[str] = "oren_nayar"
+    isotropic = True
+
+    reflectance: Spectrum
+    sigma: float
+
+    def __post_init__(self) -> None:
+        self._set(_rho=self._checked_reflectance("reflectance"))
+        self._set(sigma=self._checked_number("sigma", 0.0, 0.5 * np.pi))
+
+    @classmethod
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[Self, ...]:
+        ramp = Spectrum.sampled(wavelengths_nm, np.linspace(0.0, 1.0, len(wavelengths_nm)))
+        return cls(ramp, 0.0), cls(ramp, 0.52), cls(ramp, 0.5 * np.pi)
+
+    def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        sin_i, sin_o = np.hypot(wi[:, 0], wi[:, 1]), np.hypot(wo[:, 0], wo[:, 1])
+        theta_i, theta_o = np.arctan2(sin_i, wi[:, 2]), np.arctan2(sin_o, wo[:, 2])
+        alpha, beta = np.maximum(theta_i, theta_o), np.minimum(theta_i, theta_o)
+        across = sin_i * sin_o
+        # At the pole cos(phi) is anything: beta = 0 takes every term with it.
+        cos_phi = np.divide(
+            wi[:, 0] * wo[:, 0] + wi[:, 1] * wo[:, 1], across, out=np.zeros_like(across), where=across > 0
+        )
+        cos_phi = np.clip(cos_phi, -1.0, 1.0)
+        s2 = self.sigma**2
+        c1 = 1.0 - 0.5 * s2 / (s2 + 0.33)
+        bend = beta * (2.0 / np.pi)
+        c2 = 0.45 * (np.maximum(sin_i, sin_o) - np.where(cos_phi < 0, bend**3, 0.0))
+        c3 = 0.125 * (alpha * beta * (4.0 / np.pi**2)) ** 2
+        # Tangents from sines and cosines: near grazing the angle has lost the digits of the cosine.
+        tan_beta = np.minimum(sin_i / wi[:, 2], sin_o / wo[:, 2])
+        tan_mean = (sin_i + sin_o) / (wi[:, 2] + wo[:, 2])
+        shape = cos_phi * c2 * tan_beta + (1.0 - np.abs(cos_phi)) * c3 * tan_mean
+        direct = c1 + s2 / (s2 + 0.09) * shape
+        between = 0.17 * s2 / (s2 + 0.13) * (1.0 - cos_phi * bend**2)
+        out = np.multiply.outer(between, self._rho)
+        out += direct[:, None]
+        np.maximum(out, 0.0, out=out)
+        out *= self._rho / np.pi
+        return out
