@@ -1,0 +1,237 @@
+"""Which triangle a sample sees: the rasteriser in integers, equal to OpenGL's bit for bit.
+
+Vertices are put on a grid of 1/256 of a sample's spacing here, in float64 and before any GL call, so that OpenGL's own
+snapping finds nothing left to round. What covers a sample is then a matter of integers: three edge functions and the
+top-left rule. Which of two triangles is nearer is decided on an integer key as well, made by the same float32
+multiplications and additions, in the same order, as in `visibility.frag`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+# Steps of the vertex grid between neighbouring samples: the eight sub-pixel bits that OpenGL implementations have.
+SUBSTEPS = 256
+# A 24-bit depth buffer holds keys of 22 bits a quarter of a step away from any rounding (see `visibility.frag`).
+DEPTH_BITS = 22
+# Samples tested at once by the numpy rasteriser.
+_BATCH = 1 << 21
+
+
+@dataclass(frozen=True)
+class Window:
+    """A rectangle of samples: its size and the position of its top left corner in the whole picture, in samples."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class WindowTriangles:
+    """Triangles clipped to a window, in drawing order.
+
+    Attributes
+    ----------
+    corners : (T, 3, 2) x to the right and y down from the window's top left corner, in 1/256 of a sample.
+    nearness : (T, 3) in (0, 1], affine in the window and larger nearer; 1/w up to a factor in a perspective view.
+    inverse_w : (T, 3) weights for perspective-correct interpolation, largest 1.
+    parent : (T,) number of the triangle that each one was cut from; non-decreasing.
+    weights : (T, 3, 3) corners as barycentric coordinates of the parent: the identity unless it was clipped.
+    key_base, key_shift : how float32 nearness becomes a depth key (`depth_keys`).
+    """
+
+    corners: Int[np.ndarray, "T 3 2"]
+    nearness: Float[np.ndarray, "T 3"]
+    inverse_w: Float[np.ndarray, "T 3"]
+    parent: Int[np.ndarray, " T"]
+    weights: Float[np.ndarray, "T 3 3"]
+    key_base: int
+    key_shift: int
+
+    def depth_planes(self) -> tuple[Int[np.ndarray, "T 2"], Float[np.ndarray, "T 5"]]:
+        """Reference sample (x, y) and float32 (d/dx, d/dy, value, lowest, highest) of every triangle's nearness.
+
+        The plane is evaluated at a sample (x, y) as `(d/dx (x - x0) + d/dy (y - y0)) + value`, every operation in
+        float32, then clamped: thin triangles have steep planes.
+        """
+        corners = self.corners.astype(np.float64) / SUBSTEPS
+        reference = self.corners[:, 0] // SUBSTEPS
+        (x1, y1), (x2, y2) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+        d1, d2 = (self.nearness[:, 1:] - self.nearness[:, :1]).T
+        area = x1 * y2 - x2 * y1
+        slope_x, slope_y = (d1 * y2 - d2 * y1) / area, (d2 * x1 - d1 * x2) / area
+        offset = reference + 0.5 - corners[:, 0]
+        value = self.nearness[:, 0] + slope_x * offset[:, 0] + slope_y * offset[:, 1]
+        planes = [slope_x, slope_y, value, self.nearness.min(axis=1), self.nearness.max(axis=1)]
+        return reference, np.stack(planes, axis=1).astype(np.float32)
+
+
+def depth_keys(
+    nearness: Float[np.ndarray, " n"], key_base: int, key_shift: int
+) -> Int[np.ndarray, " n"]:
+    """Integers that order float32 `nearness`, larger is nearer: its bits counted from `key_base`, less the last few."""
+    return (nearness.view(np.int32).astype(np.int64) - key_base) >> key_shift
+
+
+def window_triangles(
+    clip: Float[np.ndarray, "F 3 3"],
+    depth: Float[np.ndarray, "F 3"],
+    perspective: bool,
+    size: tuple[int, int],
+    window: Window,
+) -> WindowTriangles:
+    """Clip triangles to the part of space in front of the camera and behind `window`, and put them on the grid.
+
+    Parameters
+    ----------
+    clip : (F, 3, 3) x, y and w of every corner in clip space, y up.
+    depth : (F, 3) distances along the view; what is nearer than 1e-5 of the farthest is cut away (perspective), or what
+        is behind the camera (orthographic).
+    size : width and height of the whole picture in samples.
+
+    Triangles that have no area left on the grid are dropped: they cover no sample.
+    """
+    least = 1e-5 * max(float(depth.max(initial=0.0)), 1e-30) if perspective else 0.0
+    x, y, w = clip[..., 0], clip[..., 1], clip[..., 2]
+    # Homogeneous window coordinates, so that cutting is linear: x/w and y/w are in samples from the window's corner.
+    across = (0.5 * (x + w)) * size[0] - window.left * w
+    down = (0.5 * (w - y)) * size[1] - window.top * w
+    points = np.stack([across, down, w, depth], axis=-1)
+    # Signed distances from the planes; a triangle that is outside one of them altogether is gone.
+    planes = (
+        lambda p: p[..., 3] - least,
+        lambda p: p[..., 0],
+        lambda p: window.width * p[..., 2] - p[..., 0],
+        lambda p: p[..., 1],
+        lambda p: window.height * p[..., 2] - p[..., 1],
+    )
+    outside = np.zeros(len(points), dtype=bool)
+    crossing = np.zeros(len(points), dtype=bool)
+    for plane in planes:
+        below = plane(points) < 0.0
+        outside |= below.all(axis=1)
+        crossing |= below.any(axis=1)
+    whole = np.flatnonzero(~outside & ~crossing)
+    cut = np.flatnonzero(~outside & crossing)
+    eye = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    pieces, weights, parent = points[cut], eye[cut], cut
+    for plane in planes:
+        pieces, weights, parent = _cut(pieces, weights, parent, plane)
+    points = np.concatenate([points[whole], pieces])
+    weights = np.concatenate([eye[whole], weights])
+    parent = np.concatenate([whole, parent])
+    order = np.argsort(parent, kind="stable")
+    points, weights, parent = points[order], weights[order], parent[order]
+
+    corners = np.rint(points[..., :2] / points[..., 2:3] * SUBSTEPS).astype(np.int64)
+    edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    solid = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0] != 0
+    points, weights, parent, corners = points[solid], weights[solid], parent[solid], corners[solid]
+    depth = points[..., 3]
+    if perspective:
+        nearest = depth.min(initial=np.inf)
+        nearness = nearest / depth
+        inverse_w = (1.0 / depth) / (1.0 / depth).max(axis=1, keepdims=True)
+    else:
+        low, high = depth.min(initial=np.inf), depth.max(initial=-np.inf)
+        nearness = 1.0 - 0.5 * (depth - low) / max(high - low, 1e-300)
+        inverse_w = np.ones_like(depth)
+    base = int(np.float32(nearness.min(initial=1.0)).view(np.int32))
+    span = int(np.float32(1.0).view(np.int32)) - base
+    return WindowTriangles(
+        corners, nearness, inverse_w, parent, weights, base, max(0, span.bit_length() - DEPTH_BITS)
+    )
+
+
+def _cut(points, weights, parent, plane):
+    """Keep the part of each triangle where `plane` is not negative: none, one or two triangles for each.
+
+    A new corner is computed from the inner to the outer end of its edge, so that two triangles that share an edge get
+    the same one.
+    """
+    distance = plane(points)
+    inside = distance >= 0.0
+    count = inside.sum(axis=1)
+
+    def turned(chosen, first):
+        index = (first[:, None] + np.arange(3)) % 3
+        rows = np.flatnonzero(chosen)[:, None]
+        return points[rows, index], weights[rows, index], distance[rows, index], parent[chosen]
+
+    def between(values, d, a, b):
+        t = d[:, a] / (d[:, a] - d[:, b])
+        return values[:, a] + t[:, None] * (values[:, b] - values[:, a])
+
+    results = [(points[count == 3], weights[count == 3], parent[count == 3])]
+    one = count == 1
+    if one.any():  # the inner corner comes first
+        p, q, d, owner = turned(one, inside[one].argmax(axis=1))
+        kept = [
+            np.stack([v[:, 0], between(v, d, 0, 1), between(v, d, 0, 2)], axis=1) for v in (p, q)
+        ]
+        results.append((*kept, owner))
+    two = count == 2
+    if two.any():  # the outer corner comes first
+        p, q, d, owner = turned(two, (~inside[two]).argmax(axis=1))
+        for corners in (
+            lambda v, d: (between(v, d, 1, 0), v[:, 1], v[:, 2]),
+            lambda v, d: (between(v, d, 1, 0), v[:, 2], between(v, d, 2, 0)),
+        ):
+            results.append((np.stack(corners(p, d), axis=1), np.stack(corners(q, d), axis=1), owner))
+    return tuple(np.concatenate(parts) for parts in zip(*results, strict=True))
+
+
+def rasterise(triangles: WindowTriangles, width: int, height: int) -> Int[np.ndarray, "height width"]:
+    """Number of the triangle that every sample sees, -1 where none is; row 0 on top.
+
+    Of two triangles with the same depth key the one that is drawn first stays, as with OpenGL's strict comparison.
+    """
+    corners = triangles.corners
+    reference, planes = triangles.depth_planes()
+    edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
+    # With y down, a positive area is clockwise on the screen; the others are turned round.
+    ring = np.where(area[:, None, None] > 0, corners, corners[:, [0, 2, 1]])
+    half = SUBSTEPS // 2
+    # First and last sample whose centre is inside the bounding box.
+    low = np.maximum(-((half - ring.min(axis=1)) // SUBSTEPS), 0)
+    high = np.minimum((ring.max(axis=1) - half) // SUBSTEPS, [width - 1, height - 1])
+    extent = high - low + 1
+    far = np.int64(1) << 62
+    nearest = np.full(width * height, far, dtype=np.int64)
+    seen = np.flatnonzero((extent > 0).all(axis=1))
+    # Triangles whose boxes are alike go together: classes are powers of two in width and height.
+    classes = np.ceil(np.log2(np.maximum(extent[seen], 1))).astype(np.int64)
+    code = classes[:, 0] * 64 + classes[:, 1]
+    for kind in np.unique(code):
+        members = seen[code == kind]
+        across, down = extent[members].max(axis=0)
+        step = max(1, _BATCH // int(across * down))
+        for start in range(0, len(members), step):
+            chosen = members[start : start + step]
+            x = low[chosen, 0, None] + np.tile(np.arange(across), down)
+            y = low[chosen, 1, None] + np.repeat(np.arange(down), across)
+            covered = (x <= high[chosen, 0, None]) & (y <= high[chosen, 1, None])
+            for k in range(3):
+                a, b = ring[chosen, k], ring[chosen, (k + 1) % 3]
+                dx, dy = (b - a).T[..., None]
+                # An edge owns its samples where it is a top edge (horizontal, going right) or a left one (going up).
+                owner = (dy < 0) | ((dy == 0) & (dx > 0))
+                offset = dx * (half - a[:, 1, None]) - dy * (half - a[:, 0, None]) - ~owner
+                covered &= (dx * SUBSTEPS) * y - (dy * SUBSTEPS) * x + offset >= 0
+            which, sample = np.nonzero(covered)
+            number = chosen[which]
+            x, y = x[which, sample], y[which, sample]
+            plane = planes[number]
+            dx = (x - reference[number, 0]).astype(np.float32)
+            dy = (y - reference[number, 1]).astype(np.float32)
+            value = (plane[:, 0] * dx + plane[:, 1] * dy) + plane[:, 2]
+            value = np.minimum(np.maximum(value, plane[:, 3]), plane[:, 4])
+            key = depth_keys(value, triangles.key_base, triangles.key_shift)
+            np.minimum.at(nearest, y * width + x, (((1 << DEPTH_BITS) - key) << 32) | number)
+    return np.where(nearest == far, -1, nearest & 0xFFFFFFFF).reshape(height, width)
