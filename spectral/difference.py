@@ -1,6 +1,7 @@
 """CIELAB and colour differences over whole images.
 
-Values are never clipped. Negative tristimulus values pass through the linear branch of CIELAB; NaN in gives NaN out.
+Values are never clipped. Negative tristimulus values pass through the linear branch of CIELAB; NaN in gives NaN out,
+and an infinite value gives NaN or infinity, without a warning.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ def lab_from_xyz(xyz: XYZ, white_xyz: White) -> Lab:
             expected="X, Y, Z > 0",
         )
     ratio = np.asarray(xyz, dtype=np.float64) / white
-    with np.errstate(invalid="ignore"):  # the cube root of the branch that is not taken
+    with np.errstate(invalid="ignore"):  # infinity less infinity
         f = np.where(ratio > (24 / 116) ** 3, np.cbrt(ratio), ratio * (841 / 108) + 16 / 116)
-    lab = np.empty_like(f)
-    lab[..., 0] = 116 * f[..., 1] - 16
-    lab[..., 1] = 500 * (f[..., 0] - f[..., 1])
-    lab[..., 2] = 200 * (f[..., 1] - f[..., 2])
+        lab = np.empty_like(f)
+        lab[..., 0] = 116 * f[..., 1] - 16
+        lab[..., 1] = 500 * (f[..., 0] - f[..., 1])
+        lab[..., 2] = 200 * (f[..., 1] - f[..., 2])
     return lab
 
 
@@ -51,7 +52,8 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
     if method not in formulas:
         raise UnknownNameError("colour difference", method, get_args(Formula))
     reference, sample = (np.moveaxis(np.asarray(lab, dtype=np.float64), -1, 0) for lab in (reference_lab, sample_lab))
-    return formulas[method](reference, sample)
+    with np.errstate(invalid="ignore", over="ignore"):  # pixels that hold no colour come out as NaN
+        return formulas[method](reference, sample)
 
 
 def delta_e_xyz(

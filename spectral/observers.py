@@ -41,13 +41,14 @@ class Observer:
         """Matrix with XYZ = weights @ r for r sampled on `wavelengths_nm`; Y of the perfect diffuser is 1.
 
         The integral runs over every wavelength that the light or the observer is tabulated at, with the light (linear
-        between its samples) and the observer each at its own resolution; r is interpolated onto them. Equals
+        between its samples, its end values held beyond them) and the observer, zero beyond its table, each at its own
+        resolution; r is interpolated onto them and held. Equals
         CIE 015:2018 eq. (7.1) with k chosen so that Y = 1 for r = 1.
 
         Raises
         ------
         InputError
-            The light is no emission spectrum, or sends nothing to this observer.
+            The light is no emission spectrum, has a single sample, or sends nothing to this observer.
         """
         if light.quantity != "emission" or light.values.ndim != 1:
             raise InputError(
@@ -55,6 +56,14 @@ class Observer:
                 field="light",
                 found=f"{light.quantity} of shape {light.values.shape}",
                 expected="one emission spectrum",
+            )
+        if light.wavelengths_nm.size < 2:
+            raise InputError(
+                "a light of one sample has no spectrum",
+                field="light",
+                found=f"{light.wavelengths_nm[0]:g} nm alone",
+                expected="two wavelengths or more",
+                hint="write a line as three samples 1 nm apart: 0, 1, 0",
             )
         grid = np.union1d(self.wavelengths_nm, light.wavelengths_nm)
         grid = grid[(grid >= self.wavelengths_nm[0]) & (grid <= self.wavelengths_nm[-1])]

@@ -6,11 +6,15 @@ import warnings
 from functools import cache
 from types import ModuleType
 
+import numpy as np
+
 
 @cache
 def colour_science() -> ModuleType:
-    """The `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet."""
-    with warnings.catch_warnings():
+    """The `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet, and
+    the way it makes numpy print numbers does not reach the rest of the process.
+    """
+    with warnings.catch_warnings(), np.printoptions():
         warnings.simplefilter("ignore")
         import colour
     return colour

@@ -29,6 +29,15 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
     path = Path(path)
     rows = _rows(path)
     header, body = rows[0][1], rows[1:]
+    first_column = [row[0] for _, row in body]
+    down = _is_number(first_column[0])
+    across = (
+        len(header) > 2
+        and all(_is_number(cell) for cell in header[1:])
+        and (not down or (_looks_like_nm(header[1:]) and not _looks_like_nm(first_column)))
+    )
+    if not across and not down:
+        raise _without_wavelengths(path, "first column", first_column)
     for line, row in body:
         if len(row) != len(header):
             raise InputError(
@@ -39,8 +48,6 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
                 expected=f"{len(header)} cells, as in the header",
                 hint="the file may be truncated; export it again",
             )
-    first_column = [row[0] for _, row in body]
-    across = _looks_like_nm(header[1:]) and not _looks_like_nm(first_column)
     if across:
         axis, axis_field, names = header[1:], "header", first_column
         table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body])
@@ -48,13 +55,7 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
         axis, axis_field, names = first_column, "first column", header[1:]
         table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body]).T
     if not all(_is_number(cell) for cell in axis) or table.size == 0:
-        raise InputError(
-            "no wavelengths in this table",
-            file=path,
-            field=axis_field,
-            found=", ".join(axis[:3]) or "nothing",
-            expected="wavelengths in nm down the first column or across the header",
-        )
+        raise _without_wavelengths(path, axis_field, axis)
     wavelengths_nm = validated_wavelengths([float(cell) for cell in axis], file=path, field=axis_field)
     spectra: dict[str, Spectrum] = {}
     for name, values in zip(names, table, strict=True):
@@ -63,6 +64,17 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
         check_values(values, wavelengths_nm, quantity, file=path, field=name)
         spectra[name] = Spectrum.sampled(wavelengths_nm, values, quantity)
     return spectra
+
+
+def _without_wavelengths(path: Path, field: str, cells: list[str]) -> InputError:
+    return InputError(
+        "no wavelengths in this table",
+        file=path,
+        field=field,
+        found=", ".join(cells[:3]) or "nothing",
+        expected="wavelengths in nm down the first column or across the header",
+        hint="instruments put their own lines before the numbers; save the spectra as a plain table",
+    )
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

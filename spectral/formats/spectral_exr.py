@@ -76,9 +76,20 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
     plain, shifted = {}, {}
     for name, pixels in channels.items():
         if match := _PLAIN.match(name):
-            plain[match[1], _nanometres(match[2], match[3])] = pixels
+            held, key = plain, (match[1], _nanometres(match[2], match[3]))
         elif match := _BISPECTRAL.match(name):
-            shifted[_nanometres(match[1], match[2]), _nanometres(match[3], match[4])] = pixels
+            held, key = shifted, (_nanometres(match[1], match[2]), _nanometres(match[3], match[4]))
+        else:
+            continue
+        if key in held:
+            raise InputError(
+                "two channels hold the same wavelength",
+                file=path,
+                field=name,
+                expected="each wavelength once",
+                hint="the file has layers or views; save one of them alone",
+            )
+        held[key] = pixels
     kinds = sorted({kind for kind, _ in plain})
     if len(kinds) != 1:
         raise InputError(
@@ -107,6 +118,14 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
                 file=path,
                 field=f"T.{absorbed:g}nm.{emitted:g}nm",
                 expected="both wavelengths among the T channels",
+            )
+        if not np.isfinite(pixels).all() or pixels.min() < 0:
+            raise InputError(
+                "re-radiation is negative or not a number",
+                file=path,
+                field=f"T.{absorbed:g}nm.{emitted:g}nm",
+                found=f"{pixels[~np.isfinite(pixels) | (pixels < 0)][0]:g}",
+                expected="finite values, >= 0",
             )
         reradiation[..., index[emitted], index[absorbed]] = pixels
     return SpectralImage(spectrum, reradiation, units)
