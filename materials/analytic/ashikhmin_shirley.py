@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class AshikhminShirley(AnalyticBrdf):
         self._set(isotropic=self.exponent_u == self.exponent_v)
 
     @classmethod
-    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[Self, ...]:
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         up, down = (Spectrum.sampled(wavelengths_nm, values) for values in (ramp, ramp[::-1]))
         gloss = Spectrum.sampled(wavelengths_nm, np.full_like(ramp, 0.05))
@@ -77,9 +77,11 @@ class AshikhminShirley(AnalyticBrdf):
         # |wi + wo| = 2 h.k; above the horizon it is positive, and so is the larger cosine.
         cos_d = 0.5 * np.sqrt(length2)
         away2 = (h2[:, 0] + h2[:, 1]) / length2
-        # (n.h)^e as exp(e log(n.h)), log(n.h) = log1p(-sin^2)/2, which tends to -sin^2/2 at the pole:
-        # exact for exponents so large that n.h itself would have rounded to 1.
-        slope = np.divide(np.log1p(-away2), away2, out=np.full_like(away2, -1.0), where=away2 > 0)
+        # (n.h)^e as exp(e log(n.h)), with 2 log(n.h) = log1p(-sin^2) near the pole, where n.h itself would round
+        # to 1, and its limit -sin^2 on it.
+        log2_nh = 2.0 * np.log(0.5 * h[:, 2] / cos_d)
+        np.log1p(-away2, out=log2_nh, where=away2 < 0.5)
+        slope = np.divide(log2_nh, away2, out=np.full_like(away2, -1.0), where=away2 > 0)
         lobe = np.exp(0.5 * slope * (self.exponent_u * h2[:, 0] + self.exponent_v * h2[:, 1]) / length2)
         lobe *= np.sqrt((self.exponent_u + 1.0) * (self.exponent_v + 1.0)) / (8.0 * np.pi)
         lobe /= cos_d * np.maximum(wi[:, 2], wo[:, 2])

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float
 
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
@@ -38,15 +38,15 @@ class CookTorrance(AnalyticBrdf):
     """
 
     NAME: ClassVar[str] = "cook_torrance"
-    CHOICES: ClassVar[dict[str, tuple[str, ...]]] = {
+    CHOICES: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "distribution": ("beckmann", "ggx"),
         "masking": ("v_cavity", "smith"),
     }
     isotropic = True
 
     diffuse: Spectrum
-    eta: Float[np.ndarray, " L"]
-    k: Float[np.ndarray, " L"]
+    eta: np.ndarray
+    k: np.ndarray
     roughness: float
     specular_weight: float
     distribution: str = "beckmann"
@@ -61,7 +61,7 @@ class CookTorrance(AnalyticBrdf):
         self._set(_body=(1.0 - self.specular_weight) * rho / np.pi)
 
     @classmethod
-    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[Self, ...]:
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         body = Spectrum.sampled(wavelengths_nm, ramp)
         metal, plastic = (0.2 + 1.3 * ramp, 3.6 - 1.7 * ramp), (1.49 + 0.02 * ramp, 0.0 * ramp)

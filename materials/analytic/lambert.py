@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Lambert(AnalyticBrdf):
         self._set(_value=self._checked_reflectance("reflectance") / np.pi)
 
     @classmethod
-    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[Self, ...]:
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         return (cls(Spectrum.sampled(wavelengths_nm, ramp)),)
 

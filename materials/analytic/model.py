@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -38,7 +38,7 @@ class AnalyticBrdf(Brdf):
 
     @classmethod
     @abc.abstractmethod
-    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[Self, ...]:
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
         """Instances that span the parameters, ends included: what the conformance and parity tests run on."""
 
     @abc.abstractmethod
@@ -53,32 +53,32 @@ class AnalyticBrdf(Brdf):
 
     def parameters(self) -> dict[str, Parameter]:
         """What, beside `wavelengths_nm`, rebuilds this BRDF: an array (L,), a number or a name by field."""
-        values = {field.name: getattr(self, field.name) for field in fields(_instance(self)) if field.init}
+        values = {name: getattr(self, name) for name in self._declared()}
         return {name: v.samples if isinstance(v, Spectrum) else v for name, v in values.items()}
 
     @classmethod
-    def from_parameters(cls, wavelengths_nm: np.ndarray, parameters: Mapping[str, Any]) -> Self:
+    def from_parameters(cls, wavelengths_nm: np.ndarray, parameters: Mapping[str, Any]) -> AnalyticBrdf:
         """The BRDF whose `parameters()` these are.
 
         Raises
         ------
         InputError : a parameter is missing, not one of this model's, or out of its domain.
         """
-        declared = {field.name: field.type for field in fields(cls) if field.init}  # type: ignore[arg-type]
+        declared = cls._declared()
         for name in parameters:
             if name not in declared:
                 raise UnknownNameError(f"parameter of {cls.NAME}", name, declared, field=name)
         missing = [name for name in declared if name not in parameters]
         if missing:
-            raise InputError(
-                f"missing parameter of {cls.NAME}", field=missing[0], expected="; ".join(declared)
-            )
+            raise InputError(f"missing parameter of {cls.NAME}", field=missing[0], expected="; ".join(declared))
         grid = validated_wavelengths(wavelengths_nm)
-        values = {
-            name: _reflectance(grid, parameters[name], name) if kind == "Spectrum" else parameters[name]
-            for name, kind in declared.items()
-        }
-        return cls(**values)
+        return cls(**{name: _from_stored(kind, grid, parameters[name], name) for name, kind in declared.items()})
+
+    @classmethod
+    def _declared(cls) -> dict[str, str]:
+        """The parameters in order, each with its annotation."""
+        concrete: Any = cls
+        return {field.name: field.type for field in fields(concrete) if field.init}
 
     def _set(self, **values: object) -> None:
         """Store what was derived or checked during construction of the frozen dataclass."""
@@ -108,14 +108,8 @@ class AnalyticBrdf(Brdf):
     def _checked_spectral(self, name: str, low: float, *, open_low: bool = False) -> np.ndarray:
         """The field `name` as an array (L,) of numbers >= `low` (> with `open_low`) on the model's wavelengths."""
         values = np.asarray(getattr(self, name), dtype=np.float64)
-        expected = (len(self.wavelengths_nm),)
-        if values.shape != expected:
-            raise InputError(
-                "values do not fit the wavelengths",
-                field=name,
-                found=f"shape {values.shape}",
-                expected=f"{expected}",
-            )
+        if values.shape != self.wavelengths_nm.shape:
+            raise _misfit(name, values, self.wavelengths_nm)
         bad = ~(np.isfinite(values) & ((values > low) if open_low else (values >= low)))
         if bad.any():
             at = int(np.argmax(bad))
@@ -127,18 +121,12 @@ class AnalyticBrdf(Brdf):
             )
         return values
 
-    def _checked_number(
-        self, name: str, low: float, high: float = np.inf, *, open_low: bool = False
-    ) -> float:
+    def _checked_number(self, name: str, low: float, high: float = np.inf, *, open_low: bool = False) -> float:
         """The field `name` as a finite number from `low` (excluded with `open_low`) to `high`."""
-        value = getattr(self, name)
-        expected = f"a number {'>' if open_low else '>='} {low:g}" + (
-            f" and <= {high:g}" if np.isfinite(high) else ""
-        )
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InputError("not a number", field=name, found=repr(value), expected=expected) from None
+        number = _number(getattr(self, name), name)
+        expected = f"a number {'>' if open_low else '>='} {low:g}"
+        if np.isfinite(high):
+            expected += f" and <= {high:g}"
         if not (np.isfinite(number) and low <= number <= high) or (open_low and number == low):
             raise InputError("out of its domain", field=name, found=f"{number:g}", expected=expected)
         return number
@@ -166,23 +154,36 @@ class Part(Brdf):
         return eval_lit(self.evaluate, len(self.wavelengths_nm), wi, wo)
 
 
-def _reflectance(grid: np.ndarray, values: object, name: str) -> Spectrum:
-    array = np.asarray(values, dtype=np.float64)
+def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> object:
+    """A stored value as what the field `name`, annotated as `kind`, holds."""
+    if kind == "float":
+        return _number(value, name)
+    if kind == "str":
+        return value.decode() if isinstance(value, bytes) else str(value)
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("not numbers", field=name, found=repr(value)[:80], expected="an array (L,)") from None
     if array.shape != grid.shape:
-        raise InputError(
-            "values do not fit the wavelengths",
-            field=name,
-            found=f"shape {array.shape}",
-            expected=f"{grid.shape}",
-        )
+        raise _misfit(name, array, grid)
+    if kind != "Spectrum":
+        return array
     check_values(array, grid, "reflectance", field=name)
     return Spectrum.sampled(grid, array, "reflectance")
 
 
+def _number(value: Any, name: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError("not a number", field=name, found=repr(value)[:80], expected="a number") from None
+
+
+def _misfit(name: str, values: np.ndarray, grid: np.ndarray) -> InputError:
+    return InputError(
+        "values do not fit the wavelengths", field=name, found=f"shape {values.shape}", expected=f"{grid.shape}"
+    )
+
+
 def _range(grid: np.ndarray) -> str:
     return f"{len(grid)} from {grid[0]:g} to {grid[-1]:g} nm"
-
-
-def _instance(model: AnalyticBrdf) -> Any:
-    # `dataclasses.fields` asks for a dataclass; each concrete model is one, this abstract base is not.
-    return model
