@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -168,17 +169,19 @@ def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def framing_camera(
-    low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], name: str = "camera", **settings
-) -> Camera:
-    """A camera in front of the box from `low` to `high` (looking along -z, 30 degrees of view) that sees all of it."""
-    centre, radius = 0.5 * (low + high), max(0.5 * float(np.linalg.norm(high - low)), 1e-9)
-    fov = float(settings.pop("vertical_fov_deg", 30.0))
-    aspect = min(1.0, settings.get("width", 256) / settings.get("height_px", 256))
-    half = np.arctan(np.tan(np.deg2rad(fov) / 2.0) * aspect)
-    distance = 1.05 * radius / np.sin(half)
+def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **settings: Any) -> Camera:
+    """A camera in front (looking along -z) that sees all of the box from `low` to `high`; settings as of `Camera`."""
+    centre, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, 1e-9)
+    aspect = settings.get("width", 256) / settings.get("height_px", 256)
+    needed = 1.1 * max(half[1], half[0] / aspect)
+    if settings.get("projection", "perspective") == "orthographic":
+        settings.setdefault("height", 2.0 * needed)
+        distance = half[2] + needed
+    else:
+        settings.setdefault("vertical_fov_deg", 30.0)
+        distance = half[2] + needed / np.tan(np.deg2rad(settings["vertical_fov_deg"]) / 2.0)
     position = centre + np.array([0.0, 0.0, distance])
-    return Camera(name, position, centre, vertical_fov_deg=fov, **settings).fitted(low, high)
+    return Camera(position=position, target=centre, **settings).fitted(low, high)
 
 
 def total_illuminance_lux(lights: Iterable[Light], at: Float[np.ndarray, "3"]) -> float:
