@@ -8,6 +8,7 @@ multiplications and additions, in the same order, as in `visibility.frag`.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,9 +72,7 @@ class WindowTriangles:
         return reference, np.stack(planes, axis=1).astype(np.float32)
 
 
-def depth_keys(
-    nearness: Float[np.ndarray, " n"], key_base: int, key_shift: int
-) -> Int[np.ndarray, " n"]:
+def depth_keys(nearness: Float[np.ndarray, " n"], key_base: int, key_shift: int) -> Int[np.ndarray, " n"]:
     """Integers that order float32 `nearness`, larger is nearer: its bits counted from `key_base`, less the last few."""
     return (nearness.view(np.int32).astype(np.int64) - key_base) >> key_shift
 
@@ -102,7 +101,6 @@ def window_triangles(
     across = (0.5 * (x + w)) * size[0] - window.left * w
     down = (0.5 * (w - y)) * size[1] - window.top * w
     points = np.stack([across, down, w, depth], axis=-1)
-    # Signed distances from the planes; a triangle that is outside one of them altogether is gone.
     planes = (
         lambda p: p[..., 3] - least,
         lambda p: p[..., 0],
@@ -110,24 +108,7 @@ def window_triangles(
         lambda p: p[..., 1],
         lambda p: window.height * p[..., 2] - p[..., 1],
     )
-    outside = np.zeros(len(points), dtype=bool)
-    crossing = np.zeros(len(points), dtype=bool)
-    for plane in planes:
-        below = plane(points) < 0.0
-        outside |= below.all(axis=1)
-        crossing |= below.any(axis=1)
-    whole = np.flatnonzero(~outside & ~crossing)
-    cut = np.flatnonzero(~outside & crossing)
-    eye = np.broadcast_to(np.eye(3), (len(points), 3, 3))
-    pieces, weights, parent = points[cut], eye[cut], cut
-    for plane in planes:
-        pieces, weights, parent = _cut(pieces, weights, parent, plane)
-    points = np.concatenate([points[whole], pieces])
-    weights = np.concatenate([eye[whole], weights])
-    parent = np.concatenate([whole, parent])
-    order = np.argsort(parent, kind="stable")
-    points, weights, parent = points[order], weights[order], parent[order]
-
+    points, weights, parent = cut_triangles(points, planes)
     corners = np.rint(points[..., :2] / points[..., 2:3] * SUBSTEPS).astype(np.int64)
     edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     solid = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0] != 0
@@ -143,9 +124,33 @@ def window_triangles(
         inverse_w = np.ones_like(depth)
     base = int(np.float32(nearness.min(initial=1.0)).view(np.int32))
     span = int(np.float32(1.0).view(np.int32)) - base
-    return WindowTriangles(
-        corners, nearness, inverse_w, parent, weights, base, max(0, span.bit_length() - DEPTH_BITS)
-    )
+    return WindowTriangles(corners, nearness, inverse_w, parent, weights, base, max(0, span.bit_length() - DEPTH_BITS))
+
+
+def cut_triangles(
+    points: Float[np.ndarray, "F 3 c"], planes: Sequence[Callable[[np.ndarray], np.ndarray]]
+) -> tuple[Float[np.ndarray, "T 3 c"], Float[np.ndarray, "T 3 3"], Int[np.ndarray, " T"]]:
+    """Keep what lies where the signed distance from every plane, linear in the c coordinates, is not negative.
+
+    Returns the pieces, their corners as barycentric coordinates of the triangle they were cut from, and its number,
+    non-decreasing. Triangles that no plane cuts stay as they are.
+    """
+    outside = np.zeros(len(points), dtype=bool)
+    crossing = np.zeros(len(points), dtype=bool)
+    for plane in planes:
+        below = plane(points) < 0.0
+        outside |= below.all(axis=1)
+        crossing |= below.any(axis=1)
+    whole = np.flatnonzero(~crossing)
+    cut = np.flatnonzero(crossing & ~outside)
+    eye = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    pieces, weights, parent = points[cut], eye[cut], cut
+    for plane in planes:
+        pieces, weights, parent = _cut(pieces, weights, parent, plane)
+    points, weights = np.concatenate([points[whole], pieces]), np.concatenate([eye[whole], weights])
+    parent = np.concatenate([whole, parent])
+    order = np.argsort(parent, kind="stable")
+    return points[order], weights[order], parent[order]
 
 
 def _cut(points, weights, parent, plane):
@@ -171,9 +176,7 @@ def _cut(points, weights, parent, plane):
     one = count == 1
     if one.any():  # the inner corner comes first
         p, q, d, owner = turned(one, inside[one].argmax(axis=1))
-        kept = [
-            np.stack([v[:, 0], between(v, d, 0, 1), between(v, d, 0, 2)], axis=1) for v in (p, q)
-        ]
+        kept = [np.stack([v[:, 0], between(v, d, 0, 1), between(v, d, 0, 2)], axis=1) for v in (p, q)]
         results.append((*kept, owner))
     two = count == 2
     if two.any():  # the outer corner comes first
