@@ -8,10 +8,17 @@ float ashikhmin_shirley_log1m(float x)
     return -2.0 * y * (1.0 + y2 * (1.0 / 3.0 + y2 * (0.2 + y2 * (1.0 / 7.0 + y2 * (1.0 / 9.0 + y2 / 11.0)))));
 }
 
+// pow() is exp2(log2()), and loses digits near 1.
+float ashikhmin_shirley_pow5(float x)
+{
+    float x2 = x * x;
+    return x2 * x2 * x;
+}
+
 // Eq. 5: what the coat leaves to the diffuse base in one direction.
 float ashikhmin_shirley_leaving(float cosine)
 {
-    return 1.0 - pow(1.0 - 0.5 * cosine, 5.0);
+    return 1.0 - ashikhmin_shirley_pow5(1.0 - 0.5 * cosine);
 }
 
 // f_r in 1/sr at one wavelength: eq. 4 with the Fresnel term of eq. 3, plus eq. 5. u = x, v = y.
@@ -33,7 +40,7 @@ float ashikhmin_shirley(
     lobe *= sqrt((exponent_u + 1.0) * (exponent_v + 1.0)) / (8.0 * PI);
     lobe /= cos_d * max(wi.z, wo.z);
     // 1 - cos = sin^2 / (1 + cos), and |wi - wo| = 2 sin: no cancellation near retro-reflection.
-    float schlick = pow(0.25 * dot(d, d) / (1.0 + cos_d), 5.0);
+    float schlick = ashikhmin_shirley_pow5(0.25 * dot(d, d) / (1.0 + cos_d));
     float base = 28.0 / (23.0 * PI) * diffuse * (1.0 - specular);
     return lobe * (specular + (1.0 - specular) * schlick)
         + base * ashikhmin_shirley_leaving(wi.z) * ashikhmin_shirley_leaving(wo.z);
