@@ -74,7 +74,7 @@ def import_sources(
     into: str | Path,
     *,
     jobs: int | None = None,
-    budget: float = 1.0,
+    budget: float = 0.5,
     dry_run: bool = False,
     progress: Progress | None = None,
 ) -> ImportReport:

@@ -12,6 +12,7 @@ import hashlib
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -158,29 +159,37 @@ def _material(
             spectrum = spectrum.resampled(WORKING_WAVELENGTHS_NM)
             value = spectrum if kinds[key] == "Spectrum" else spectrum.samples
         arguments[key] = value
+    with _placed(path, name):
+        try:
+            brdf = model(**arguments)
+        except TypeError as reason:
+            raise InputError("parameters do not make the model", found=str(reason)) from None
+    with _placed(path, ""):
+        provenance = Provenance(
+            source=_joined(table.source for table in used.values()) or "made up for this catalogue",
+            licence=_joined(table.licence for table in used.values()) or "that of the description",
+            kind=str(description.get("kind", "")),
+            geometry=_joined(table.geometry for table in used.values()),
+            notes=_joined(notes),
+        )
+    parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
+    return MaterialSource(material_id, family, model.NAME, parameters, provenance, path)
+
+
+@contextmanager
+def _placed(path: Path, name: str) -> Iterator[None]:
+    """Errors of a value's own check, which knows no file, get the file and the material."""
     try:
-        brdf = model(**arguments)
-    except TypeError as reason:
-        raise InputError("parameters do not make the model", file=path, field=name, found=str(reason)) from None
+        yield
     except InputError as reason:
-        field = ".".join(part for part in (name, reason.field) if part)
         raise InputError(
             reason.problem,
             file=path,
-            field=field,
+            field=".".join(part for part in (name, reason.field) if part),
             found=reason.found,
             expected=reason.expected,
             hint=reason.hint,
         ) from None
-    provenance = Provenance(
-        source=_joined(table.source for table in used.values()) or "made up for this catalogue",
-        licence=_joined(table.licence for table in used.values()) or "that of the description",
-        kind=str(description.get("kind", "")),
-        geometry=_joined(table.geometry for table in used.values()),
-        notes=_joined(notes),
-    )
-    parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
-    return MaterialSource(material_id, family, model.NAME, parameters, provenance, path)
 
 
 def _spectrum(
@@ -224,4 +233,4 @@ def _expect_keys(found: Mapping[str, Any], known: tuple[str, ...], path: Path, f
 
 
 def _joined(texts: Iterable[str]) -> str:
-    return "; ".join(dict.fromkeys(text for text in texts if text))
+    return " + ".join(dict.fromkeys(text for text in texts if text))

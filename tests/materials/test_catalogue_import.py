@@ -1,0 +1,284 @@
+"""From source folders to a catalogue: what is read, what is refused, what a second run and Ctrl-C leave."""
+
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import numpy as np
+import pytest
+from metamer.materials import importing
+from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.importing import ImportInterrupted
+from metamer.materials.record import MARKER
+from metamer.materials.sources import Rejected, read_sources
+from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.errors import InputError
+
+SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
+TABLES = """
+[chart]
+file = "chart.csv"
+source = "A chart, measured for this test"
+licence = "CC0 1.0"
+geometry = "45:0"
+sha256 = "HASH"
+"""
+FAMILY = """
+family = "paint"
+kind = "analytic"
+
+[[material]]
+each = "chart"
+name = "{column}-matte"
+model = "oren_nayar"
+reflectance = { table = "chart", column = "{column}" }
+sigma = 0.3
+
+[[material]]
+name = "grey"
+model = "lambert"
+reflectance = { constant = 0.5 }
+"""
+
+
+def write_source(folder, spectra=SPECTRA, tables=TABLES, family=FAMILY):
+    folder.mkdir(exist_ok=True)
+    (folder / "chart.csv").write_text(spectra)
+    digest = hashlib.sha256((folder / "chart.csv").read_bytes()).hexdigest()
+    (folder / "sources.toml").write_text(tables.replace("HASH", digest))
+    (folder / "paint.toml").write_text(family)
+    return folder
+
+
+@pytest.fixture
+def source(tmp_path):
+    return write_source(tmp_path / "source")
+
+
+@pytest.fixture
+def fits(monkeypatch):
+    """Replaces the fit by a small pack at once; the list of ids that were fitted."""
+    fitted = []
+
+    def fit_one(material, budget):
+        fitted.append(material.id)
+        axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
+        error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
+        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
+        return importing._Fitted((pack,), error, 0.5)
+
+    monkeypatch.setattr(importing, "_fit_one", fit_one)
+    return fitted
+
+
+def refusals(folder):
+    return {found.name: str(found.reason) for found in read_sources(folder) if isinstance(found, Rejected)}
+
+
+def statuses(report):
+    return {outcome.id: outcome.status for outcome in report.outcomes}
+
+
+def test_materials_of_a_table_and_single_ones(source):
+    found = {material.id: material for material in read_sources(source)}
+    assert sorted(found) == ["paint/blue-matte", "paint/grey", "paint/red-matte"]
+    red = found["paint/red-matte"]
+    assert red.provenance.source == "A chart, measured for this test"
+    assert (red.provenance.licence, red.provenance.geometry) == ("CC0 1.0", "45:0")
+    assert "known from 400 to 700 nm" in red.provenance.notes
+    at_600 = red.parameters["wavelengths_nm"] == 600
+    assert red.parameters["reflectance"][at_600] == pytest.approx(0.7)
+
+
+def test_import_makes_a_catalogue(source, tmp_path, fits):
+    told = []
+    report = import_sources([source], tmp_path / "cat", jobs=1, progress=lambda *args: told.append(args))
+    assert set(statuses(report).values()) == {"imported"}
+    assert [done for done, total, _ in told] == [1, 2, 3]
+    catalogue = Catalogue.open(tmp_path / "cat")
+    assert catalogue.ids() == ("paint/blue-matte", "paint/grey", "paint/red-matte")
+    assert catalogue.load("paint/grey").brdf().eval(*np.array([[0.0, 0, 1], [0.0, 0, 1]]))[0] == pytest.approx(
+        0.5 / np.pi
+    )
+
+
+def test_second_run_skips_what_is_unchanged(source, tmp_path, fits):
+    import_sources([source], tmp_path / "cat", jobs=1)
+    fits.clear()
+    report = import_sources([source], tmp_path / "cat", jobs=1)
+    assert fits == []
+    assert report.count("skipped") == 3
+    write_source(source, spectra=SPECTRA.replace("0.7", "0.6"))
+    assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 1
+    assert fits == ["paint/red-matte"]
+    assert import_sources([source], tmp_path / "cat", jobs=1, budget=0.5).count("imported") == 3
+
+
+def test_damaged_material_is_imported_again(source, tmp_path, fits):
+    import_sources([source], tmp_path / "cat", jobs=1)
+    (tmp_path / "cat" / "paint" / "grey.h5").write_bytes(b"half")
+    report = import_sources([source], tmp_path / "cat", jobs=1)
+    assert statuses(report)["paint/grey"] == "imported"
+    assert Catalogue.open(tmp_path / "cat").load("paint/grey")
+
+
+def test_dry_run_writes_nothing(source, tmp_path, fits):
+    report = import_sources([source], tmp_path / "cat", jobs=1, dry_run=True)
+    assert report.count("new") == 3
+    assert not (tmp_path / "cat").exists()
+
+
+def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch):
+    good = importing._fit_one
+
+    def broken(material, budget):
+        return importing._Fitted((), None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
+
+    monkeypatch.setattr(importing, "_fit_one", broken)
+    report = import_sources([source], tmp_path / "cat", jobs=1)
+    assert (report.count("imported"), report.count("failed")) == (2, 1)
+    assert Catalogue.open(tmp_path / "cat").ids() == ("paint/blue-matte", "paint/red-matte")
+
+
+def test_bad_spectrum_fails_its_materials_only(tmp_path, fits):
+    source = write_source(tmp_path / "source", spectra=SPECTRA)
+    other = write_source(tmp_path / "other", spectra=SPECTRA.replace("0.8", "nan"))
+    (other / "paint.toml").write_text(FAMILY.replace('"paint"', '"other"'))
+    report = import_sources([source, other], tmp_path / "cat", jobs=1)
+    assert report.count("imported") == 3
+    assert report.count("failed") >= 1
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"spectra": SPECTRA.replace("0.8", "nan")}, ("chart.csv", "red", "not a number", "700 nm")),
+        ({"spectra": SPECTRA.replace("0.8", "-0.8")}, ("chart.csv", "red", "negative", "700 nm")),
+        ({"spectra": SPECTRA.replace("0.8", "80.0")}, ("chart.csv", "red", "percent")),
+        ({"spectra": SPECTRA.replace("700", "0.7")}, ("chart.csv", "first column")),
+        ({"tables": TABLES.replace("HASH", "0" * 64)}, ("chart.csv", "sha256", "0" * 64)),
+        ({"tables": TABLES.replace("chart.csv", "gone.csv")}, ("gone.csv", "no such file")),
+        ({"tables": TABLES.replace("licence", "license")}, ("sources.toml", "chart.license", "nearest: licence")),
+        ({"tables": TABLES.replace('"CC0 1.0"', '""')}, ("sources.toml", "chart.licence", "without its origin")),
+        ({"family": FAMILY.replace("kind =", "kinds =")}, ("paint.toml", "kinds", "nearest: kind")),
+        ({"family": FAMILY.replace("sigma", "sigmas")}, ("paint.toml", "red-matte.sigmas", "sigma")),
+        ({"family": FAMILY.replace("sigma = 0.3", "")}, ("paint.toml", "red-matte", "sigma")),
+        ({"family": FAMILY.replace("0.3", "-0.3")}, ("paint.toml", "red-matte.sigma", "-0.3")),
+        ({"family": FAMILY.replace("0.5", "50.0")}, ("paint.toml", "grey", "reflectance")),
+        ({"family": FAMILY.replace("0.5", '"half"')}, ("paint.toml", "grey.reflectance", "not a number")),
+        ({"family": FAMILY.replace("oren_nayar", "oren_nayer")}, ("paint.toml", "nearest: oren_nayar")),
+        ({"family": FAMILY.replace('table = "chart"', 'table = "charts"')}, ("paint.toml", "nearest: chart")),
+        ({"family": FAMILY.replace('column = "{column}"', 'column = "rad"')}, ("chart.csv", "nearest: red")),
+        ({"family": FAMILY.replace('"grey"', '"../grey"')}, ("paint.toml", "name", "../grey")),
+        ({"family": FAMILY.replace('"paint"', '"Paint"')}, ("paint.toml", "family", "lower-case")),
+        ({"family": FAMILY.replace('"analytic"', '"guess"')}, ("paint.toml", "guess", "measured")),
+        ({"family": FAMILY + "x = ["}, ("paint.toml", "not valid TOML")),
+    ],
+    ids=lambda value: None if isinstance(value, dict) else value[-1],
+)
+def test_refusals_name_file_and_place(tmp_path, change, said):
+    found = refusals(write_source(tmp_path / "source", **change))
+    assert found
+    text = "\n".join(found.values())
+    for part in said:
+        assert part in text, text
+
+
+def test_paths_that_are_no_source(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_sources(tmp_path / "gone")
+    with pytest.raises(InputError, match="nothing to import"):
+        read_sources(tmp_path)
+    (tmp_path / "image.png").write_bytes(b"")
+    with pytest.raises(InputError, match=r"(?s)not a material source.*\.brdf"):
+        read_sources(tmp_path / "image.png")
+
+
+def test_id_used_twice_fails_the_second(source, tmp_path, fits):
+    report = import_sources([source, source], tmp_path / "cat", jobs=1)
+    assert report.count("imported") == 3
+    assert all("used twice" in outcome.reason for outcome in report.outcomes if outcome.status == "failed")
+
+
+def test_folder_with_other_files_is_not_taken_for_a_catalogue(source, tmp_path, fits):
+    with pytest.raises(InputError, match="not a catalogue"):
+        import_sources([source], source, jobs=1)
+    assert not (source / MARKER).exists()
+
+
+def test_file_in_place_of_the_folder(source, tmp_path, fits):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"file: "):
+        import_sources([source], tmp_path / "file", jobs=1)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a folder that even root cannot write to")
+def test_unwritable_folder_is_named(source, fits):
+    with pytest.raises(InputError, match=r"(?s)/proc/metamer: the folder cannot be made.*--into"):
+        import_sources([source], "/proc/metamer", jobs=1)
+
+
+def test_interrupt_keeps_what_is_finished(source, tmp_path, fits):
+    def stop(done, total, outcome):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(ImportInterrupted) as caught:
+        import_sources([source], tmp_path / "cat", jobs=1, progress=stop)
+    assert "2 imported; stopped with 1 to go" in caught.value.report.sentence
+    assert len(Catalogue.open(tmp_path / "cat").ids()) == 2
+    assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 1
+
+
+def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
+    """A real command, real fits, a real signal: no partial file, no process left, and a second run completes."""
+    family = FAMILY.replace("0.3", "0.31") + "".join(
+        f'[[material]]\nname = "grey-{n}"\nmodel = "oren_nayar"\nreflectance = {{ constant = 0.{n} }}\nsigma = 0.{n}\n'
+        for n in range(1, 10)
+    )
+    source, cat = write_source(tmp_path / "source", family=family), tmp_path / "cat"
+    script = textwrap.dedent("""
+        import sys
+        from metamer.cli.main import main
+        if __name__ == "__main__":
+            sys.exit(main(sys.argv[1:]))
+    """)
+    (tmp_path / "command.py").write_text(script)
+    command = [sys.executable, str(tmp_path / "command.py"), "catalogue", "import", str(source), "--into", str(cat)]
+    process = subprocess.Popen(
+        [*command, "--jobs", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    for line in process.stdout:
+        if "imported" in line:
+            break
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, (out, err)
+    assert "Traceback" not in err
+    assert "the same command goes on from here" in out
+    deadline = time.monotonic() + 10
+    while _group_alive(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not _group_alive(process.pid)
+    files = sorted(path.name for path in cat.rglob("*") if path.is_file())
+    assert files and not [name for name in files if name.startswith(".")]
+    before = Catalogue.open(cat).ids()
+    assert 0 < len(before) < 12
+    assert not any(Catalogue.open(cat).verify().values())
+    again = subprocess.run([*command, "--jobs", "2"], capture_output=True, text=True, timeout=300)
+    assert again.returncode == 0, again.stderr
+    assert f"{len(before)} unchanged" in again.stdout
+    assert len(Catalogue.open(cat).ids()) == 12
+
+
+def _group_alive(group):
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
