@@ -1,0 +1,165 @@
+"""The report's page: what the template shows, worked out from the rows, and nothing that the JSON does not say too."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import plots
+from .statistics import verdict
+
+if TYPE_CHECKING:
+    from .report import ReviewRow
+
+TEMPLATES = Path(__file__).with_name("templates")
+SHOWN_WORST = 5
+
+_PLOT_SIZE = (262.0, 132.0)
+_OBSERVER_WORDS = {
+    "1931_2": "CIE 1931 2°",
+    "1964_10": "CIE 1964 10°",
+    "2015_2": "CIE 2015 2°",
+    "2015_10": "CIE 2015 10°",
+}
+_VERDICTS = {
+    "pass": ("Within the budget", "✓"),
+    "near": ("Near the budget", "▲"),
+    "over": ("Over the budget", "✕"),
+    "invalid": ("Not valid", "✕"),
+}
+
+
+def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str) -> str:
+    """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters.update(de=_figure, seconds=_seconds, uri=plots.data_uri)
+    budget = document["budget_delta_e94"]
+    cards = _cards(rows, budget)
+    views = [view for card in cards for view in card["rows"]]
+    counts = {word: sum(view["status"] == word for view in views) for word in ("pass", "near", "over")}
+    return environment.get_template("report.html").render(
+        title=title,
+        document=document,
+        cards=cards,
+        counts=counts,
+        total=len(views),
+        headline=_headline(document, counts, len(views)),
+        verdicts=_VERDICTS,
+        worst=sorted(views, key=_badness, reverse=True)[:SHOWN_WORST],
+        illuminants=_unique(row.illuminant for row in rows),
+        observers=_unique(_OBSERVER_WORDS.get(row.observer, row.observer) for row in rows),
+        whites=_whites(rows),
+        mean=float(np.mean([row.statistics.mean for row in rows])),
+        scale=_scale(budget),
+        budget=budget,
+    )
+
+
+def _headline(document: dict[str, Any], counts: dict[str, int], total: int) -> str:
+    budget = f"ΔE94 {document['budget_delta_e94']:g}"
+    if document["status"] == "invalid":
+        return "The report's check of itself is missing or failed: do not rely on its figures."
+    if counts["pass"] == total:
+        return f"Every row is within {budget}: 99 % of the surface shows the colour that was measured at least this closely."
+    outside = [f"{counts['near']} near it"] * (counts["near"] > 0) + [f"{counts['over']} over it"] * (counts["over"] > 0)
+    return f"{counts['pass']} of {total} rows are within {budget}, {', '.join(outside)}."
+
+
+def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
+    cards: list[dict[str, Any]] = []
+    for material in _unique(row.material for row in rows):
+        anchor = f"m{len(cards) + 1}"
+        own = [row for row in rows if row.material == material]
+        views = [{"row": row, "anchor": anchor, "status": verdict(row.statistics, budget)} for row in own]
+        for view in views:
+            view["observer"] = _OBSERVER_WORDS.get(view["row"].observer, view["row"].observer)
+        worst = max(views, key=_badness)
+        cards.append(
+            {
+                "material": material,
+                "anchor": anchor,
+                "rows": views,
+                "worst": worst,
+                "mean": max(row.statistics.mean for row in own),
+                "max": max(row.statistics.max for row in own),
+                "swatches": [(row.illuminant, row.swatch) for row in own if row.swatch is not None],
+                "plot": next((_plot(row) for row in own if row.reflectance is not None), None),
+                "provenance": {label: text for row in own for label, text in row.provenance.items()},
+            }
+        )
+    return cards
+
+
+def _badness(view: dict[str, Any]) -> tuple[bool, float]:
+    statistics = view["row"].statistics
+    return statistics.undefined > 0, statistics.p99
+
+
+def _plot(row: ReviewRow) -> dict[str, Any]:
+    """Curve and ticks of one reflectance; the axis ends at 1 unless the curve is very low or goes higher."""
+    assert row.wavelengths_nm is not None and row.reflectance is not None
+    width, height = _PLOT_SIZE
+    first, last = float(row.wavelengths_nm[0]), float(row.wavelengths_nm[-1])
+    highest = float(np.nanmax(row.reflectance, initial=0.0))
+    top = next((step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0)
+    ticks = range(math.ceil(first / 100.0) * 100, math.floor(last / 100.0) * 100 + 1, 100)
+    return {
+        "label": row.reflectance_label,
+        "path": plots.curve_path(row.wavelengths_nm, row.reflectance, (first, last), top, _PLOT_SIZE),
+        "width": width,
+        "height": height,
+        "x_ticks": [((tick - first) / (last - first) * width, tick) for tick in ticks],
+        "y_ticks": [(height * (1.0 - part), f"{part * top:g}") for part in (0.0, 0.5, 1.0)],
+        "first": first,
+        "last": last,
+    }
+
+
+def _scale(budget: float) -> dict[str, Any]:
+    colours = ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in plots.scale_rgb()]
+    shown = [*colours[::5], colours[-1]]
+    parts = int(plots.SCALE_BUDGETS)
+    return {
+        "gradient": ", ".join(shown),
+        "ticks": [(100.0 * step / parts, f"{step * budget:g}") for step in range(parts + 1)],
+        "top": f"{parts * budget:g}",
+        "over": "#{:02x}{:02x}{:02x}".format(*plots.OVER_RGB),
+        "undefined": "#{:02x}{:02x}{:02x}".format(*plots.UNDEFINED_RGB),
+        "not_compared": "#{:02x}{:02x}{:02x}".format(*plots.NOT_COMPARED_RGB),
+    }
+
+
+def _whites(rows: Sequence[ReviewRow]) -> list[str]:
+    words = []
+    for row in rows:
+        if row.white_xyz is not None:
+            x, y = row.white_xyz[:2] / row.white_xyz.sum()
+            white = " ".join(f"{value:.4f}" for value in row.white_xyz)
+            observer = _OBSERVER_WORDS.get(row.observer, row.observer)
+            words.append(f"{row.illuminant}, {observer}: XYZ {white} (x {x:.4f}, y {y:.4f})")
+    return _unique(words)
+
+
+def _unique(words: Any) -> list[str]:
+    return list(dict.fromkeys(words))
+
+
+def _figure(value: float) -> str:
+    """ΔE to two decimals; a small difference is not written as none."""
+    return "<0.01" if 0.0 < value < 0.005 else f"{value:.2f}"
+
+
+def _seconds(value: float) -> str:
+    return f"{value * 1000.0:.0f} ms" if value < 1.0 else f"{value:.1f} s"

@@ -1,0 +1,219 @@
+"""The review report: one self-contained page for the person who signs the colour, and the same figures as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from ..spectral.errors import ComparisonError, InputError
+from . import plots
+from .statistics import DeltaEStatistics, SelfCheck, verdict
+
+SCHEMA = "metamer.review/1"
+
+
+@runtime_checkable
+class Plan(Protocol):
+    """What the report says of a scene plan."""
+
+    @property
+    def basis_size(self) -> int:
+        """Number of spectral coefficients that the pictures were computed with."""
+        ...
+
+    @property
+    def reasons(self) -> Sequence[str]:
+        """Why that many, in words and numbers."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ReviewRow:
+    """One material under one light; make it with `review_row`, which encodes the pictures and lets the arrays go.
+
+    Parameters
+    ----------
+    material, illuminant, observer : names.
+    statistics : ΔE94 over the compared pixels.
+    image : picture file, relative to the report's folder.
+    picture, reference, delta_e_map : lossless WebP files, as shown on the page.
+    seconds : how long each step took, by its name.
+    files : further files beside the page by their label, relative to its folder.
+    wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
+    swatch : display-encoded colour of that reflectance under this light, or None.
+    white_xyz : white of this light for this observer.
+    notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
+    provenance : where the material comes from, as label and text.
+    """
+
+    material: str
+    illuminant: str
+    observer: str
+    statistics: DeltaEStatistics
+    image: str
+    picture: bytes
+    reference: bytes
+    delta_e_map: bytes
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    wavelengths_nm: Float[np.ndarray, "L"] | None = None
+    reflectance: Float[np.ndarray, "L"] | None = None
+    reflectance_label: str = "Reflectance"
+    swatch: tuple[int, int, int] | None = None
+    white_xyz: Float[np.ndarray, "3"] | None = None
+    notes: tuple[str, ...] = ()
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+
+def review_row(
+    material: str,
+    illuminant: str,
+    observer: str,
+    *,
+    statistics: DeltaEStatistics,
+    picture: UInt8[np.ndarray, "H W 3"],
+    reference: UInt8[np.ndarray, "H W 3"],
+    delta_e: Float[np.ndarray, "H W"],
+    budget: float,
+    rows: int,
+    image: str,
+    **more: Any,
+) -> ReviewRow:
+    """A row from display-encoded pictures and a ΔE map (NaN: not compared, infinite: no number).
+
+    `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick
+    to open (linear light for pictures, the largest value for maps) and a note says so. `more` goes to `ReviewRow`.
+
+    Raises
+    ------
+    ComparisonError : picture and reference are the same array.
+    """
+    if np.may_share_memory(picture, reference):
+        raise ComparisonError(f"{material} under {illuminant}: picture and reference are the same array")
+    factor = plots.reduction(*delta_e.shape, plots.embedded_side(rows))
+    notes = [*more.pop("notes", ())]
+    if factor > 1:
+        notes.append(f"Shown at 1/{factor} of its size; the figures are those of the full picture.")
+    if statistics.max == 0.0:
+        notes.append("Every compared pixel is exactly equal: make sure that the reference is computed independently.")
+    if statistics.undefined:
+        notes.append(f"{statistics.undefined} compared pixels hold no number; they are in none of the figures.")
+    return ReviewRow(
+        material=material,
+        illuminant=illuminant,
+        observer=observer,
+        statistics=statistics,
+        image=image,
+        picture=plots.lossless(plots.reduce_picture(picture, factor)),
+        reference=plots.lossless(plots.reduce_picture(reference, factor)),
+        delta_e_map=plots.lossless(plots.delta_e_picture(plots.reduce_map(delta_e, factor), budget)),
+        notes=tuple(notes),
+        **more,
+    )
+
+
+def write_report(
+    folder: Path,
+    rows: Sequence[ReviewRow],
+    plan: Plan,
+    renderer_name: str,
+    budget: float,
+    chain_words: Sequence[str],
+    version: str,
+    *,
+    checks: Sequence[SelfCheck],
+    title: str = "Colour review",
+    formula: str = "CIE 1994",
+    created: str | None = None,
+) -> tuple[Path, Path]:
+    """Write `index.html` and `review.json` into `folder`; returns both paths.
+
+    Parameters
+    ----------
+    rows : in the order in which they are shown; rows of one material make one card.
+    chain_words : the colour chain from spectrum to display, a sentence each.
+    checks : from `statistics.self_check` on one of the references; the page shows them and fails without them.
+    created : when, as ISO 8601; now by default.
+
+    Raises
+    ------
+    InputError : no rows, a budget that is not positive, or a folder that cannot be written to.
+    """
+    if not rows:
+        raise InputError("a report needs at least one material under one light", field="rows", found="none")
+    if not (math.isfinite(budget) and budget > 0):
+        raise InputError("the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0")
+    document = {
+        "schema": SCHEMA,
+        "metamer": version,
+        "created": created or datetime.now(UTC).isoformat(timespec="seconds"),
+        "renderer": renderer_name,
+        "status": status(rows, budget, checks),
+        "budget_delta_e94": float(budget),
+        "formula": formula,
+        "plan": {"basis_size": int(plan.basis_size), "reasons": [str(reason) for reason in plan.reasons]},
+        "colour_chain": [str(words) for words in chain_words],
+        "self_check": [
+            {"what": check.label, "expected": check.expected, "found": check.found, "passed": check.passed}
+            for check in checks
+        ],
+        "results": [_result(row, budget) for row in rows],
+    }
+    from .page import render_page
+
+    folder = Path(folder)
+    json_path = _write(folder / "review.json", json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    return _write(folder / "index.html", render_page(document, rows, title)), json_path
+
+
+def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]) -> str:
+    """The worst verdict of all rows; `invalid` where the report's check of itself is missing or failed."""
+    if not checks or not all(check.passed for check in checks):
+        return "invalid"
+    found = {verdict(row.statistics, budget) for row in rows}
+    return next(word for word in ("over", "near", "pass") if word in found)
+
+
+def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
+    figures = row.statistics
+    return {
+        "material": row.material,
+        "illuminant": row.illuminant,
+        "observer": row.observer,
+        "status": verdict(figures, budget),
+        "delta_e94": {"mean": figures.mean, "p95": figures.p95, "p99": figures.p99, "max": figures.max},
+        "pixels": figures.pixels,
+        "undefined_pixels": figures.undefined,
+        "image": row.image,
+        "files": dict(row.files),
+        "seconds": {step: float(seconds) for step, seconds in row.seconds.items()},
+        "white_xyz": None if row.white_xyz is None else [float(value) for value in row.white_xyz],
+        "notes": list(row.notes),
+    }
+
+
+def _write(path: Path, text: str) -> Path:
+    """Beside its name first, then renamed: a report that is being read never changes under the reader."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_text(text, encoding="utf-8")
+        beside.replace(path)
+    except OSError as reason:
+        raise InputError(
+            "the report cannot be written", file=path, found=reason.strerror, hint="choose a folder that can be written to"
+        ) from None
+    finally:
+        # Where the folder itself is missing or closed, there is nothing to take away either.
+        if beside.parent.is_dir() and os.access(beside.parent, os.W_OK):
+            beside.unlink(missing_ok=True)
+    return path
