@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import warnings
 from functools import cache
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 
 @cache
-def colour_science() -> ModuleType:
+def colour_science() -> Any:
     """The `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet, and
     the way it makes numpy print numbers does not reach the rest of the process.
     """

@@ -110,7 +110,7 @@ def is_uniform(wavelengths_nm: Wavelengths) -> bool:
 
 def interpolation_matrix(
     from_nm: Wavelengths,
-    to_nm: Wavelengths,
+    to_nm: Float[np.ndarray, "M"],
     extrapolation: Extrapolation = "hold",
     method: Literal["auto", "sprague", "linear"] = "auto",
 ) -> Float[np.ndarray, "M L"]:
