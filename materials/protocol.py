@@ -8,7 +8,7 @@ every wavelength of its own.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +16,7 @@ from jaxtyping import Float
 from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
+from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .brdf import Brdf
 from .factors import FactorPack, FitError, FrameAngles, frame_angles
 
@@ -28,8 +29,8 @@ _LEAST_COSINE = 0.01
 class SphereProtocol:
     """Direction pairs of the lit pixels of all five lights, in each pixel's own surface frame.
 
-    `pixels`: pixels across the sphere's diameter. The tangent x of the surface points along the parallels of an upright sphere, so
-    that an anisotropic material is seen at every turn.
+    `pixels`: across the sphere's diameter. The tangent x of the surface points along the parallels of an upright
+    sphere, so that an anisotropic material is seen at every turn.
     """
 
     pixels: int
@@ -59,7 +60,7 @@ class SphereProtocol:
 
     def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L 3"]:
         """Light x observer: XYZ of the perfect diffuser has Y = 1."""
-        return observer(self.observer).weights(illuminant(self.light), wavelengths_nm).T
+        return _weights(self.light, self.observer, tuple(wavelengths_nm.tolist()))
 
     def reference(self, brdf: Brdf) -> Float[np.ndarray, "N 3"]:
         """XYZ of every sample from the BRDF at its own wavelengths."""
@@ -86,7 +87,7 @@ class SphereProtocol:
         most_negative: float = 0.0,
     ) -> FitError:
         """Statistics of ΔE94 over the samples."""
-        white = self.weights(np.arange(380.0, 781.0, 5.0)).sum(axis=0)
+        white = self.weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
         difference = delta_e_xyz(reference_xyz, sample_xyz, white)
         p95, p99 = np.percentile(difference, [95, 99])
         return FitError(
@@ -102,13 +103,20 @@ class SphereProtocol:
         )
 
     def most_negative(self, packs: tuple[FactorPack, ...]) -> float:
-        """Lowest pi f_r cos(theta_i) that the packs shade to at any wavelength of any sample; 0 where none is negative."""
+        """Lowest pi f_r cos(theta_i) that the packs shade to at any sample and wavelength; 0 if none is negative."""
         lowest = 0.0
         for start in range(0, len(self.wi), 8192):
             rows = slice(start, start + 8192)
             shaded = sum(pack.basis.reconstruct(pack.shade(self.wi[rows], self.wo[rows])) for pack in packs)
             lowest = min(lowest, float(np.pi * np.min(shaded)))
         return lowest
+
+
+@lru_cache(maxsize=16)
+def _weights(light: str, observer_name: str, wavelengths_nm: tuple[float, ...]) -> np.ndarray:
+    weights = observer(observer_name).weights(illuminant(light), np.array(wavelengths_nm)).T
+    weights.setflags(write=False)
+    return weights
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -22,7 +23,8 @@ _BLOCK = 16384
 class Table:
     """Values on the grid of `axes`: f_r cos(theta_i) in frame io, f_r in frame hd, 1/sr.
 
-    `reached` is False where no pair of directions above the horizon has these angles: those values are 0 and mean nothing.
+    `reached` is False where no pair of directions above the horizon has these angles: there values are 0, without
+    meaning.
     """
 
     frame: Frame
@@ -46,6 +48,7 @@ class Table:
             )
 
 
+@lru_cache(maxsize=2)
 def node_directions(
     frame: Frame, axes: tuple[Axis, ...]
 ) -> tuple[Float[np.ndarray, "*grid 3"], Float[np.ndarray, "*grid 3"]]:
@@ -58,9 +61,15 @@ def node_directions(
         ]
         theta_i, theta_o, phi, *rest = np.meshgrid(*nodes, indexing="ij")
         phi_i = rest[0] if rest else np.zeros_like(phi)
-        return spherical(theta_i, phi_i), spherical(theta_o, phi_i + phi)
+        return _frozen(spherical(theta_i, phi_i), spherical(theta_o, phi_i + phi))
     theta_h, theta_d, phi_d, *rest = np.meshgrid(*nodes, indexing="ij")
-    return io_from_half_difference(theta_h, theta_d, phi_d, rest[0] if rest else 0.0)
+    return _frozen(*io_from_half_difference(theta_h, theta_d, phi_d, rest[0] if rest else 0.0))
+
+
+def _frozen(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    wi.setflags(write=False)
+    wo.setflags(write=False)
+    return wi, wo
 
 
 def tabulate(

@@ -1,0 +1,196 @@
+"""CP decomposition of weighted tables: compressed first, then fitted to what is seen.
+
+A table is (n_1, ..., n_d, S): d angles and S spectral coefficients, with one weight for each angle node. Two stages:
+
+1. `CompressedTable`: the table times a separable stand-in of the weights is compressed by higher-order SVD, its small
+   core is decomposed by alternating least squares, and the factors are expanded. Sweeps cost next to nothing here.
+2. `weighted_cp`: alternating least squares on the table itself with the true weights, which are not separable.
+
+Both carry a ridge on factors of balanced length, so that no pair of terms can grow and cancel without bound (the
+two-factor degeneracy of CP), and a least-squares step of extrapolation along the last move, which crosses swamps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from jaxtyping import Float
+
+Factors = list[Float[np.ndarray, "_ R"]]
+
+# Share of a tensor's energy that compression may lose: plenty for a start, which is refined on the table itself.
+_ENERGY_LOST = 1e-8
+
+
+def khatri_rao(factors: Factors) -> Float[np.ndarray, "N R"]:
+    """Column-wise Kronecker product; the first factor varies slowest."""
+    return reduce(lambda a, b: (a[:, None, :] * b[None, :, :]).reshape(-1, a.shape[1]), factors)
+
+
+def cp_tensor(factors: Factors) -> Float[np.ndarray, "..."]:
+    """The full tensor that factors stand for."""
+    *head, last = factors
+    return (khatri_rao(head) @ last.T).reshape([len(factor) for factor in factors])
+
+
+def balanced(factors: Factors) -> Factors:
+    """The same terms, each term's length shared equally among its factors."""
+    lengths = np.stack([np.linalg.norm(factor, axis=0) for factor in factors])
+    whole = np.prod(lengths, axis=0)
+    share = whole ** (1.0 / len(factors))
+    safe = np.where(whole > 0, lengths, 1.0)
+    return [factor * np.where(whole > 0, share / n, 0.0) for factor, n in zip(factors, safe, strict=True)]
+
+
+def longest_first(factors: Factors) -> Factors:
+    """The same terms in descending order of their length."""
+    whole = np.prod([np.linalg.norm(factor, axis=0) for factor in factors], axis=0)
+    order = np.argsort(-whole, kind="stable")
+    return [factor[:, order] for factor in factors]
+
+
+def hosvd(tensor: Float[np.ndarray, "..."], lost: float = _ENERGY_LOST) -> tuple[np.ndarray, Factors]:
+    """Core and orthonormal bases of every mode, losing at most the share `lost` of the energy in each mode."""
+    core, bases = tensor, []
+    for mode in range(tensor.ndim):
+        unfolded = np.moveaxis(core, mode, 0).reshape(core.shape[mode], -1)
+        # Gram matrices are small and exact enough: what is lost is energy, a squared quantity, as well.
+        energy, vectors = np.linalg.eigh(unfolded @ unfolded.T)
+        energy, vectors = np.maximum(energy[::-1], 0.0), vectors[:, ::-1]
+        tail = energy.sum() - np.cumsum(energy)
+        size = max(1, int(np.sum(tail > lost * energy.sum())) + 1) if energy.sum() > 0 else 1
+        basis = vectors[:, : min(size, len(vectors))]
+        bases.append(basis)
+        core = np.moveaxis((basis.T @ unfolded).reshape(-1, *np.delete(core.shape, mode)), 0, mode)
+    return core, bases
+
+
+def cp_als(
+    tensor: Float[np.ndarray, "..."], start: Factors, sweeps: int, ridge: float, tolerance: float
+) -> tuple[Factors, float]:
+    """Alternating least squares on an unweighted (small) tensor from a given start."""
+    unfolded = [np.moveaxis(tensor, mode, 0).reshape(tensor.shape[mode], -1) for mode in range(tensor.ndim)]
+    energy = float(np.sum(tensor**2))
+    rank = start[0].shape[1]
+    shift = ridge * energy ** ((tensor.ndim - 1) / tensor.ndim) * np.eye(rank)
+
+    def swept(factors: Factors) -> tuple[Factors, float]:
+        factors = list(factors)
+        gram = [factor.T @ factor for factor in factors]
+        for mode, table in enumerate(unfolded):
+            others = [factor for k, factor in enumerate(factors) if k != mode]
+            matrix = reduce(np.multiply, [g for k, g in enumerate(gram) if k != mode])
+            right = table @ khatri_rao(others)
+            factors[mode] = np.linalg.solve(matrix + shift, right.T).T
+            gram[mode] = factors[mode].T @ factors[mode]
+        inner = float(np.sum(right * factors[-1]))
+        return factors, energy - 2 * inner + float(np.sum(matrix * gram[-1]))
+
+    return _extrapolated(swept, start, sweeps, tolerance * energy)
+
+
+@dataclass(frozen=True, eq=False)
+class CompressedTable:
+    """A table under separable weights, compressed: what starts are drawn from, for any rank.
+
+    `roots`: square roots of the separable weights, one vector an angle.
+    """
+
+    core: Float[np.ndarray, "..."]
+    bases: tuple[Float[np.ndarray, "n m"], ...]
+    roots: tuple[Float[np.ndarray, " n"], ...]
+
+    @classmethod
+    def of(cls, tensor: Float[np.ndarray, "*grid S"], roots: tuple[Float[np.ndarray, " n"], ...]) -> CompressedTable:
+        """Higher-order SVD of tensor (n_1 .. n_d, S) times the outer product of `roots`."""
+        scaled = tensor * reduce(np.multiply.outer, roots)[..., None]
+        core, bases = hosvd(scaled)
+        return cls(core, tuple(bases), roots)
+
+    def decomposed(self, rank: int, seed: int, sweeps: int = 120, ridge: float = 1e-7) -> Factors:
+        """Factors of `rank` terms, expanded to the table; starts at random from `seed`."""
+        generator = np.random.default_rng(seed)
+        length = np.linalg.norm(self.core) ** (1.0 / self.core.ndim)
+        start = [generator.standard_normal((size, rank)) * length / np.sqrt(size) for size in self.core.shape]
+        factors, _ = cp_als(self.core, start, sweeps, ridge, 1e-14)
+        factors = [basis @ factor for basis, factor in zip(self.bases, factors, strict=True)]
+        return [
+            factor / root[:, None]
+            for factor, root in zip(factors, (*self.roots, np.ones(len(factors[-1]))), strict=True)
+        ]
+
+
+class WeightedTable:
+    """A table and its weights, laid out once for the least-squares problems of every mode."""
+
+    def __init__(self, tensor: Float[np.ndarray, "*grid S"], weights: Float[np.ndarray, "*grid"]) -> None:
+        self.modes = weights.ndim
+        self.energy = float(np.sum(weights * np.sum(tensor**2, axis=-1)))
+        self._weights = [np.moveaxis(weights, m, 0).reshape(weights.shape[m], -1).copy() for m in range(self.modes)]
+        weighted = np.moveaxis(weights[..., None] * tensor, -1, 0)
+        self._targets = [
+            np.moveaxis(weighted, m + 1, 1).reshape(len(weighted), weights.shape[m], -1).copy()
+            for m in range(self.modes)
+        ]
+
+    def swept(self, factors: Factors, ridge: float) -> tuple[Factors, float]:
+        """One sweep over all modes; the factors and the weighted sum of squares that is left."""
+        factors = list(factors)
+        rank = factors[0].shape[1]
+        upper = np.triu_indices(rank)
+        for mode in range(self.modes):
+            rest = khatri_rao([factor for m, factor in enumerate(factors[:-1]) if m != mode])
+            spectral = factors[-1]
+            pairs = np.empty((factors[mode].shape[0], rank, rank))
+            pairs[:, upper[0], upper[1]] = self._weights[mode] @ (rest[:, upper[0]] * rest[:, upper[1]])
+            pairs[:, upper[1], upper[0]] = pairs[:, upper[0], upper[1]]
+            matrix = pairs * (spectral.T @ spectral)
+            right = np.einsum("snr,sr->nr", self._targets[mode] @ rest, spectral)
+            # Relative to each row: weights span many decades between the middle of a highlight and its tail.
+            scale = ridge * np.trace(matrix, axis1=1, axis2=2) / rank
+            matrix += np.maximum(scale, np.finfo(float).tiny)[:, None, None] * np.eye(rank)
+            factors[mode] = np.linalg.solve(matrix, right[..., None])[..., 0]
+        # The spectral mode shares one matrix among its rows: every node has one weight for all coefficients.
+        last = factors[self.modes - 1]
+        matrix = np.einsum("nrs,nr,ns->rs", pairs, last, last)
+        right = np.einsum("snr,nr->sr", self._targets[self.modes - 1] @ rest, last)
+        shift = ridge * max(np.trace(matrix) / rank, np.finfo(float).tiny)
+        factors[-1] = np.linalg.solve(matrix + shift * np.eye(rank), right.T).T
+        left = (
+            self.energy - 2.0 * float(np.sum(right * factors[-1])) + float(np.sum((factors[-1] @ matrix) * factors[-1]))
+        )
+        return factors, left
+
+
+def weighted_cp(
+    table: WeightedTable, start: Factors, sweeps: int, ridge: float = 1e-9, tolerance: float = 1e-12
+) -> tuple[Factors, float]:
+    """Alternating least squares with the true weights: the factors and the weighted sum of squares that is left."""
+    return _extrapolated(lambda factors: table.swept(factors, ridge), start, sweeps, tolerance * table.energy)
+
+
+def _extrapolated(
+    swept: Callable[[Factors], tuple[Factors, float]], start: Factors, sweeps: int, enough: float
+) -> tuple[Factors, float]:
+    """Sweeps from points stretched along the last move, with a restart wherever that proves worse.
+
+    Ends at `enough`, or where the last ten sweeps together gained less than a fiftieth of what is left.
+    """
+    last = now = balanced(start)
+    least, stretch = np.inf, 0.0
+    history: list[float] = []
+    for _ in range(sweeps):
+        found, left = swept([f + stretch * (f - p) for f, p in zip(now, last, strict=True)])
+        if left > least and stretch > 0.0:
+            stretch = 0.0
+            continue
+        least = left
+        last, now = now, balanced(found)
+        history.append(left)
+        if left <= enough or (len(history) > 10 and history[-11] - left < 0.02 * left):
+            break
+        stretch = min(1.2 * stretch + 0.2, 4.0)
+    return longest_first(now), least
