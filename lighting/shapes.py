@@ -57,7 +57,7 @@ def cloth(divisions: int = 160) -> Mesh:
         squared = x * x + z * z
         # The real part of (x + iz)^6 is r^6 cos(6 angle): folds that vanish smoothly at the centre.
         sixfold = x**6 - 15.0 * x**4 * z**2 + 15.0 * x**2 * z**4 - z**6
-        folds = 0.11 * sixfold / (0.32 + squared) ** 3
+        folds = 0.3 * sixfold / (0.32 + squared) ** 3
         fall = 0.75 * (1.0 - np.exp(-((squared / 0.55) ** 2)))
         return np.stack([x, folds - fall * 0.9 - 0.12 * squared, z])
 
