@@ -79,6 +79,10 @@ class SpectralBasis:
             and np.array_equal(self.synthesis, other.synthesis)
         )
 
+    def truncated(self, size: int) -> SpectralBasis:
+        """The basis of the first `size` coefficients: for "peercy" and "balanced" the best one of that size."""
+        return SpectralBasis(self.name, self.wavelengths_nm, self.analysis[:, :size], self.synthesis[:, :size])
+
     def project(self, values: Float[np.ndarray, "*batch L"]) -> Float[np.ndarray, "*batch J"]:
         """Coefficients A^T r of reflectances sampled on `wavelengths_nm`."""
         return values if self.is_sampled else values @ self.analysis

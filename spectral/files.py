@@ -64,3 +64,18 @@ def read_text(path: str | Path) -> str:
             "not a text file", file=path, found=f"first bytes {data[:8]!r}", expected="text with numbers in columns"
         )
     return text
+
+
+def made_folder(path: str | Path) -> Path:
+    """The folder, made where it is missing; an `InputError` where it cannot be made or written to."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        raise InputError(
+            "the folder cannot be made", file=path, found=reason.strerror, hint="choose another output folder"
+        ) from None
+    with written_whole(path / ".writable"):
+        pass
+    (path / ".writable").unlink()
+    return path

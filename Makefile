@@ -1,0 +1,49 @@
+# Two commands: `make review` (a reviewed catalogue with its ΔE94) and `make test`.
+# Both make .venv and install Metamer, pinned by constraints.txt; nothing outside this folder is touched.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+OUT    ?= review
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.PHONY: review test bench lint clean
+
+review: $(VENV)/.installed
+	@$(BIN)/metamer doctor --brief
+	$(BIN)/metamer review --out $(OUT)
+
+test: $(VENV)/.installed-for-tests
+	@$(BIN)/metamer doctor --brief
+	$(BIN)/python -m pytest -n 2
+
+bench: $(VENV)/.installed
+	$(BIN)/metamer bench all
+
+lint: $(VENV)/.installed-for-tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+	$(BIN)/codespell
+	$(BIN)/pyright
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "Metamer needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1)."; \
+	    echo "Name another one: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || \
+	  { rm -rf $(VENV); echo "No virtual environments here. On Debian: apt-get install python3-venv"; exit 1; }
+
+$(VENV)/.installed: $(BIN)/python pyproject.toml constraints.txt
+	@echo "Installing Metamer into $(VENV) ..."
+	@$(PIP) -e .
+	@touch $@
+
+$(VENV)/.installed-for-tests: $(VENV)/.installed
+	@echo "Installing what the tests need ..."
+	@$(PIP) -e '.[test]'
+	@$(PIP) mitsuba || echo "Mitsuba 3 has no package for this Python: its comparisons will be skipped."
+	@touch $@
+
+clean:
+	rm -rf $(VENV) $(OUT) *.egg-info

@@ -1,0 +1,63 @@
+"""`metamer doctor`: what this machine offers, and what to install for the rest."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import sys
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+
+_LIBRARIES = ("numpy", "scipy", "colour-science", "moderngl", "opencolorio", "OpenEXR", "trimesh", "embreex", "h5py")
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    command = subparsers.add_parser("doctor", help="what this machine offers, and what to install")
+    command.add_argument("--brief", action="store_true", help="one line for each part")
+    command.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    checks: dict[str, Callable[[], str]] = {"renderer": _renderer, "display": _display, "reference": _reference}
+    for label, check in checks.items():
+        print(f"{label:>10}: {check()}")
+    if not args.brief:
+        print(f"{'python':>10}: {platform.python_version()} on {platform.platform()}, {os.cpu_count()} cores")
+        for library in _LIBRARIES:
+            print(f"{library:>14} {_version(library)}")
+    sys.stdout.flush()
+    return 0
+
+
+def _renderer() -> str:
+    from ..viewer.context import NoGL, create_context
+
+    try:
+        context = create_context()
+    except NoGL as reason:
+        return f"software (numpy). {reason}"
+    name = f"OpenGL {context.version_code / 100:.1f}, {context.info['GL_RENDERER']}"
+    context.release()
+    return name
+
+
+def _display() -> str:
+    from ..viewer.display import DisplayTransform
+
+    return "; ".join(DisplayTransform().describe())
+
+
+def _reference() -> str:
+    try:
+        import embreex  # noqa: F401
+    except ImportError:
+        return "no Embree: pip install embreex"
+    return f"Embree rays (embreex {_version('embreex')})"
+
+
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:
+        return f"missing: pip install {library}"

@@ -1,0 +1,66 @@
+"""The `metamer` command: reads the words, calls the package, turns errors into exit codes.
+
+0 pass, 1 warn, 2 fail, 3 the two sides cannot be compared, 4 a file is unusable, 64 wrong usage, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from ..spectral.errors import MetamerError
+
+# One small module a subcommand, each with `add_parser(subparsers)` and `run(args) -> int`.
+COMMANDS = ("review", "render", "catalogue", "bench", "doctor")
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, with the exit code that the command documents for wrong usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        self.exit(64, f"{self.prog}: {message}\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    command = _Parser(prog="metamer", description="Spectral, colour-accurate rendering for design review.")
+    command.add_argument("--version", action="store_true", help="print the version and end")
+    subparsers = command.add_subparsers(metavar="COMMAND", parser_class=_Parser)
+    for name in COMMANDS:
+        module = importlib.import_module(f".{name}", __package__)
+        module.add_parser(subparsers)
+    return command
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    command = parser()
+    args = command.parse_args(words)
+    if args.version:
+        from importlib.metadata import version
+
+        print(f"metamer {version('metamer')}")
+        return 0
+    if not hasattr(args, "run"):
+        command.print_help()
+        return 64
+    try:
+        return args.run(args)
+    except MetamerError as reason:
+        print(f"metamer: {reason}", file=sys.stderr)
+        return reason.exit_code
+    except KeyboardInterrupt:
+        print("\nmetamer: interrupted; nothing half-written is left behind", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader of our output has left, as `head` does.
+        sys.stderr.close()
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

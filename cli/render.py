@@ -1,0 +1,41 @@
+"""`metamer render`: one picture of a scene."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .shared import add_catalogue_option, add_renderer_option, catalogue_for
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    command = subparsers.add_parser("render", help="one picture of a scene")
+    command.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
+    command.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="OUT.exr (XYZ) or OUT.png")
+    command.add_argument("--spectral", action="store_true", help="a spectral EXR in place of XYZ")
+    command.add_argument("--illuminant", metavar="NAME", help="in place of every light's own spectrum")
+    command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
+    command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for a missing catalogue's import")
+    add_catalogue_option(command)
+    add_renderer_option(command)
+    command.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from ..lighting.scene import load_scene
+    from ..viewer.headless import create_renderer
+    from ..viewer.picture import lit_by, render_picture, render_reference, render_spectral
+
+    catalogue = catalogue_for(args.catalogue, args.jobs)
+    scene = lit_by(load_scene(args.scene, catalogue), args.illuminant)
+    if args.reference:
+        notes = render_reference(scene, catalogue, args.output, args.camera)
+    else:
+        render = render_spectral if args.spectral else render_picture
+        with create_renderer(args.renderer) as renderer:
+            notes = render(scene, catalogue, args.output, args.camera, renderer)
+    for note in (*scene.notes, *notes):
+        print(note)
+    print(args.output)
+    return 0

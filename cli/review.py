@@ -1,0 +1,69 @@
+"""`metamer review`: the main job, headless."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from .shared import add_catalogue_option, add_renderer_option, catalogue_for, comma_separated, progress_bar
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    command = subparsers.add_parser(
+        "review",
+        help="render materials under several lights and report how far off they are",
+        description="Render every material of a scene under every light, compare with the reference, write a report. "
+        "Exit code 0: every row within the budget; 1: some near it; 2: some over it.",
+    )
+    command.add_argument("scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere")
+    command.add_argument("--out", type=Path, default=Path("review"), metavar="DIR", help="default: review")
+    command.add_argument("--illuminants", type=comma_separated, metavar="A,B", help="default: those of the scene")
+    command.add_argument("--materials", type=comma_separated, metavar="ID,ID", help="ids or patterns to sweep")
+    command.add_argument(
+        "--budget", type=float, default=1.0, metavar="ΔE94", help="for the 99th percentile; default 1.0"
+    )
+    command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
+    command.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core")
+    add_catalogue_option(command)
+    add_renderer_option(command)
+    command.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from importlib.metadata import version
+
+    from ..lighting.scene import load_scene
+    from ..spectral.processes import usable_cores
+    from ..viewer.headless import create_renderer
+    from ..viewer.review import review
+    from .shared import shipped_scene
+
+    start = time.perf_counter()
+    jobs = args.jobs or usable_cores()
+    catalogue = catalogue_for(args.catalogue, jobs)
+    scene = load_scene(args.scene or shipped_scene(), catalogue)
+    renderer = create_renderer(args.renderer)
+    print(f"Renderer: {renderer.name}")
+    with progress_bar("Reviewing") as progress:
+        result = review(
+            scene,
+            catalogue,
+            args.out,
+            illuminants=args.illuminants,
+            materials=args.materials,
+            budget=args.budget,
+            renderer=renderer,
+            camera=args.camera,
+            jobs=jobs,
+            version=version("metamer"),
+            progress=progress,
+        )
+    worst = max(result.rows, key=lambda row: row.statistics.p99)
+    print(
+        f"{len(result.rows)} rows in {time.perf_counter() - start:.0f} s: {result.status}. "
+        f"Worst: {worst.material} under {worst.illuminant}, ΔE94 p99 {worst.statistics.p99:.2f} "
+        f"(budget {args.budget:g})."
+    )
+    print(f"Report:   {result.page}\nFigures:  {result.figures}\nPictures: {args.out / 'pictures'}")
+    return {"pass": 0, "near": 1, "over": 2}.get(result.status, 2)

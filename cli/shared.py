@@ -1,0 +1,88 @@
+"""What several subcommands share: options, the catalogue to use, and progress."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..materials.catalogue import Catalogue
+
+
+def comma_separated(text: str) -> tuple[str, ...]:
+    """Words of an option such as `--illuminants D65,A,FL11`."""
+    words = tuple(word.strip() for word in text.split(",") if word.strip())
+    if not words:
+        raise argparse.ArgumentTypeError("names nothing")
+    return words
+
+
+def add_catalogue_option(command: argparse.ArgumentParser) -> None:
+    """`--catalogue`."""
+    command.add_argument(
+        "--catalogue",
+        type=Path,
+        metavar="CAT",
+        help="default: $METAMER_CATALOGUE, or ./metamer-catalogue, made from the shipped materials where missing",
+    )
+
+
+def add_renderer_option(command: argparse.ArgumentParser) -> None:
+    """`--renderer`."""
+    command.add_argument(
+        "--renderer",
+        choices=("auto", "gl", "software"),
+        default="auto",
+        help="default: GL, else software, and it says so",
+    )
+
+
+def shipped_scene(name: str = "sphere") -> Path:
+    """A scene that comes with Metamer."""
+    from importlib.resources import files
+
+    return Path(str(files("metamer.examples"))) / f"{name}.toml"
+
+
+def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
+    """The catalogue asked for; the default one is first made from the shipped materials where it is missing."""
+    from ..materials.catalogue import Catalogue, default_catalogue
+
+    if folder is None:
+        folder = default_catalogue()
+        if not folder.exists():
+            from ..materials.importing import import_sources
+            from .catalogue import import_progress, shipped_sources
+
+            print(f"No catalogue at {folder} yet: importing the shipped materials.")
+            with ExitStack() as stack:
+                import_sources([shipped_sources()], folder, jobs=jobs, progress=import_progress(stack))
+    return Catalogue.open(folder)
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Callable[[int, int, str], None]]:
+    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way."""
+    if not sys.stdout.isatty():
+        tenths = -1
+
+        def line(done: int, total: int, what: str) -> None:
+            nonlocal tenths
+            if done * 10 // total > tenths:
+                tenths = done * 10 // total
+                print(f"{title}: {done}/{total} {what}", flush=True)
+
+        yield line
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns) as progress:
+        task = progress.add_task(title, total=None)
+        yield lambda done, total, what: progress.update(
+            task, completed=done, total=total, description=f"{title}: {what}"
+        )

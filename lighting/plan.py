@@ -1,0 +1,126 @@
+"""What a scene needs, and why: the smallest spectral basis that keeps its colours within a ΔE94 budget."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..materials.factors import FactorPack
+from ..spectral.basis import SpectralBasis
+from ..spectral.difference import delta_e_xyz
+from ..spectral.errors import InputError
+from ..spectral.observers import Observer
+from ..spectral.spectrum import Spectrum
+
+#: Share of the budget that the spectral basis may spend; the rest is for the factors over directions.
+SPECTRAL_SHARE = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class ScenePlan:
+    """The stages a scene is rendered with.
+
+    Parameters
+    ----------
+    basis : spectral basis that packs are shaded in.
+    budget_delta_e94 : what the whole picture may differ from the truth.
+    spectral_delta_e94 : largest ΔE94 that the basis causes over the scene's own spectra and lights.
+    precision : of factors and of the frame buffer.
+    reasons : why, in words and numbers.
+    """
+
+    basis: SpectralBasis
+    budget_delta_e94: float
+    spectral_delta_e94: float
+    precision: str
+    reasons: tuple[str, ...]
+
+    @property
+    def basis_size(self) -> int:
+        """J, the number of coefficients a spectrum."""
+        return self.basis.size
+
+
+def plan_scene(
+    packs: Sequence[Sequence[FactorPack]],
+    lights: Sequence[Spectrum],
+    observer: Observer,
+    budget_delta_e94: float = 1.0,
+    bounces: int = 0,
+) -> ScenePlan:
+    """Choose basis and size for the materials (one tuple of packs each) and lights of a scene.
+
+    Every material is looked at over a fixed set of direction pairs; with `bounces`, products of those spectra join
+    them. The balanced basis (mathematics: rank-J truncation of reflectance x light) grows until its largest ΔE94 over
+    all spectra and lights is within `SPECTRAL_SHARE` of the budget. One light and no bounce is exact at J = 3.
+    """
+    if not packs or not lights:
+        raise InputError(
+            "nothing to plan for", found=f"{len(packs)} materials, {len(lights)} lights", expected="one of each"
+        )
+    if not budget_delta_e94 > 0:
+        raise InputError(
+            "the budget must be positive", field="budget", found=budget_delta_e94, expected="a ΔE94 above 0"
+        )
+    wavelengths_nm = packs[0][0].basis.wavelengths_nm
+    seen = np.concatenate([_seen_spectra(material) for material in packs])
+    surfaces = seen
+    for _ in range(bounces):
+        surfaces = np.concatenate([surfaces, _products(seen, surfaces)])
+    weights = [observer.weights(light, wavelengths_nm) for light in lights]
+    columns = np.concatenate(weights).T
+    allowed = SPECTRAL_SHARE * budget_delta_e94
+
+    full = SpectralBasis.balanced(surfaces, columns, wavelengths_nm=wavelengths_nm)
+    errors: dict[int, float] = {}
+    for size in range(min(3, full.size), full.size + 1):
+        errors[size] = _worst_delta_e94(full.truncated(size), surfaces, weights)
+        if errors[size] <= allowed:
+            break
+    size, error = max(errors), errors[max(errors)]
+    basis = full.truncated(size)
+    peercy = _worst_delta_e94(SpectralBasis.peercy(surfaces, columns, size, wavelengths_nm), surfaces, weights)
+    reasons = [
+        f"The scene holds {len(packs)} materials, {len(lights)} lights and {bounces or 'no'} "
+        f"{'bounce' if bounces == 1 else 'bounces'}, seen by the {observer.name}.",
+        f"Of the budget of ΔE94 {budget_delta_e94:g} the spectral basis may spend {allowed:.2g}; "
+        f"{len(surfaces)} spectra under each light were tried.",
+        *(f"Balanced basis, J = {j}: max ΔE94 {worst:.2g}." for j, worst in errors.items()),
+        f"J = {size} is kept in place of {wavelengths_nm.size} samples; "
+        f"the Peercy basis of that size would cost max ΔE94 {peercy:.2g}.",
+    ]
+    if len(lights) == 1 and bounces == 0:
+        reasons.append("One light and no bounce: three numbers a spectrum (X, Y, Z of that light) are exact.")
+    return ScenePlan(basis, budget_delta_e94, error, "float32", tuple(reasons))
+
+
+def _seen_spectra(material: Sequence[FactorPack], pairs: int = 48) -> Float[np.ndarray, "N L"]:
+    """pi f_r cos(theta_i) of a material (the perfect diffuser facing the light is 1) over fixed direction pairs."""
+    generator = np.random.default_rng(1)
+    wi, wo = _upper_directions(generator, pairs), _upper_directions(generator, pairs)
+    wo[: pairs // 4] = wi[: pairs // 4] * (-1, -1, 1)  # mirror directions: where lobes show their own colour
+    spectra = np.zeros((pairs, material[0].basis.wavelengths_nm.size))
+    for pack in material:
+        spectra += np.pi * pack.basis.reconstruct(np.asarray(pack.shade(wi, wo), dtype=np.float64))
+    return spectra
+
+
+def _upper_directions(generator: np.random.Generator, count: int) -> Float[np.ndarray, "N 3"]:
+    """Directions above the surface, uniform in height: cos(theta) from 0.05 to 1."""
+    height, turn = generator.uniform(0.05, 1.0, count), generator.uniform(0.0, 2 * np.pi, count)
+    radius = np.sqrt(1 - height**2)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=-1)
+
+
+def _products(first: np.ndarray, second: np.ndarray, count: int = 4096) -> np.ndarray:
+    """Up to `count` products of two spectra: what light looks like after one more bounce."""
+    generator = np.random.default_rng(2)
+    return first[generator.integers(len(first), size=count)] * second[generator.integers(len(second), size=count)]
+
+
+def _worst_delta_e94(basis: SpectralBasis, surfaces: np.ndarray, weights: Sequence[np.ndarray]) -> float:
+    shown = basis.reconstruct(basis.project(surfaces))
+    return max(float(delta_e_xyz(surfaces @ w.T, shown @ w.T, w.sum(axis=1)).max()) for w in weights)

@@ -1,0 +1,70 @@
+"""The plan takes what the scene needs and no more, and says why in numbers."""
+
+import numpy as np
+import pytest
+from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
+from metamer.materials.factors import Axis, FactorPack
+from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.errors import InputError
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from metamer.spectral.tables import colour_science
+
+AXES = (Axis("theta_i", 2, np.pi / 2), Axis("theta_o", 2, np.pi / 2), Axis("phi", 2, np.pi))
+
+
+def flat_pack(reflectance: np.ndarray) -> FactorPack:
+    """A surface of one colour in all directions."""
+    factors = tuple(np.ones((2, 1)) for _ in AXES)
+    return FactorPack("io", AXES, factors, reflectance[None] / np.pi, SpectralBasis.sampled(), None)
+
+
+@pytest.fixture(scope="module")
+def chart() -> list[tuple[FactorPack, ...]]:
+    patches = colour_science().SDS_COLOURCHECKERS["BabelColor Average"].values()
+    spectra = [Spectrum.sampled(p.wavelengths, p.values).resampled(WORKING_WAVELENGTHS_NM) for p in patches]
+    return [(flat_pack(s.values),) for s in spectra]
+
+
+def test_one_light_and_no_bounce_is_exact_at_three(chart):
+    for name in ("D65", "A", "FL11", "HP1"):
+        plan = plan_scene(chart, [illuminant(name)], observer("1931_2"))
+        assert plan.basis_size == 3, name
+        assert plan.spectral_delta_e94 < 1e-9, name
+        assert any("three numbers" in reason for reason in plan.reasons)
+
+
+def test_several_lights_take_the_smallest_size_within_the_share(chart):
+    lights = [illuminant(name) for name in ("D65", "A", "FL11")]
+    plan = plan_scene(chart, lights, observer("1931_2"), budget_delta_e94=1.0)
+    assert 3 < plan.basis_size <= 9
+    assert plan.spectral_delta_e94 <= SPECTRAL_SHARE
+    smaller = [r for r in plan.reasons if r.startswith(f"Balanced basis, J = {plan.basis_size - 1}:")]
+    assert smaller and float(smaller[0].rstrip(".").split()[-1]) > SPECTRAL_SHARE
+
+
+def test_a_tighter_budget_never_takes_fewer_coefficients(chart):
+    lights = [illuminant(f"FL{n}") for n in range(1, 13)]
+    sizes = [plan_scene(chart, lights, observer("1931_2"), b).basis_size for b in (10.0, 3.0, 1.0, 0.1)]
+    assert sizes == sorted(sizes) and sizes[-1] > sizes[0], sizes
+
+
+def test_a_bounce_takes_more_coefficients(chart):
+    plans = [plan_scene(chart, [illuminant("FL11")], observer("1931_2"), bounces=b) for b in (0, 1)]
+    assert plans[0].basis_size == plans[1].basis_size == 3  # products under one light are still three numbers each
+    lights = [illuminant(name) for name in ("D65", "A", "FL11")]
+    direct, bounced = (plan_scene(chart, lights, observer("1931_2"), 0.5, b).basis_size for b in (0, 1))
+    assert bounced >= direct
+
+
+def test_black_materials_plan_too():
+    plan = plan_scene([(flat_pack(np.zeros(81)),)], [illuminant("D65")], observer("1931_2"))
+    assert plan.basis_size == 1 and plan.spectral_delta_e94 == 0.0
+
+
+def test_nothing_to_plan_and_budgets_that_are_none(chart):
+    with pytest.raises(InputError, match="nothing to plan for"):
+        plan_scene([], [illuminant("D65")], observer("1931_2"))
+    with pytest.raises(InputError, match="budget must be positive"):
+        plan_scene(chart, [illuminant("D65")], observer("1931_2"), 0.0)

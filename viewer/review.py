@@ -1,0 +1,324 @@
+"""A review: every material under every light, rendered, compared with the truth, and written as a report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ..calibration.report import ReviewRow, review_row, status, write_report
+from ..calibration.statistics import SelfCheck, delta_e_map, delta_e_statistics, self_check
+from ..lighting.camera import Camera
+from ..lighting.geometry import VisibleGeometry, visible_geometry
+from ..lighting.plan import ScenePlan, plan_scene
+from ..lighting.reference import reference_images
+from ..lighting.scene import Scene
+from ..materials.brdf import Brdf
+from ..materials.catalogue import Catalogue
+from ..materials.directions import spherical
+from ..materials.record import MaterialRecord
+from ..spectral.errors import InputError
+from ..spectral.files import made_folder
+from ..spectral.formats.xyz_exr import write_xyz_exr
+from ..spectral.illuminants import illuminant
+from ..spectral.image import ColourImage
+from ..spectral.processes import worker_pool
+from ..spectral.spectrum import Spectrum
+from .display import DisplayTransform
+from .png import quantise, write_png
+from .renderer import Renderer
+
+#: Word for "each light as the scene has it" where an illuminant is asked for.
+OWN_LIGHT = "as lit"
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class ReviewResult:
+    """Where a review was written, and how it came out."""
+
+    page: Path
+    figures: Path
+    status: str
+    rows: tuple[ReviewRow, ...]
+    plan: ScenePlan
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One picture under all illuminants, and the materials in it that are judged."""
+
+    scene: Scene
+    judged: tuple[str, ...]
+
+
+@dataclass
+class _Timer:
+    """Seconds by the name of the step."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    _last: float = field(default_factory=time.perf_counter)
+
+    def lap(self, step: str, share: int = 1) -> None:
+        now = time.perf_counter()
+        self.seconds[step] = (now - self._last) / share
+        self._last = now
+
+
+def review(
+    scene: Scene,
+    catalogue: Catalogue,
+    out: str | Path,
+    *,
+    illuminants: Sequence[str] | None = None,
+    materials: Sequence[str] | None = None,
+    budget: float = 1.0,
+    renderer: Renderer,
+    camera: str | None = None,
+    jobs: int = 1,
+    version: str,
+    progress: Progress | None = None,
+) -> ReviewResult:
+    """Render, compare and report.
+
+    A scene with a `review` sweeps materials over one part; any other is judged as it stands, material by material,
+    each over the pixels that show it. The sample is the renderer's picture from factor packs; the reference is
+    `lighting.reference` from the original data.
+
+    Parameters
+    ----------
+    out : folder, made where missing: `index.html`, `review.json`, and a PNG and an XYZ EXR a row in `pictures/`.
+    illuminants : names; None takes those of the scene's review, or `OWN_LIGHT`.
+    materials : ids or patterns that replace those of the scene's review.
+    budget : ΔE94 that the 99th percentile of each row is held against.
+    jobs : processes that compute references.
+    progress : called with (rows done, rows in all, material).
+    """
+    out = made_folder(out)
+    pictures = made_folder(out / "pictures")
+    names = tuple(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,)))
+    spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
+    view = scene.camera(camera)
+    cases = _cases(scene, catalogue, materials)
+    records = {
+        material_id: catalogue.load(material_id)
+        for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
+    }
+    lights = _distinct_lights(scene, spectra)
+    plan = plan_scene([record.packs for record in records.values()], lights, scene.observer, budget)
+    packs = {name: tuple(p.in_basis(plan.basis) for p in record.packs) for name, record in records.items()}
+    display = _display(scene)
+    geometry = visible_geometry(scene, view)
+    rows: list[ReviewRow] = []
+    checks: tuple[SelfCheck, ...] = ()
+    total = sum(len(case.judged) for case in cases) * len(names)
+
+    references = _references(cases, catalogue, view, spectra, geometry, jobs)
+    for case, (reference_xyz, reference_seconds) in zip(cases, references, strict=True):
+        timer = _Timer()
+        shown = {name: packs[name] for name in case.scene.material_ids}
+        pictures_xyz = renderer.render_many(case.scene, view, shown, spectra)
+        timer.lap("render", len(names))
+        timer.seconds["reference"] = reference_seconds / len(names)
+        for index, name in enumerate(names):
+            lit = case.scene if spectra[index] is None else case.scene.with_illuminant(spectra[index], name)
+            white = lit.adopted_white()
+            background = white * scene.viewing.background_reflectance
+            sample_xyz, coverage = pictures_xyz[index]
+            sample = ColourImage(sample_xyz, "xyz", white)
+            truth = ColourImage(reference_xyz[index], "xyz", white)
+            for material_id in case.judged:
+                timer.lap("prepare")
+                record = records[material_id]
+                share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
+                difference = delta_e_map(truth.values, sample.values, white, share)
+                statistics = delta_e_statistics(difference)
+                checks = checks or self_check(truth.values, white, share)
+                timer.lap("compare")
+                stem = f"{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}"
+                shown_rgb, notes = display.encode(sample, coverage, background)
+                truth_rgb, _ = display.encode(truth, geometry.coverage, background)
+                words = (f"{material_id} under {name}, {scene.observer.name}, Metamer {version}",)
+                write_png(pictures / f"{stem}.png", shown_rgb, display=display.display, words=words)
+                write_xyz_exr(
+                    pictures / f"{stem}.exr",
+                    sample,
+                    coverage,
+                    {"illuminant": name, "observer": scene.observer.name, "material": material_id},
+                )
+                wavelengths_nm, factor = _reflectance_factor(record.brdf())
+                timer.lap("write")
+                rows.append(
+                    review_row(
+                        material_id,
+                        name,
+                        scene.observer.name,
+                        statistics=statistics,
+                        picture=quantise(shown_rgb),
+                        reference=quantise(truth_rgb),
+                        delta_e=difference,
+                        budget=budget,
+                        rows=total,
+                        image=f"pictures/{stem}.png",
+                        files={"XYZ EXR": f"pictures/{stem}.exr"},
+                        seconds={step: timer.seconds[step] for step in ("render", "reference", "compare", "write")},
+                        wavelengths_nm=wavelengths_nm,
+                        reflectance=factor,
+                        reflectance_label="Radiance factor, light at 45°, seen from 0°",
+                        swatch=_swatch(display, lit, spectra[index], wavelengths_nm, factor, white),
+                        white_xyz=white,
+                        notes=notes,
+                        provenance=_provenance(record),
+                    )
+                )
+                if progress is not None:
+                    progress(len(rows), total, material_id)
+    page, figures = write_report(
+        out,
+        rows,
+        plan,
+        renderer.name,
+        budget,
+        _chain(scene, view, plan, names, spectra, display),
+        version,
+        checks=checks,
+        title=f"Colour review: {scene.name}",
+    )
+    return ReviewResult(page, figures, status(rows, budget, checks), tuple(rows), plan)
+
+
+def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[_Case]:
+    if scene.review is None:
+        if materials:
+            raise InputError(
+                "this scene does not say on which part materials are swept",
+                file=scene.path,
+                field="[review] on",
+                hint='add [review] with on = "PART", or leave --materials out',
+            )
+        return [_Case(scene, scene.material_ids)]
+    patterns = materials or scene.review.materials
+    ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match(pattern))
+    return [_Case(scene.with_material(scene.review.on, material_id), (material_id,)) for material_id in ids]
+
+
+def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
+    """Every light spectrum that the review shows, each once."""
+    found = [s for other in spectra for s in ([light.spectrum for light in scene.lights] if other is None else [other])]
+    return list({(s.wavelengths_nm.tobytes(), s.values.tobytes()): s for s in found}.values())
+
+
+# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material.
+_worker: dict = {}
+
+
+def _start_worker(folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry) -> None:
+    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry)
+
+
+def _reference(case: _Case) -> tuple[Float[np.ndarray, "M H W 3"], float]:
+    start = time.perf_counter()
+    brdfs = {name: _worker["catalogue"].load(name).brdf() for name in case.scene.material_ids}
+    found = reference_images(case.scene, _worker["view"], brdfs, _worker["spectra"], geometry=_worker["geometry"])
+    return found.xyz, time.perf_counter() - start
+
+
+def _references(
+    cases: Sequence[_Case],
+    catalogue: Catalogue,
+    view: Camera,
+    spectra: Sequence[Spectrum | None],
+    geometry: VisibleGeometry,
+    jobs: int,
+) -> Iterator[tuple[Float[np.ndarray, "M H W 3"], float]]:
+    """References in the order of the cases; several processes where there is more than one job."""
+    shared = (catalogue.folder, view, spectra, geometry)
+    if min(jobs, len(cases)) <= 1:
+        _start_worker(*shared)
+        yield from map(_reference, cases)
+        return
+    with worker_pool(min(jobs, len(cases)), _start_worker, shared) as pool:
+        yield from pool.map(_reference, cases)
+
+
+def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:
+    """(H,W) share of each pixel that shows a material."""
+    wearing = [index for index, part in enumerate(scene.parts) if part.material_id == material_id]
+    pixels = geometry.pixel[np.isin(geometry.part, wearing)]
+    hits = np.bincount(pixels, minlength=geometry.rows * geometry.width)
+    return hits.reshape(geometry.rows, geometry.width) / geometry.samples
+
+
+def _reflectance_factor(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
+    """pi f_r at 45:0, the geometry that most colour instruments have; 1 is the perfect diffuser."""
+    wi, wo = spherical(np.pi / 4, 0.0), spherical(0.0, 0.0)
+    return brdf.wavelengths_nm, np.pi * brdf.eval(wi, wo)
+
+
+def _swatch(
+    display: DisplayTransform,
+    scene: Scene,
+    spectrum: Spectrum | None,
+    wavelengths_nm: np.ndarray,
+    factor: np.ndarray,
+    white: np.ndarray,
+) -> tuple[int, int, int]:
+    light = scene.lights[0].spectrum if spectrum is None else spectrum
+    xyz = scene.observer.weights(light, wavelengths_nm) @ factor
+    rgb, _ = display.encode(ColourImage(xyz[None, None], "xyz", white))
+    red, green, blue = (int(code) for code in quantise(rgb)[0, 0])
+    return red, green, blue
+
+
+def _provenance(record: MaterialRecord) -> dict[str, str]:
+    said = record.provenance
+    words = {"Source": said.source, "Licence": said.licence, "Kind": said.kind, "Model": record.model}
+    if said.geometry:
+        words["Geometry"] = said.geometry
+    if said.notes:
+        words["Notes"] = said.notes
+    words["Terms"] = str(sum(pack.spectral.shape[0] for pack in record.packs))
+    if record.error is not None:
+        words["Fit"] = f"ΔE94 mean {record.error.mean:.2f}, p99 {record.error.p99:.2f} ({record.error.protocol})"
+    return words
+
+
+def _display(scene: Scene) -> DisplayTransform:
+    chosen = {"display": scene.viewing.display, "view": scene.viewing.view, "config": scene.viewing.ocio_config}
+    return DisplayTransform(
+        adaptation=scene.viewing.adaptation, **{name: value for name, value in chosen.items() if value is not None}
+    )
+
+
+def _chain(
+    scene: Scene,
+    view: Camera,
+    plan: ScenePlan,
+    names: Sequence[str],
+    spectra: Sequence[Spectrum | None],
+    display: DisplayTransform,
+) -> list[str]:
+    """The colour chain from spectrum to display, a sentence each."""
+    observer = scene.observer
+    lights = ", ".join(names)
+    words = [
+        f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
+        f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
+        "Reference: Embree rays, the original data of each material at every wavelength, float64.",
+        f"Sample: factor packs in a {plan.basis.name} basis of {plan.basis_size} coefficients, folded with light and "
+        f"observer, {plan.precision}.",
+        f"Both: {view.samples} x {view.samples} sample points a pixel, averaged in linear XYZ; direct light with shadows, "
+        "no interreflection.",
+        "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "
+        "that the material covers wholly and light reaches.",
+    ]
+    for name, spectrum in zip(names, spectra, strict=True):
+        note = None if spectrum is None else spectrum.range_note(observer.wavelengths_nm)
+        if note:
+            words.append(f"{name} is {note}.")
+    return [*words, *display.describe(), *scene.notes]
