@@ -20,7 +20,7 @@ from .brdf import Brdf, Lobe
 from .cp import CompressedTable, Factors, WeightedTable, weighted_cp
 from .factors import Axis, FactorPack, FitError
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots
-from .protocol import SphereProtocol, sphere_protocol
+from .protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, SphereProtocol, sphere_protocol
 from .tabulated import node_directions, tabulate
 
 __all__ = ["Fit", "FitError", "fit"]
@@ -28,6 +28,8 @@ __all__ = ["Fit", "FitError", "fit"]
 RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 # The mean may be this share of the budget, which is for the 99th percentile.
 _MEAN_SHARE = 0.3
+# Lit from behind, where the protocol does not look, the 99th percentile may be this many times the budget.
+_BACK_SHARE = 3.0
 # Energy of the seen, observer-weighted spectra that their basis may lose.
 _SPECTRAL_LOST = 1e-10
 _PILOT = 1500
@@ -75,8 +77,11 @@ def fit(
     lobes = brdf.lobes()
     if axes is not None and len(lobes) != 1:
         raise InputError("one grid for several lobes", field="axes", found=len(lobes), expected="a BRDF of one lobe")
-    protocol = sphere_protocol(pixels, all(lobe.brdf.isotropic for lobe in lobes))
-    reference = protocol.reference(brdf)
+    isotropic = all(lobe.brdf.isotropic for lobe in lobes)
+    protocol, back = (
+        sphere_protocol(pixels, isotropic, angles) for angles in (LIGHT_ANGLES_DEG, BACK_LIGHT_ANGLES_DEG)
+    )
+    reference, behind = protocol.reference(brdf), back.reference(brdf)
     if not np.all(np.isfinite(reference)):
         raise InputError(
             "the BRDF is not finite", field="brdf", found="NaN or infinity on the sphere", expected="numbers"
@@ -84,8 +89,12 @@ def fit(
     share = budget / np.sqrt(len(lobes))
     packs, residual = [], 0.0
     for lobe in lobes:
-        own = reference if len(lobes) == 1 else protocol.reference(lobe.brdf)
-        pack, relative = _fit_lobe(lobe, reference, own, protocol, share, seed, axes, ranks)
+        alone = len(lobes) == 1
+        views = (
+            _View(protocol, reference, 0.0 if alone else reference - protocol.reference(lobe.brdf)),
+            _View(back, behind, 0.0 if alone else behind - back.reference(lobe.brdf)),
+        )
+        pack, relative = _fit_lobe(lobe, views, share, seed, axes, ranks)
         packs.append(pack)
         residual = max(residual, relative)
     # A lobe without light adds nothing, unless it is all there is.
@@ -94,18 +103,29 @@ def fit(
     return Fit(tuple(replace(pack, error=error) for pack in kept), error)
 
 
+@dataclass(frozen=True, eq=False)
+class _View:
+    """What a lobe is judged on: the whole material's XYZ, and that of its other lobes."""
+
+    protocol: SphereProtocol
+    reference: Float[np.ndarray, "N 3"]
+    others: Float[np.ndarray, "N 3"] | float
+
+    def error(self, pack: FactorPack) -> FitError:
+        return self.protocol.compare(self.reference, self.others + self.protocol.sample((pack,)))
+
+
 def _fit_lobe(
     lobe: Lobe,
-    reference: Float[np.ndarray, "N 3"],
-    own: Float[np.ndarray, "N 3"],
-    protocol: SphereProtocol,
+    views: tuple[_View, _View],
     budget: float,
     seed: int,
     axes: tuple[Axis, ...] | None,
     ranks: tuple[int, ...],
 ) -> tuple[FactorPack, float]:
     """The pack of fewest terms within the budget, else the best one; and its table's weighted relative residual."""
-    observed = protocol.weights(lobe.brdf.wavelengths_nm)
+    front, back = views
+    observed = front.protocol.weights(lobe.brdf.wavelengths_nm)
     axes = axes or lobe_axes(lobe.brdf, lobe.frame, np.pi * observed[:, 1])
     analysis, synthesis = _lobe_spectra(lobe, axes, observed)
     table = tabulate(lobe.brdf, lobe.frame, axes, analysis)
@@ -131,8 +151,8 @@ def _fit_lobe(
     for rank in ranks:
         factors, left = weighted_cp(whole, compressed.decomposed(rank, seed), 40)
         pack = packed(factors)
-        error = protocol.compare(reference, reference - own + protocol.sample((pack,)))
-        score = max(error.p99, error.mean / _MEAN_SHARE)
+        error = front.error(pack)
+        score = max(error.p99, error.mean / _MEAN_SHARE, back.error(pack).p99 / _BACK_SHARE)
         stalled = 0 if best is None or score < 0.9 * best[0] else stalled + 1
         if best is None or score < best[0]:
             best = score, pack, np.sqrt(max(left, 0.0) / whole.energy) if whole.energy > 0 else 0.0

@@ -21,19 +21,22 @@ from .brdf import Brdf
 from .factors import FactorPack, FitError, FrameAngles, frame_angles
 
 LIGHT_ANGLES_DEG = (10.0, 35.0, 60.0, 80.0, 110.0)
+# Lights from behind: no part of the protocol, but a picture may have one.
+BACK_LIGHT_ANGLES_DEG = (125.0, 140.0)
 # Below this the pixel is dark whatever the material; the cosine's own rounding would be judged.
 _LEAST_COSINE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class SphereProtocol:
-    """Direction pairs of the lit pixels of all five lights, in each pixel's own surface frame.
+    """Direction pairs of the lit pixels of all lights, in each pixel's own surface frame.
 
     `pixels`: across the sphere's diameter. The tangent x of the surface points along the parallels of an upright
     sphere, so that an anisotropic material is seen at every turn.
     """
 
     pixels: int
+    lights_deg: tuple[float, ...]
     wi: Float[np.ndarray, "N 3"]
     wo: Float[np.ndarray, "N 3"]
     light: str = "D65"
@@ -42,7 +45,7 @@ class SphereProtocol:
     @property
     def text(self) -> str:
         """What was done, for a record or a report."""
-        lights = ", ".join(f"{angle:g}" for angle in LIGHT_ANGLES_DEG)
+        lights = ", ".join(f"{angle:g}" for angle in self.lights_deg)
         return (
             f"sphere {self.pixels} x {self.pixels}, orthographic, directional light at {lights} degrees from the view, "
             f"Y of a perfect diffuser facing it = 1, pixels with cos theta_i > {_LEAST_COSINE:g}, unclipped, "
@@ -120,7 +123,12 @@ def _weights(light: str, observer_name: str, wavelengths_nm: tuple[float, ...]) 
 
 
 @cache
-def sphere_protocol(pixels: int = 512, isotropic: bool = True, light: str = "D65") -> SphereProtocol:
+def sphere_protocol(
+    pixels: int = 512,
+    isotropic: bool = True,
+    lights_deg: tuple[float, ...] = LIGHT_ANGLES_DEG,
+    light: str = "D65",
+) -> SphereProtocol:
     """The protocol's samples; for isotropic materials only the upper half, of which the lower is a mirror image."""
     centres = (np.arange(pixels) + 0.5) / pixels * 2.0 - 1.0
     x, y = np.meshgrid(centres, centres[centres > 0] if isotropic else centres)
@@ -131,9 +139,9 @@ def sphere_protocol(pixels: int = 512, isotropic: bool = True, light: str = "D65
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     frame = np.stack([tangent, np.cross(normal, tangent), normal], axis=1)
     pairs = []
-    for angle in np.radians(LIGHT_ANGLES_DEG):
+    for angle in np.radians(lights_deg):
         wi = frame @ np.array([np.sin(angle), 0.0, np.cos(angle)])
         lit = wi[:, 2] > _LEAST_COSINE
         pairs.append((wi[lit], frame[lit] @ np.array([0.0, 0.0, 1.0])))
     wi, wo = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    return SphereProtocol(pixels, wi, wo, light)
+    return SphereProtocol(pixels, lights_deg, wi, wo, light)
