@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from ..spectral.errors import InputError, MetamerError
 from ..spectral.files import written_whole
 from .factors import FactorPack, FitError
@@ -127,6 +129,8 @@ def import_sources(
                     tell(ImportOutcome(material.id, "new"))
                 else:
                     pending.append((material, source_hash))
+        # The longest fits first, so that no process works alone at the end; more numbers are a fair guess at longer.
+        pending.sort(key=lambda item: -sum(np.size(value) for value in item[0].parameters.values()))
         for (material, source_hash), fitted in _fit_all(pending, budget, jobs or len(os.sched_getaffinity(0))):
             tell(_store(folder, material, source_hash, fitted))
     except KeyboardInterrupt:

@@ -23,7 +23,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import read_text
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .record import Provenance, model_named, slug
-from .tables import Table, constant_spectrum, tables_from
+from .tables import Kind, Table, constant_spectrum, tables_from
 
 TABLES_FILE = "sources.toml"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -110,113 +110,106 @@ def _cornell(path: Path) -> Iterator[MaterialSource]:
 
 
 def _family(path: Path) -> Iterator[MaterialSource | Rejected]:
-    description = read_toml(path)
-    _expect_keys(description, _FAMILY_KEYS, path, "")
-    family = _name(description.get("family"), path, "family")
+    values = read_toml(path)
+    _expect_keys(values, _FAMILY_KEYS, path, "")
+    family = _name(values.get("family"), path, "family")
     manifest = path.parent / TABLES_FILE
     tables = tables_from(read_toml(manifest), manifest) if manifest.exists() else {}
-    materials = description.get("material", [])
-    if not isinstance(materials, list) or not all(isinstance(entry, dict) for entry in materials):
+    entries = values.get("material", [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
         raise InputError("not a list of materials", file=path, field="material", expected="[[material]] sections")
-    for entry in materials:
-        for column in _columns(entry, tables, path):
-            material_id = f"{family}/{_filled(str(entry.get('name')), column)}"
+    for entry in entries:
+        template = str(entry.get("name"))
+        try:
+            columns = _table(entry["each"], tables, path, f"{template}.each").columns if "each" in entry else ("",)
+        except InputError as reason:
+            yield Rejected(f"{family}/{template}", reason)
+            continue
+        for column in columns:
+            name = template.replace("{column}", column)
             try:
-                yield _material(material_id, description, entry, column, tables, path)
+                yield _Entry(path, family, name, column, values | entry, tables).material()
             except InputError as reason:
-                yield Rejected(material_id, reason)
+                yield Rejected(f"{family}/{name}", reason)
 
 
-def _columns(entry: dict[str, Any], tables: Mapping[str, Table], path: Path) -> tuple[str, ...]:
-    """The columns that `entry` stands for: every one of the table that `each` names, or one nameless."""
-    if "each" not in entry:
-        return ("",)
-    return _table(entry["each"], tables, path, f"{entry.get('name')}.each").columns
+@dataclass(frozen=True)
+class _Entry:
+    """One material of a description: `values` are its own keys over those of its family."""
 
+    path: Path
+    family: str
+    name: str
+    column: str
+    values: Mapping[str, Any]
+    tables: Mapping[str, Table]
 
-def _material(
-    material_id: str,
-    description: dict[str, Any],
-    entry: dict[str, Any],
-    column: str,
-    tables: Mapping[str, Table],
-    path: Path,
-) -> MaterialSource:
-    family, _, name = material_id.partition("/")
-    _name(name, path, "name")
-    model = model_named(str(entry.get("model")), path, f"{name}.model")
-    kinds = {field.name: field.type for field in dataclasses.fields(model) if field.init}
-    _expect_keys(entry, (*_MATERIAL_KEYS, *kinds), path, name)
-    used: dict[str, Table] = {}
-    notes = [str(entry.get("notes", description.get("notes", "")))]
-    arguments: dict[str, Any] = {}
-    for key in (key for key in kinds if key in entry):
-        value = entry[key]
-        if isinstance(value, dict):
-            spectrum = _spectrum(value, column, tables, used, path, f"{name}.{key}")
+    def material(self) -> MaterialSource:
+        _name(self.name, self.path, "name")
+        model = model_named(str(self.values.get("model")), self.path, f"{self.name}.model")
+        kinds = {field.name: str(field.type) for field in dataclasses.fields(model) if field.init}
+        _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
+        used: dict[str, Table] = {}
+        notes = [str(self.values.get("notes", ""))]
+        arguments = {key: self.values[key] for key in kinds if key in self.values}
+        for key in (key for key, value in arguments.items() if isinstance(value, dict)):
+            reflectance = kinds[key] == "Spectrum"
+            spectrum = self._spectrum(key, "reflectance" if reflectance else "index", used)
             invented = spectrum.range_note(WORKING_WAVELENGTHS_NM)
             notes += [f"{key} {invented}"] if invented else []
             spectrum = spectrum.resampled(WORKING_WAVELENGTHS_NM)
-            value = spectrum if kinds[key] == "Spectrum" else spectrum.samples
-        arguments[key] = value
-    with _placed(path, name):
+            arguments[key] = spectrum if reflectance else spectrum.samples
+        with self._placed(self.name):
+            try:
+                brdf = model(**arguments)
+            except TypeError as reason:
+                raise InputError("parameters do not make the model", found=str(reason)) from None
+        with self._placed():
+            provenance = Provenance(
+                source=_joined(table.source for table in used.values()) or "made up for this catalogue",
+                licence=_joined(table.licence for table in used.values()) or "that of the description",
+                kind=str(self.values.get("kind", "")),
+                geometry=_joined(table.geometry for table in used.values()),
+                notes=_joined(notes),
+            )
+        parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
+        return MaterialSource(f"{self.family}/{self.name}", self.family, model.NAME, parameters, provenance, self.path)
+
+    def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table]) -> Spectrum:
+        """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
+        value, field = self.values[key], f"{self.name}.{key}"
+        if set(value) == {"constant"}:
+            with self._placed(field):
+                return constant_spectrum(value["constant"], quantity)
+        _expect_keys(value, ("table", "column"), self.path, field)
+        table = _table(value.get("table"), self.tables, self.path, field)
+        if table.quantity != quantity:
+            raise InputError(
+                "a table of another quantity", file=self.path, field=field, found=table.quantity, expected=quantity
+            )
+        used[table.name] = table
+        return table.spectrum(str(value.get("column")).replace("{column}", self.column))
+
+    @contextmanager
+    def _placed(self, *within: str) -> Iterator[None]:
+        """Errors of a value's own check, which knows no file, get the file and the place in it."""
         try:
-            brdf = model(**arguments)
-        except TypeError as reason:
-            raise InputError("parameters do not make the model", found=str(reason)) from None
-    with _placed(path, ""):
-        provenance = Provenance(
-            source=_joined(table.source for table in used.values()) or "made up for this catalogue",
-            licence=_joined(table.licence for table in used.values()) or "that of the description",
-            kind=str(description.get("kind", "")),
-            geometry=_joined(table.geometry for table in used.values()),
-            notes=_joined(notes),
-        )
-    parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
-    return MaterialSource(material_id, family, model.NAME, parameters, provenance, path)
-
-
-@contextmanager
-def _placed(path: Path, name: str) -> Iterator[None]:
-    """Errors of a value's own check, which knows no file, get the file and the material."""
-    try:
-        yield
-    except InputError as reason:
-        raise InputError(
-            reason.problem,
-            file=path,
-            field=".".join(part for part in (name, reason.field) if part),
-            found=reason.found,
-            expected=reason.expected,
-            hint=reason.hint,
-        ) from None
-
-
-def _spectrum(
-    value: dict[str, Any],
-    column: str,
-    tables: Mapping[str, Table],
-    used: dict[str, Table],
-    path: Path,
-    field: str,
-) -> Spectrum:
-    """The spectrum that { constant } or { table, column } stands for; tables are noted in `used`."""
-    if set(value) == {"constant"}:
-        return constant_spectrum(value["constant"], path, field)
-    _expect_keys(value, ("table", "column"), path, field)
-    table = _table(value.get("table"), tables, path, field)
-    used[table.name] = table
-    return table.spectrum(_filled(str(value.get("column")), column))
+            yield
+        except InputError as reason:
+            raise InputError(
+                reason.problem,
+                file=self.path,
+                field=".".join((*within, *([reason.field] if reason.field else []))),
+                found=reason.found,
+                expected=reason.expected,
+                hint=reason.hint,
+            ) from None
 
 
 def _table(name: Any, tables: Mapping[str, Table], path: Path, field: str) -> Table:
     if name not in tables:
         raise UnknownNameError("table", str(name), tables, file=path, field=field)
     return tables[name]
-
-
-def _filled(template: str, column: str) -> str:
-    return template.replace("{column}", column)
 
 
 def _name(name: Any, path: Path, field: str) -> str:

@@ -13,10 +13,11 @@ import numpy as np
 
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.formats.csv import read_csv_spectra
-from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum, check_values
 
-# "index": refractive indices, the one table whose values may exceed 1 without being percent.
 Kind = Literal["reflectance", "index"]
+# A refractive index is held as an emission is: finite and not negative, without an upper bound, interpolated linearly.
+_MEASURED_AS: dict[Kind, Quantity] = {"reflectance": "reflectance", "index": "emission"}
 _KEYS = ("file", "colour_checker", "source", "licence", "geometry", "quantity", "sha256")
 
 
@@ -46,8 +47,7 @@ class Table:
                 digest.update(column.encode() + np.stack([spectrum.wavelengths_nm, spectrum.samples]).tobytes())
             found = digest.hexdigest()
         else:
-            # An index is checked as an emission is: finite and not negative, without an upper bound.
-            spectra = read_csv_spectra(self.origin, "emission" if self.quantity == "index" else "reflectance")
+            spectra = read_csv_spectra(self.origin, _MEASURED_AS[self.quantity])
             found = hashlib.sha256(self.origin.read_bytes()).hexdigest()
         if self.sha256 and found != self.sha256:
             raise InputError(
@@ -72,12 +72,14 @@ class Table:
         return self._spectra[column]
 
 
-def constant_spectrum(value: object, file: Path, field: str) -> Spectrum:
+def constant_spectrum(value: object, quantity: Kind) -> Spectrum:
     """The same reflectance or index at every working wavelength."""
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError("not a number", file=file, field=field, found=repr(value), expected="a number")
-    values = np.full(WORKING_WAVELENGTHS_NM.size, float(value))
-    return Spectrum.sampled(WORKING_WAVELENGTHS_NM, values, "reflectance" if 0 <= value <= 1 else "emission")
+        raise InputError("not a number", found=repr(value), expected="a number")
+    grid = WORKING_WAVELENGTHS_NM
+    values = np.full(grid.size, float(value))
+    check_values(values, grid, _MEASURED_AS[quantity], field="constant")
+    return Spectrum.sampled(grid, values, _MEASURED_AS[quantity])
 
 
 def tables_from(description: Mapping[str, Any], file: Path) -> dict[str, Table]:

@@ -1,0 +1,140 @@
+"""`metamer catalogue`: what a person reads, and the exit codes."""
+
+import argparse
+
+import numpy as np
+import pytest
+from metamer.cli import catalogue as command
+from metamer.materials import importing
+from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.importing import ImportInterrupted, ImportReport
+from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.errors import InputError, UnknownNameError
+
+FAMILY = """
+family = "grey"
+kind = "analytic"
+
+[[material]]
+name = "light"
+model = "lambert"
+reflectance = { constant = 0.8 }
+
+[[material]]
+name = "dark"
+model = "lambert"
+reflectance = { constant = 0.1 }
+"""
+
+
+@pytest.fixture
+def source(tmp_path):
+    (tmp_path / "greys.toml").write_text(FAMILY)
+    return tmp_path / "greys.toml"
+
+
+@pytest.fixture(autouse=True)
+def fast_fit(monkeypatch):
+    def fit_one(material, budget):
+        axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
+        error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
+        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
+        return importing._Fitted((pack,), error, 0.5)
+
+    monkeypatch.setattr(importing, "_fit_one", fit_one)
+    monkeypatch.setenv("COLUMNS", "120")
+
+
+def metamer(*words):
+    parser = argparse.ArgumentParser()
+    command.add_parser(parser.add_subparsers())
+    args = parser.parse_args(["catalogue", *map(str, words)])
+    return args.run(args)
+
+
+def test_import_prints_plain_lines_and_a_table(source, tmp_path, capsys):
+    assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1) == 0
+    out = capsys.readouterr().out
+    assert "[1/2] imported grey/light" in out
+    assert "0.123" in out and "ΔE94" in out
+    assert "2 imported" in out
+    assert "\x1b" not in out
+
+
+def test_second_import_says_that_nothing_changed(source, tmp_path, capsys):
+    metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1)
+    capsys.readouterr()
+    assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1) == 0
+    assert "2 unchanged" in capsys.readouterr().out
+
+
+def test_failure_is_said_with_its_reason_and_exit_code(source, tmp_path, capsys):
+    source.write_text(FAMILY.replace("0.1", "-0.1"))
+    assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1) == 4
+    out = capsys.readouterr().out
+    assert "grey/dark failed" in out and "greys.toml" in out and "reflectance" in out
+    assert "1 imported, 1 failed" in out
+
+
+def test_dry_run_says_what_it_would_do(source, tmp_path, capsys):
+    assert metamer("import", source, "--into", tmp_path / "cat", "--dry-run") == 0
+    assert "2 to import" in capsys.readouterr().out
+    assert not (tmp_path / "cat").exists()
+
+
+def test_interrupt_ends_with_130_and_a_sentence(source, tmp_path, capsys, monkeypatch):
+    def stopped(*args, **options):
+        raise ImportInterrupted(ImportReport(tmp_path / "cat", (), 2))
+
+    monkeypatch.setattr(importing, "import_sources", stopped)
+    assert metamer("import", source, "--into", tmp_path / "cat") == 130
+    assert "Interrupted." in (out := capsys.readouterr().out)
+    assert "stopped with 2 to go, and the same command goes on from here" in out
+
+
+def test_missing_source_is_an_input_error(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        metamer("import", tmp_path / "gone", "--into", tmp_path / "cat")
+
+
+def test_list_show_and_verify(source, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("METAMER_CATALOGUE", str(tmp_path / "cat"))
+    metamer("import", source, "--jobs", 1)
+    capsys.readouterr()
+    assert metamer("list") == 0
+    out = capsys.readouterr().out
+    assert "grey/dark" in out and "lambert" in out and "2 materials" in out
+    assert metamer("show", "grey/dark") == 0
+    out = capsys.readouterr().out
+    assert "made up for this catalogue" in out and "a protocol" in out and "p99 0.123" in out
+    assert metamer("verify", tmp_path / "cat") == 0
+    assert "2 materials intact, 0 damaged" in capsys.readouterr().out
+
+
+def test_damaged_file_is_listed_and_verified_as_such(source, tmp_path, capsys):
+    metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1)
+    (tmp_path / "cat" / "grey" / "dark.h5").write_bytes(b"\x89HDF")
+    capsys.readouterr()
+    assert metamer("verify", tmp_path / "cat") == 4
+    assert "dark.h5" in capsys.readouterr().out
+    assert metamer("list", tmp_path / "cat") == 4
+    out = capsys.readouterr().out
+    assert "dark.h5" in out and "grey/light" in out
+
+
+def test_unknown_id_gives_the_nearest(source, tmp_path):
+    metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1)
+    with pytest.raises(UnknownNameError, match="nearest: grey/light"):
+        metamer("show", "grey/lihgt", tmp_path / "cat")
+
+
+def test_no_catalogue_says_how_to_make_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("METAMER_CATALOGUE", str(tmp_path / "none"))
+    with pytest.raises(InputError, match=r"(?s)no such catalogue.*metamer catalogue import"):
+        metamer("list")
+
+
+def test_jobs_below_one_are_refused(source, capsys):
+    with pytest.raises(SystemExit):
+        metamer("import", source, "--jobs", 0)
+    assert "at least 1" in capsys.readouterr().err
