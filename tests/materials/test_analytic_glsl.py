@@ -1,6 +1,10 @@
 """Every GLSL twin compiles on its own and agrees with numpy, model by model, at the ends of the parameters."""
 
+import re
+import sys
+import types
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,12 +51,12 @@ def glsl_arguments(brdf):
     return np.stack(rows), ", ".join(expressions)
 
 
-def evaluate(gl, brdf, wi, wo):
+def evaluate(gl, brdf, wi, wo, twin=None):
     """f_r (N,L) by the GLSL twin in float32."""
     numbers, arguments = glsl_arguments(brdf)
     program = gl.program(
         vertex_shader=VERTEX,
-        fragment_shader=FRAGMENT.format(model=source(type(brdf)), name=brdf.NAME, arguments=arguments),
+        fragment_shader=FRAGMENT.format(model=twin or source(type(brdf)), name=brdf.NAME, arguments=arguments),
     )
     vertices = gl.vertex_array(program, [])
     textures = {
@@ -90,10 +94,26 @@ def pairs(count):
 
 @pytest.mark.parametrize("brdf", EXAMPLES)
 def test_glsl_agrees_with_numpy(gl, brdf):
+    compare(gl, brdf)
+
+
+def test_the_documented_example_works_as_printed(gl, monkeypatch):
+    text = (Path(__file__).parents[2] / "docs" / "adding_a_brdf.md").read_text(encoding="utf-8")
+    (python,), (twin,) = (re.findall(rf"```{kind}\n(.*?)```", text, re.DOTALL) for kind in ("python", "glsl"))
+    module = types.ModuleType("metamer.materials.analytic.minnaert")
+    module.__package__ = "metamer.materials.analytic"
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    exec(python, module.__dict__)
+    for brdf in module.Minnaert.examples(WAVELENGTHS):
+        compare(gl, brdf, twin)
+        assert brdf.from_parameters(WAVELENGTHS, brdf.parameters()).darkening == brdf.darkening
+
+
+def compare(gl, brdf, twin=None):
     wi, wo = pairs(1000)
     # Both get the same float32 directions; numpy computes in float64 from there.
     truth = brdf.eval(wi.astype(np.float64), wo.astype(np.float64))
-    found = evaluate(gl, brdf, wi, wo)
+    found = evaluate(gl, brdf, wi, wo, twin)
     assert np.isfinite(found).all() and found.min() >= 0
     # A rounding of h = wi + wo by 6e-8, t standard deviations out in a lobe of exponent n, moves log f by
     # t sqrt(n) 6e-8: 1e-4 at t = 5 and n = 1e5. All else is some ten roundings, 1e-6. Where Oren-Nayar's terms
