@@ -1,4 +1,4 @@
-"""What every renderer does alike: keep geometry between calls, fold materials with light and observer, hand out pictures."""
+"""What every renderer does alike: keep geometry between calls, fold materials with light and observer."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Renderer(ABC):
     scene's reference illuminance, premultiplied by coverage; coverage float32 (H, W) is the share of a pixel's sample
     points that meet a surface. Nothing is clipped: a fit that is negative somewhere shows as negative XYZ.
 
-    What depends on meshes, camera and the places of lights alone is worked out once and kept for the next call. Use as a
-    context manager, or call `release`.
+    What depends on meshes, camera and the places of lights alone is worked out once and kept for the next call. Use
+    it as a context manager, or call `release`.
     """
 
     name: str
@@ -113,7 +113,7 @@ class Renderer(ABC):
     def _shade(self, prepared: Any, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M H W 3"]:
         """The sum of all layers, float32, for each of `count` spectra."""
 
-    def _discard(self, prepared: Any) -> None:
+    def _discard(self, prepared: Any) -> None:  # noqa: B027, for most renderers there is nothing to do
         """Free what `_prepare` took and the garbage collector does not."""
 
     def _geometry(self, scene: Scene, camera: Camera) -> Any:

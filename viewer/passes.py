@@ -1,0 +1,180 @@
+"""The three passes of the GL renderer: what is seen, what light arrives, what leaves.
+
+`PROGRAMS` lists every pair of shader files with the sizes that are written into them; a test compiles them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from . import resources, shadows
+from .geometry import LightGeometry, SceneGeometry
+from .raster import SUBSTEPS, Window, WindowTriangles
+from .shaders import program
+
+if TYPE_CHECKING:
+    import moderngl
+
+# Spectra that one draw call writes: OpenGL 4.1 promises eight targets, four keep the shader's registers.
+MOST_SPECTRA = 4
+
+_GEOMETRY_SIZES: dict[str, int | float] = {
+    "SUBSTEPS": float(SUBSTEPS),
+    "TRIANGLE_TEXELS": resources.TRIANGLE_TEXELS,
+    "TRIANGLES_A_ROW": resources.TRIANGLES_A_ROW,
+    "OCCLUDERS_A_ROW": resources.OCCLUDERS_A_ROW,
+    "ROW_LENGTH": resources.ROW_LENGTH,
+    "OUTLINE_RAMP": shadows.OUTLINE_RAMP,
+    "CONTACT": shadows.CONTACT,
+}
+PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
+    ("visibility.vert", "visibility.frag", {}),
+    *(("fullscreen.vert", "light.frag", {"DIRECTIONAL": kind, **_GEOMETRY_SIZES}) for kind in (0, 1)),
+    *(
+        ("fullscreen.vert", "shade.frag", {"AXES": axes, "SPECTRA": spectra})
+        for axes in (3, 4)
+        for spectra in range(1, MOST_SPECTRA + 1)
+    ),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class WindowBuffers:
+    """What is kept of one window: the triangle at each sample, and per light its io and hd angles and azimuths."""
+
+    window: Window
+    triangles: WindowTriangles
+    seen: moderngl.Texture
+    lights: tuple[tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture], ...]
+
+
+class Passes:
+    """The programs, compiled when first used."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        self.owner = resources.Owner(context)
+        self._program = lru_cache(maxsize=None)(self._compiled)
+
+    def release(self) -> None:
+        """Free the programs."""
+        self._program.cache_clear()
+        self.owner.release()
+
+    def visibility(self, owner: resources.Owner, window: Window, triangles: WindowTriangles) -> moderngl.Texture:
+        """Number + 1 of the triangle at each sample (R32F), rows from the top; kept by `owner`."""
+        context, size = self.context, (window.width, window.height)
+        seen = owner.texture(size, 1)
+        scratch = resources.Owner(context)
+        try:
+            target = scratch.keep(context.framebuffer([seen], scratch.keep(context.depth_renderbuffer(size))))
+            self._begin(target, size)
+            target.clear(depth=0.0)
+            if len(triangles.parent):
+                made, _ = self._program("visibility.vert", "visibility.frag")
+                context.enable_only(context.DEPTH_TEST)
+                context.depth_func = ">"
+                _set(made, {"key_base": triangles.key_base, "key_shift": triangles.key_shift})
+                vertices = resources.triangle_vertices(triangles, window)
+                buffer = scratch.keep(context.buffer(vertices.tobytes()))
+                layout = [(buffer, resources.VERTEX_FORMAT, *resources.VERTEX_NAMES)]
+                scratch.keep(context.vertex_array(made, layout)).render(context.TRIANGLES)
+        finally:
+            scratch.release()
+        return seen
+
+    def light(
+        self,
+        owner: resources.Owner,
+        geometry: SceneGeometry,
+        number: int,
+        seen: moderngl.Texture,
+        triangles: moderngl.Texture,
+        occluders: moderngl.Texture,
+    ) -> tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture]:
+        """Angles and irradiance of one light at every sample; kept by `owner`."""
+        context, light = self.context, geometry.lights[number]
+        io, hd, azimuth = (owner.texture(seen.size, components) for components in (4, 4, 2))
+        scratch = resources.Owner(context)
+        try:
+            cells, entries = _shadow_tables(scratch, light)
+            self._begin(scratch.keep(context.framebuffer([io, hd, azimuth])), seen.size)
+            context.enable_only(context.NOTHING)
+            made, everywhere = self._program("fullscreen.vert", "light.frag", DIRECTIONAL=int(light.directional))
+            samplers = {
+                "seen": seen, "triangles": triangles, "occluders": occluders, "cells": cells, "entries": entries,
+            }  # fmt: skip
+            values = {
+                "eye": tuple(geometry.eye),
+                "perspective": geometry.perspective,
+                "resolution": light.shadows.resolution,
+                "view_u": tuple(light.shadows.basis[0]),
+                "view_v": tuple(light.shadows.basis[1]),
+                "light_number": number,
+                "light": tuple(light.vector),
+                "irradiance": light.irradiance / geometry.camera.samples**2,
+            }
+            _set(made, values, samplers)
+            everywhere.render(context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return io, hd, azimuth
+
+    def shade(
+        self,
+        target: moderngl.Framebuffer,
+        scissor: tuple[int, int, int, int],
+        spectra: int,
+        axes: Sequence[tuple[float, ...]],
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Add one layer to `target`, whose attachments are a picture each."""
+        context = self.context
+        self._begin(target, target.size)
+        context.enable_only(context.BLEND)
+        context.blend_equation = context.FUNC_ADD
+        context.blend_func = context.ONE, context.ONE
+        target.scissor = scissor
+        made, everywhere = self._program("fullscreen.vert", "shade.frag", AXES=len(axes), SPECTRA=spectra)
+        _set(made, {**values, "axes": list(axes)}, samplers)
+        everywhere.render(context.TRIANGLES, vertices=3)
+        target.scissor = None
+
+    def _begin(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
+        target.use()
+        target.scissor = None
+        target.viewport = (0, 0, *size)
+
+    def _compiled(
+        self, vertex: str, fragment: str, **sizes: int
+    ) -> tuple[moderngl.Program, moderngl.VertexArray | None]:
+        """A program and, for full-screen ones, its vertex array without buffers."""
+        for names in PROGRAMS:
+            if names[:2] == (vertex, fragment) and all(names[2][key] == value for key, value in sizes.items()):
+                made = self.owner.keep(program(self.context, *names))
+                full_screen = vertex == "fullscreen.vert"
+                return made, self.owner.keep(self.context.vertex_array(made, [])) if full_screen else None
+        raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
+
+
+def _shadow_tables(owner: resources.Owner, light: LightGeometry) -> tuple[moderngl.Texture, moderngl.Texture]:
+    tables = (light.shadows.first, light.shadows.entries)
+    cells, entries = (owner.table(table.astype("i4"), resources.ROW_LENGTH) for table in tables)
+    return cells, entries
+
+
+def _set(
+    made: moderngl.Program, values: Mapping[str, object], samplers: Mapping[str, moderngl.Texture] | None = None
+) -> None:
+    """Set uniforms and bind textures; a compiler may have dropped what it found unused."""
+    for unit, (name, texture) in enumerate((samplers or {}).items()):
+        if name in made:
+            texture.use(unit)
+            made[name] = unit
+    for name, value in values.items():
+        if name in made:
+            made[name] = value

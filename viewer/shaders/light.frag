@@ -1,0 +1,44 @@
+// One light at every sample: the angles that materials are looked up at, and the irradiance that arrives. Kept for all
+// materials and all spectra; twin of software._reached and materials.factors.frame_angles.
+
+#include "angles.glsl"
+#include "surface.glsl"
+#include "shadows.glsl"
+
+uniform int light_number;
+uniform vec3 light;             // direction to it, or where it stands
+uniform float irradiance;       // pi E / E_ref over the samples of a pixel; of a point light at unit distance
+
+layout(location = 0) out vec4 io;       // theta_i, theta_o, phi; irradiance
+layout(location = 1) out vec4 hd;       // theta_h, theta_d, phi_d; irradiance cos(theta_i)
+layout(location = 2) out vec2 azimuth;  // phi_i, phi_h
+
+void main() {
+    io = vec4(0.0);
+    hd = vec4(0.0);
+    azimuth = vec2(0.0);
+    int number = int(texelFetch(seen, ivec2(gl_FragCoord.xy), 0).x) - 1;
+    if (number < 0) return;
+    Surface at = surface_at(number);
+    if (((at.lit >> light_number) & 1) == 0) return;
+#if DIRECTIONAL
+    vec3 to_light = light;
+    float arriving = irradiance;
+    vec3 where = at.position;
+    float reach = 1e30;
+#else
+    vec3 where = at.position - light;
+    float squared = dot(where, where);
+    float reach = sqrt(squared);
+    vec3 to_light = -where / reach;
+    float arriving = irradiance / squared;
+#endif
+    vec3 wi = to_local(at, to_light);
+    if (wi.z <= 0.0) return;
+    arriving *= visibility(at.position, where, at.face, to_light, reach);
+    if (arriving == 0.0) return;
+    vec3 wo = to_local(at, at.to_viewer);
+    io = vec4(io_angles(wi, wo), arriving);
+    hd = vec4(hd_angles(wi, wo), arriving * wi.z);
+    azimuth = azimuths(wi, wo);
+}

@@ -1,0 +1,49 @@
+// One pack of one part's material under one light, at every pixel: the mean over its samples of the sum over terms of
+// geometry times folded weight. Four spectra cost little more than one: a spectrum is three numbers a term.
+
+#include "factors.glsl"
+
+uniform sampler2D seen;         // triangle number + 1 at every sample
+uniform sampler2D angles;       // io or hd, with what the table is multiplied by
+uniform sampler2D azimuth;
+uniform sampler2D weights;      // X, Y, Z of every four terms, for each spectrum; a row for every four terms
+uniform ivec2 part;             // first and last triangle number + 1 of the part
+uniform int samples;            // along a side of a pixel
+uniform int rows;
+uniform int azimuth_channel;
+
+layout(location = 0) out vec4 pictures[SPECTRA];
+
+void main() {
+    vec3 total[SPECTRA];
+    for (int k = 0; k < SPECTRA; ++k) total[k] = vec3(0.0);
+    ivec2 corner = ivec2(gl_FragCoord.xy) * samples;
+    for (int n = 0; n < samples * samples; ++n) {
+        ivec2 sample_at = corner + ivec2(n % samples, n / samples);
+        int number = int(texelFetch(seen, sample_at, 0).x);
+        if (number < part.x || number > part.y) continue;
+        vec4 at = texelFetch(angles, sample_at, 0);
+        if (at.w == 0.0) continue;
+#if AXES == 3
+        at.z = min(at.z, 6.28318530717958648 - at.z);
+#else
+        Place fourth = place_on(axes[3], texelFetch(azimuth, sample_at, 0)[azimuth_channel]);
+#endif
+        Place first = place_on(axes[0], at.x);
+        Place second = place_on(axes[1], at.y);
+        Place third = place_on(axes[2], at.z);
+        for (int row = 0; row < rows; ++row) {
+            vec4 term = look_up(first, row) * look_up(second, row) * look_up(third, row) * at.w;
+#if AXES == 4
+            term *= look_up(fourth, row);
+#endif
+            for (int k = 0; k < SPECTRA; ++k) {
+                total[k] += vec3(
+                    dot(term, texelFetch(weights, ivec2(3 * k, row), 0)),
+                    dot(term, texelFetch(weights, ivec2(3 * k + 1, row), 0)),
+                    dot(term, texelFetch(weights, ivec2(3 * k + 2, row), 0)));
+            }
+        }
+    }
+    for (int k = 0; k < SPECTRA; ++k) pictures[k] = vec4(total[k], 0.0);
+}
