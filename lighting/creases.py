@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from .vectors import dot, unit
+from .vectors import Number, dot, unit
 
 
 def creased_normals(
-    vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"], crease_deg: float = 40.0
+    vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"], crease_deg: Number = 40.0
 ) -> tuple[Int[np.ndarray, "C"], Float[np.ndarray, "C 3"], Int[np.ndarray, "F 3"]]:
     """Vertex normals for a mesh that has none, smooth across blunt edges and split along sharp ones.
 

@@ -10,12 +10,12 @@ import numpy as np
 from ..spectral.errors import InputError
 from .creases import creased_normals
 from .mesh import Mesh, check_arrays, degenerate_faces
-from .vectors import dot, unit
+from .vectors import Number, dot, unit
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 
 
-def load_mesh(path: str | Path, crease_deg: float = 40.0) -> Mesh:
+def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
     """Read a mesh file; the parts of a scene graph are brought into one coordinate system and keep their names.
 
     Parameters
@@ -70,7 +70,7 @@ def load_mesh(path: str | Path, crease_deg: float = 40.0) -> Mesh:
 
 
 def cleaned_mesh(
-    vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: float = 40.0
+    vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: Number = 40.0
 ) -> Mesh:
     """A mesh of raw arrays: triangles without area are dropped, missing normals computed, each with a note.
 

@@ -14,7 +14,6 @@ import warnings
 
 import numpy as np
 import pytest
-
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.reference import reference_image
