@@ -58,7 +58,7 @@ def eval_lit(
 
     The common body of `Brdf.eval`: broadcasts the batch shapes and works through them in blocks.
     """
-    wi, wo = np.broadcast_arrays(wi, wo)
+    wi, wo = np.broadcast_arrays(np.asarray(wi, dtype=np.float64), np.asarray(wo, dtype=np.float64))
     batch = wi.shape[:-1]
     wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
     lit = np.flatnonzero((wi[:, 2] > 0) & (wo[:, 2] > 0))

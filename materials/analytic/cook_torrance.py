@@ -20,9 +20,9 @@ class CookTorrance(AnalyticBrdf):
         f_r = s R_s + d R_d,   s + d = 1,   R_d = rho/pi,   R_s = F D G / (4 cos(theta_i) cos(theta_o))
 
     F is the exact Fresnel reflectance of unpolarised light from n + ik at each wavelength, at the angle between
-    light and half vector. The paper divides by pi where this divides by 4: its D is meant to integrate, with the
-    facets' cosine, to 1, and the solid angle of the mirrored direction is then 4 (h.wo) times that of the half
-    vector (Walter, Marschner, Li and Torrance, "Microfacet models for refraction through rough surfaces", EGSR
+    light and half vector. The paper divides by pi where this divides by 4: once D is normalised so that the facets'
+    projected areas sum to 1, the 4 is that of the solid angle of the mirrored direction, 4 (h.wo) times the half
+    vector's (Walter, Marschner, Li and Torrance, "Microfacet models for refraction through rough surfaces", EGSR
     2007, eq. 20). With pi, a smooth perfect mirror would return 4/pi = 1.27 times the light.
 
     Distributions D: "beckmann", the paper's (Walter eq. 25), and "ggx" (Walter eq. 33). Masking G: "v_cavity", the

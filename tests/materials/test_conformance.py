@@ -128,6 +128,13 @@ def test_batches_broadcast_and_blocks_do_not_show(brdf):
 
 
 @every_brdf
+def test_float32_directions_are_computed_in_float64(brdf):
+    wi, wo = (w.astype(np.float32) for w in pairs(100, 8))
+    np.testing.assert_array_equal(brdf.eval(wi, wo), brdf.eval(wi.astype(float), wo.astype(float)))
+    assert brdf.eval(wi, wo).dtype == np.float64
+
+
+@every_brdf
 def test_parameters_round_trip(brdf):
     rebuilt = type(brdf).from_parameters(WAVELENGTHS, brdf.parameters())
     wi, wo = pairs(50, 7)
