@@ -126,9 +126,9 @@ def _print_report(console, report: ImportReport) -> None:
     for outcome in report.outcomes:
         if outcome.status == "failed":
             _say(console, f"{outcome.id} failed: {outcome.reason}")
-    worst = max((o for o in report.outcomes if o.error), key=lambda o: o.error.p99, default=None)
-    if worst is not None and worst.error is not None:
-        _say(console, f"largest ΔE94 p99: {worst.error.p99:.3f} ({worst.id})")
+    measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
+    if measured:
+        _say(console, "largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
     _say(console, report.sentence)
 
 

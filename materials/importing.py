@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -24,6 +25,9 @@ from .sources import MaterialSource, Rejected, read_sources
 
 # Each process fits with one thread: the processes are the parallelism, and threads of theirs would only contend.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+# The code that a fit's result depends on: what it has fitted is fitted again when this changes.
+FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "tabulated")
 
 
 @dataclass(frozen=True)
@@ -224,7 +228,14 @@ def _store(folder: Path, material: MaterialSource, source_hash: str, fitted: _Fi
 
 
 def _source_hash(material: MaterialSource, budget: float) -> str:
-    return hashlib.sha256(f"{material.content_hash}|schema {SCHEMA}|budget {budget!r}".encode()).hexdigest()
+    settings = f"{material.content_hash}|schema {SCHEMA}|budget {budget!r}|code {_code_hash()}"
+    return hashlib.sha256(settings.encode()).hexdigest()
+
+
+@cache
+def _code_hash() -> str:
+    here = Path(__file__).parent
+    return hashlib.sha256(b"".join((here / f"{module}.py").read_bytes() for module in FIT_CODE)).hexdigest()
 
 
 def _path(folder: Path, material_id: str) -> Path:

@@ -30,8 +30,6 @@ from .brdf import Brdf
 from .factors import Axis, FactorPack, FitError
 
 if TYPE_CHECKING:
-    import h5py
-
     from .analytic.model import AnalyticBrdf
 
 FORMAT = "metamer-material"
@@ -174,7 +172,7 @@ def damaged(path: Path, reason: str) -> InputError:
     )
 
 
-def _fill(file: h5py.File, record: MaterialRecord) -> None:
+def _fill(file: Any, record: MaterialRecord) -> None:
     file.attrs.update(format=FORMAT, schema=SCHEMA, id=record.id, family=record.family, model=record.model)
     file.attrs["source_hash"] = record.source_hash
     file.create_group("provenance").attrs.update(dataclasses.asdict(record.provenance))
@@ -201,7 +199,7 @@ def _fill(file: h5py.File, record: MaterialRecord) -> None:
         file.create_group("error").attrs.update(dataclasses.asdict(record.error))
 
 
-def _dataset(group: h5py.Group, name: str, value: Any) -> None:
+def _dataset(group: Any, name: str, value: Any) -> None:
     array = np.asarray(value)
     if array.dtype.kind not in "fiub":
         raise InputError("cannot be stored", field=name, found=f"{array.dtype} values", expected="numbers or text")
@@ -210,7 +208,7 @@ def _dataset(group: h5py.Group, name: str, value: Any) -> None:
     group.create_dataset(name, data=array, **options)
 
 
-def _check(file: h5py.File, path: Path) -> None:
+def _check(file: Any, path: Path) -> None:
     if file.attrs.get("format") != FORMAT:
         raise InputError(
             "not a material file", file=path, field="format", found=file.attrs.get("format"), expected=FORMAT
@@ -236,7 +234,7 @@ def _check(file: h5py.File, path: Path) -> None:
         )
 
 
-def _record(file: h5py.File) -> MaterialRecord:
+def _record(file: Any) -> MaterialRecord:
     error = FitError(**_attributes(file["error"])) if "error" in file else None
     parameters: dict[str, Any] = _attributes(file["parameters"])
     parameters |= {name: data[()] if data.shape else data[()].item() for name, data in file["parameters"].items()}
@@ -253,7 +251,7 @@ def _record(file: h5py.File) -> MaterialRecord:
     )
 
 
-def _pack(group: h5py.Group, error: FitError | None) -> FactorPack:
+def _pack(group: Any, error: FitError | None) -> FactorPack:
     wavelengths_nm = group["wavelengths_nm"][()]
     if "analysis" in group:
         basis = SpectralBasis(group.attrs["basis"], wavelengths_nm, group["analysis"][()], group["synthesis"][()])
@@ -276,7 +274,7 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _checksum(file: h5py.File) -> str:
+def _checksum(file: Any) -> str:
     """SHA-256 of every attribute and every value in the order of their names; independent of HDF5's own layout."""
     digest = hashlib.sha256()
 

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -147,7 +147,7 @@ class _Entry:
     def material(self) -> MaterialSource:
         _name(self.name, self.path, "name")
         model = model_named(str(self.values.get("model")), self.path, f"{self.name}.model")
-        kinds = {field.name: str(field.type) for field in dataclasses.fields(model) if field.init}
+        kinds = {field.name: str(field.type) for field in dataclasses.fields(cast(Any, model)) if field.init}
         _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
         used: dict[str, Table] = {}
         notes = [str(self.values.get("notes", ""))]

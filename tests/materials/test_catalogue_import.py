@@ -119,6 +119,20 @@ def test_second_run_skips_what_is_unchanged(source, tmp_path, fits):
     assert import_sources([source], tmp_path / "cat", jobs=1, budget=0.25).count("imported") == 3
 
 
+def test_change_of_the_fit_is_a_reason_to_fit_again(source, tmp_path, fits, monkeypatch):
+    import_sources([source], tmp_path / "cat", jobs=1)
+    monkeypatch.setattr(importing, "_code_hash", lambda: "another")
+    assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 3
+
+
+def test_every_module_of_the_fit_counts_as_its_code():
+    code = "import sys, metamer.materials.fit; print(*(name for name in sys.modules if name.startswith('metamer.mat')))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert {name.removeprefix("metamer.materials.") for name in loaded} - {"metamer.materials"} == set(
+        importing.FIT_CODE
+    )
+
+
 def test_damaged_material_is_imported_again(source, tmp_path, fits):
     import_sources([source], tmp_path / "cat", jobs=1)
     (tmp_path / "cat" / "paint" / "grey.h5").write_bytes(b"half")
