@@ -78,7 +78,7 @@ class AnalyticBrdf(Brdf):
     def _declared(cls) -> dict[str, str]:
         """The parameters in order, each with its annotation."""
         concrete: Any = cls
-        return {field.name: field.type for field in fields(concrete) if field.init}
+        return {field.name: str(field.type) for field in fields(concrete) if field.init}
 
     def _set(self, **values: object) -> None:
         """Store what was derived or checked during construction of the frozen dataclass."""
