@@ -1,0 +1,198 @@
+"""Reads scattered spectral BRDF measurements in the text layout of Cornell's gonioreflectometer.
+
+Words separated by any white space, `#` starting a comment that runs to the end of its line:
+
+    L                                   number of wavelengths
+    w_1 ... w_L                         wavelengths, nm, ascending
+    theta_i phi_i theta_o phi_o  f_1 ... f_L     one direction pair: radians, then f_r in 1/sr
+
+repeated for as many pairs as were measured, in any order. An f_r of exactly 0 is a reading that was clamped: the
+signal was lost in the noise of the detector, so it counts as missing and not as black.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...spectral.errors import InputError
+from ...spectral.wavelengths import validated_wavelengths
+from ..directions import spherical
+from ..scattered import ScatteredMeasurement
+
+_LAYOUT = "a count, that many wavelengths in nm, then rows: theta_i phi_i theta_o phi_o and one f_r a wavelength"
+# Comments that only label the numbers below them.
+_LABEL = re.compile(r"(num(ber)?\b.*)?\b(wls?|wavelengths?|theta|phi)\b", re.IGNORECASE)
+# Angles are printed with six digits or so: pi/2 may come out a hair larger.
+_ROUNDING = 1e-4
+
+
+def read_cornell(path: str | Path) -> ScatteredMeasurement:
+    """Read one file of scattered direction pairs; see the text of this module for the layout.
+
+    Returns
+    -------
+    ScatteredMeasurement
+        At the file's own wavelengths, with clamped readings marked in `missing` and what was found said in `notes`.
+
+    Raises
+    ------
+    InputError
+        The file is missing or something else; a row is short; a number is NaN, infinite or negative; wavelengths are
+        not ascending nanometres; angles are beyond pi/2 or in degrees; no direction pair is there at all.
+    """
+    path = Path(path)
+    words, lines, comments = _words(path)
+    numbers = _numbers(path, words, lines)
+    count = _count(path, numbers)
+    field = "wavelengths"
+    if len(numbers) < 1 + count:
+        _fail("the list of wavelengths ends early", path, field, f"{len(numbers) - 1} of {count}", f"{count} values")
+    wavelengths_nm = validated_wavelengths(numbers[1 : 1 + count], file=path, field=field)
+    rows = _rows(path, numbers[1 + count :], lines[1 + count :], count)
+    row_lines = lines[1 + count :: 4 + count]
+    angles, values = rows[:, :4], rows[:, 4:]
+    _check_values(path, values, wavelengths_nm, row_lines)
+    _check_angles(path, angles, row_lines)
+    missing = values == 0
+    name, description = _names(path, comments)
+    theta = np.minimum(angles[:, [0, 2]], np.nextafter(np.pi / 2, 0))
+    return ScatteredMeasurement(
+        wavelengths_nm=wavelengths_nm,
+        wi=spherical(theta[:, 0], angles[:, 1]),
+        wo=spherical(theta[:, 1], angles[:, 3]),
+        values=values,
+        missing=missing,
+        name=name,
+        description=description,
+        notes=_notes(missing, angles),
+    )
+
+
+def _fail(
+    problem: str, path: Path, field: str | None, found: object, expected: str, hint: str | None = None
+) -> NoReturn:
+    raise InputError(problem, file=path, field=field, found=found, expected=expected, hint=hint)
+
+
+def _words(path: Path) -> tuple[list[str], np.ndarray, list[str]]:
+    """Words outside comments, the line number of each, and the comments that stand before the first word."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        _fail("cannot be read", path, None, error.strerror or str(error), "a readable text file")
+    if b"\0" in raw:
+        _fail("not a text file", path, None, f"binary data, {raw[:8]!r} ...", _LAYOUT)
+    # The numbers are ASCII; a comment may be in any encoding that contains it.
+    text = raw.decode("utf-8-sig", errors="replace")
+    words: list[str] = []
+    lines: list[int] = []
+    comments: list[str] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        body, _, comment = line.partition("#")
+        here = body.split()
+        words += here
+        lines += [number] * len(here)
+        if not words and comment.strip():
+            comments.append(comment.strip())
+    if not words:
+        _fail("holds no numbers", path, None, "an empty file" if not raw.strip() else "comments only", _LAYOUT)
+    return words, np.array(lines), comments
+
+
+def _numbers(path: Path, words: list[str], lines: np.ndarray) -> Float[np.ndarray, " n"]:
+    try:
+        numbers = np.array(words, dtype=np.float64)
+    except ValueError:
+        at = next(index for index, word in enumerate(words) if not _is_number(word))
+        found = repr(words[at][:40])
+        if at == 0:
+            _fail("not a file of scattered BRDF measurements", path, f"line {lines[0]}", found, _LAYOUT)
+        _fail("not a number", path, f"line {lines[at]}", found, "numbers, and comments after #")
+    if not np.isfinite(numbers).all():
+        at = int(np.argmin(np.isfinite(numbers)))
+        _fail("not a finite number", path, f"line {lines[at]}", words[at], "finite numbers", "leave the row out")
+    return numbers
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _count(path: Path, numbers: np.ndarray) -> int:
+    count = numbers[0]
+    if count < 2 or count != int(count) or count > 10000:
+        hint = "one wavelength is no spectrum" if count == 1 else "put the number of wavelengths first"
+        _fail("does not begin with a number of wavelengths", path, "count", f"{count:g}", "an integer, 2 or more", hint)
+    return int(count)
+
+
+def _rows(path: Path, numbers: np.ndarray, lines: np.ndarray, count: int) -> Float[np.ndarray, "N 4+L"]:
+    width = 4 + count
+    expected = f"{width} numbers a row: 4 angles and {count} values"
+    if len(numbers) == 0:
+        _fail("holds no direction pairs", path, "rows", "the file ends after the wavelengths", expected)
+    per_line = np.unique(lines, return_counts=True)
+    # Where one line is one row, a row of another length shifts all that follow: name the line, not the end.
+    if np.mean(per_line[1] == width) > 0.5 and not (per_line[1] == width).all():
+        at = int(np.argmax(per_line[1] != width))
+        field = f"line {per_line[0][at]}"
+        _fail("a row is not complete", path, field, f"{per_line[1][at]} numbers", expected, "the file may be truncated")
+    if len(numbers) % width:
+        found = f"{len(numbers) // width} rows and {len(numbers) % width} numbers more"
+        _fail("the last row is not complete", path, f"line {lines[-1]}", found, expected, "the file may be truncated")
+    return numbers.reshape(-1, width)
+
+
+def _check_values(path: Path, values: np.ndarray, wavelengths_nm: np.ndarray, row_lines: np.ndarray) -> None:
+    if (values < 0).any():
+        row, column = np.argwhere(values < 0)[0]
+        found = f"{values[row, column]:g} at {wavelengths_nm[column]:g} nm ({(values < 0).sum()} such values)"
+        hint = "set readings below the detector's noise to 0: they are taken as missing"
+        _fail("negative f_r", path, f"line {row_lines[row]}", found, "f_r >= 0, 1/sr", hint)
+    if not (values > 0).any():
+        _fail("every value is 0: nothing was measured", path, "rows", f"{len(values)} rows of 0", "f_r > 0, 1/sr")
+
+
+def _check_angles(path: Path, angles: np.ndarray, row_lines: np.ndarray) -> None:
+    theta, phi = angles[:, [0, 2]], angles[:, [1, 3]]
+    degrees = "radians"
+    if np.abs(phi).max() > 2 * np.pi + _ROUNDING or theta.max() > np.pi + _ROUNDING:
+        largest = max(np.abs(phi).max(), theta.max())
+        row = int(np.argmax(np.abs(angles).max(axis=1)))
+        hint = "they look like degrees: multiply by pi/180"
+        _fail("angles are not in radians", path, f"line {row_lines[row]}", f"{largest:g}", degrees, hint)
+    if theta.max() > np.pi / 2 + _ROUNDING or theta.min() < 0:
+        bad = (theta > np.pi / 2 + _ROUNDING) | (theta < 0)
+        row = int(np.argmax(bad.any(axis=1)))
+        hint = "leave out directions below the surface"
+        found = f"{theta[bad][0]:g}"
+        _fail("a polar angle is out of range", path, f"line {row_lines[row]}", found, "theta in [0, pi/2] rad", hint)
+
+
+def _names(path: Path, comments: list[str]) -> tuple[str, str]:
+    told = [comment for comment in comments if not _LABEL.match(comment)]
+    # The first comment names the laboratory, the second the sample.
+    name = told[1] if len(told) > 1 else told[0] if told else path.stem
+    return name, "; ".join(told)
+
+
+def _notes(missing: Bool[np.ndarray, "N L"], angles: np.ndarray) -> tuple[str, ...]:
+    notes = []
+    if missing.any():
+        touched, whole = int(missing.any(axis=1).sum()), int(missing.all(axis=1).sum())
+        notes.append(
+            f"{int(missing.sum())} of {missing.size} values are 0 in the file and taken as missing "
+            f"(in {touched} of {len(missing)} direction pairs; {whole} pairs hold nothing else)"
+        )
+    if np.ptp(np.mod(angles[:, 1] + 1e-9, 2 * np.pi)) > 1e-3:
+        notes.append("phi_i varies; only phi_o - phi_i is used: the sample is taken as isotropic")
+    return tuple(notes)
