@@ -51,9 +51,12 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
     formulas = {"CIE 1976": _delta_e_1976, "CIE 1994": _delta_e_1994, "CIE 2000": _delta_e_2000}
     if method not in formulas:
         raise UnknownNameError("colour difference", method, get_args(Formula))
-    reference, sample = (np.moveaxis(np.asarray(lab, dtype=np.float64), -1, 0) for lab in (reference_lab, sample_lab))
+    # One leading axis more, so that a single pair is an array too.
+    reference, sample = (
+        np.moveaxis(np.asarray(lab, dtype=np.float64)[None], -1, 0) for lab in (reference_lab, sample_lab)
+    )
     with np.errstate(invalid="ignore", over="ignore"):  # pixels that hold no colour come out as NaN
-        return formulas[method](reference, sample)
+        return np.asarray(formulas[method](reference, sample)[0])
 
 
 def delta_e_xyz(

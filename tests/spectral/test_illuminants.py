@@ -1,0 +1,48 @@
+"""Lights by name."""
+
+import numpy as np
+import pytest
+from metamer.spectral.errors import UnknownNameError
+from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
+
+
+def test_every_table_of_colour_science_is_there(colour):
+    assert set(illuminant_names()) == set(colour.SDS_ILLUMINANTS)
+    assert set(light_source_names()) == set(colour.SDS_LIGHT_SOURCES)
+    assert {"D65", "A", "E", "FL11", "HP1", "LED-B1", "ID65"} <= set(illuminant_names())
+
+
+def test_no_two_lights_share_a_name_in_any_case():
+    names = [name.casefold() for name in illuminant_names() + light_source_names()]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("group", ["SDS_ILLUMINANTS", "SDS_LIGHT_SOURCES"])
+def test_each_name_is_its_own_table(colour, group):
+    tables = getattr(colour, group)
+    for name in tables:
+        found = illuminant(name)
+        assert found.quantity == "emission"
+        np.testing.assert_array_equal(found.wavelengths_nm, tables[name].wavelengths, err_msg=name)
+        np.testing.assert_array_equal(found.samples, tables[name].values, err_msg=name)
+
+
+@pytest.mark.parametrize("number", range(1, 13))
+def test_f_series_aliases(number):
+    np.testing.assert_array_equal(illuminant(f"F{number}").samples, illuminant(f"FL{number}").samples)
+
+
+def test_case_does_not_matter():
+    np.testing.assert_array_equal(illuminant("d65").samples, illuminant("D65").samples)
+
+
+def test_d65_is_100_at_560_nm():
+    d65 = illuminant("D65")
+    assert d65.samples[d65.wavelengths_nm == 560.0].tolist() == [100.0]
+
+
+@pytest.mark.parametrize(("asked", "near"), [("D56", "D65"), ("FL111", "FL11"), ("LED B1", "LED-B1")])
+def test_unknown_illuminant_gives_the_nearest_names(asked, near):
+    with pytest.raises(UnknownNameError, match="unknown illuminant") as caught:
+        illuminant(asked)
+    assert near in caught.value.nearest
