@@ -1,0 +1,129 @@
+"""XYZ pictures in OpenEXR."""
+
+import os
+
+import numpy as np
+import OpenEXR
+import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.files import written_whole
+from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.xyz_exr import read_xyz_exr, write_xyz_exr
+from metamer.spectral.image import ColourImage
+
+WHITE = np.array([0.95047, 1.0, 1.08883])
+
+
+def picture(rng):
+    values = rng.normal(0.3, 1.0, (4, 7, 3)).astype(np.float32)
+    values[0, 0], values[1, 1], values[2, 2] = 1e-20, 6e4, -0.5
+    return ColourImage(values, "xyz", WHITE)
+
+
+def test_round_trip_is_exact_in_float32(tmp_path, rng):
+    written, coverage = picture(rng), rng.uniform(0, 1, (4, 7)).astype(np.float32)
+    write_xyz_exr(tmp_path / "x.exr", written, coverage)
+    found, alpha = read_xyz_exr(tmp_path / "x.exr")
+    np.testing.assert_array_equal(found.values, written.values)
+    np.testing.assert_array_equal(alpha, coverage)
+    np.testing.assert_allclose(found.white_xyz, WHITE, rtol=1e-7)
+    assert found.space == "xyz"
+
+
+def test_without_coverage(tmp_path, rng):
+    write_xyz_exr(tmp_path / "x.exr", picture(rng))
+    assert read_xyz_exr(tmp_path / "x.exr")[1] is None
+
+
+def test_nan_is_kept(tmp_path, rng):
+    written = picture(rng)
+    written.values[3, 3, 1] = np.nan
+    write_xyz_exr(tmp_path / "x.exr", written)
+    assert np.argwhere(np.isnan(read_xyz_exr(tmp_path / "x.exr")[0].values)).tolist() == [[3, 3, 1]]
+
+
+def test_adapted_space_comes_back(tmp_path, rng):
+    write_xyz_exr(tmp_path / "x.exr", ColourImage(picture(rng).values, "xyz_d65", WHITE))
+    assert read_xyz_exr(tmp_path / "x.exr")[0].space == "xyz_d65"
+
+
+def test_notes_and_the_axes_of_xyz_are_in_the_header(tmp_path, rng):
+    write_xyz_exr(tmp_path / "x.exr", picture(rng), notes={"illuminant": "FL11"})
+    with OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True) as file:
+        header = file.header()
+    assert header["illuminant"] == "FL11"
+    np.testing.assert_allclose(header["chromaticities"], (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3), rtol=1e-6)
+
+
+def test_row_zero_is_the_top(tmp_path):
+    values = np.zeros((2, 1, 3), np.float32)
+    values[0] = 1
+    write_xyz_exr(tmp_path / "x.exr", ColourImage(values, "xyz", WHITE))
+    with OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True) as file:
+        assert file.channels()["Y"].pixels[:, 0].tolist() == [1.0, 0.0]
+
+
+def test_rgb_picture_is_refused(tmp_path):
+    write_exr(tmp_path / "x.exr", {}, {name: np.zeros((1, 1)) for name in "RGB"})
+    with pytest.raises(InputError, match="not an XYZ picture"):
+        read_xyz_exr(tmp_path / "x.exr")
+
+
+def test_picture_without_its_white_is_refused(tmp_path):
+    write_exr(tmp_path / "x.exr", {}, {name: np.zeros((1, 1)) for name in "XYZ"})
+    with pytest.raises(InputError, match="does not say which white"):
+        read_xyz_exr(tmp_path / "x.exr")
+
+
+def test_four_channels_are_no_colour_image():
+    with pytest.raises(InputError, match="not an image of three channels"):
+        ColourImage.__post_init__(_unchecked(np.zeros((2, 2, 4))))
+
+
+def _unchecked(values):
+    found = object.__new__(ColourImage)
+    for field, value in (("values", values), ("space", "xyz"), ("white_xyz", WHITE)):
+        object.__setattr__(found, field, value)
+    return found
+
+
+# Writing.
+
+
+def test_missing_folder(tmp_path, rng):
+    with pytest.raises(InputError, match="no such folder to write to") as caught:
+        write_xyz_exr(tmp_path / "nowhere" / "x.exr", picture(rng))
+    assert "make the folder first" in str(caught.value)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_unwritable_folder(tmp_path, rng):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(InputError, match="the folder cannot be written to"):
+            write_xyz_exr(tmp_path / "x.exr", picture(rng))
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_folder_that_refuses_says_why(tmp_path, rng, monkeypatch):
+    """As a read-only disk does, for whoever runs the tests."""
+
+    def refuse(path, **_):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("pathlib.Path.touch", refuse)
+    with pytest.raises(InputError, match="the folder cannot be written to") as caught:
+        write_xyz_exr(tmp_path / "x.exr", picture(rng))
+    assert "found: Read-only file system" in str(caught.value)
+
+
+@pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
+def test_interrupted_writing_leaves_the_old_file_and_nothing_else(tmp_path, failure):
+    path = tmp_path / "x.exr"
+    path.write_text("old")
+    with pytest.raises(failure), written_whole(path) as beside:
+        beside.write_text("half")
+        raise failure
+    assert path.read_text() == "old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["x.exr"]
