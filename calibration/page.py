@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,18 +14,14 @@ from . import plots
 from .statistics import verdict
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
     from .report import ReviewRow
 
 TEMPLATES = Path(__file__).with_name("templates")
-SHOWN_WORST = 5
+SHOWN_WORST = 6
 
 _PLOT_SIZE = (262.0, 132.0)
-_OBSERVER_WORDS = {
-    "1931_2": "CIE 1931 2°",
-    "1964_10": "CIE 1964 10°",
-    "2015_2": "CIE 2015 2°",
-    "2015_10": "CIE 2015 10°",
-}
 _VERDICTS = {
     "pass": ("Within the budget", "✓"),
     "near": ("Near the budget", "▲"),
@@ -44,7 +41,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters.update(de=_figure, seconds=_seconds, uri=plots.data_uri)
+    environment.filters.update(de=_figure, seconds=_seconds, uri=plots.data_uri, breakable=_breakable)
     budget = document["budget_delta_e94"]
     cards = _cards(rows, budget)
     views = [view for card in cards for view in card["rows"]]
@@ -59,7 +56,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         verdicts=_VERDICTS,
         worst=sorted(views, key=_badness, reverse=True)[:SHOWN_WORST],
         illuminants=_unique(row.illuminant for row in rows),
-        observers=_unique(_OBSERVER_WORDS.get(row.observer, row.observer) for row in rows),
+        observers=_unique(_observer(row.observer) for row in rows),
         whites=_whites(rows),
         mean=float(np.mean([row.statistics.mean for row in rows])),
         scale=_scale(budget),
@@ -72,9 +69,9 @@ def _headline(document: dict[str, Any], counts: dict[str, int], total: int) -> s
     if document["status"] == "invalid":
         return "The report's check of itself is missing or failed: do not rely on its figures."
     if counts["pass"] == total:
-        return f"Every row is within {budget}: 99 % of the surface shows the colour that was measured at least this closely."
-    outside = [f"{counts['near']} near it"] * (counts["near"] > 0) + [f"{counts['over']} over it"] * (counts["over"] > 0)
-    return f"{counts['pass']} of {total} rows are within {budget}, {', '.join(outside)}."
+        return f"All {total} rows: at least 99 % of the lit surface is within {budget} of the reference."
+    outside = [f"{counts[word]} {word}" for word in ("near", "over") if counts[word]]
+    return f"{counts['pass']} of {total} rows are within the budget of {budget}; {' and '.join(outside)} it."
 
 
 def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
@@ -84,7 +81,7 @@ def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
         own = [row for row in rows if row.material == material]
         views = [{"row": row, "anchor": anchor, "status": verdict(row.statistics, budget)} for row in own]
         for view in views:
-            view["observer"] = _OBSERVER_WORDS.get(view["row"].observer, view["row"].observer)
+            view["observer"] = _observer(view["row"].observer)
         worst = max(views, key=_badness)
         cards.append(
             {
@@ -113,7 +110,9 @@ def _plot(row: ReviewRow) -> dict[str, Any]:
     width, height = _PLOT_SIZE
     first, last = float(row.wavelengths_nm[0]), float(row.wavelengths_nm[-1])
     highest = float(np.nanmax(row.reflectance, initial=0.0))
-    top = next((step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0)
+    top = next(
+        (step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0
+    )
     ticks = range(math.ceil(first / 100.0) * 100, math.floor(last / 100.0) * 100 + 1, 100)
     return {
         "label": row.reflectance_label,
@@ -147,9 +146,14 @@ def _whites(rows: Sequence[ReviewRow]) -> list[str]:
         if row.white_xyz is not None:
             x, y = row.white_xyz[:2] / row.white_xyz.sum()
             white = " ".join(f"{value:.4f}" for value in row.white_xyz)
-            observer = _OBSERVER_WORDS.get(row.observer, row.observer)
+            observer = _observer(row.observer)
             words.append(f"{row.illuminant}, {observer}: XYZ {white} (x {x:.4f}, y {y:.4f})")
     return _unique(words)
+
+
+def _observer(name: str) -> str:
+    """`CIE 1931 2°` for colour-science's `CIE 1931 2 Degree Standard Observer`."""
+    return name.replace(" Degree Standard Observer", "°")
 
 
 def _unique(words: Any) -> list[str]:
@@ -159,6 +163,13 @@ def _unique(words: Any) -> list[str]:
 def _figure(value: float) -> str:
     """ΔE to two decimals; a small difference is not written as none."""
     return "<0.01" if 0.0 < value < 0.005 else f"{value:.2f}"
+
+
+def _breakable(name: str) -> Markup:
+    """A long identifier that may wrap after its separators."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"([/_.-])", r"\1<wbr>", str(escape(name))))
 
 
 def _seconds(value: float) -> str:

@@ -49,8 +49,10 @@ def scale_rgb() -> UInt8[np.ndarray, "steps 3"]:
 
 
 def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W 3"]:
-    """A ΔE map in colour: the scale, red beyond it, grey where nothing is compared, magenta where a number is missing."""
-    colours = np.concatenate([scale_rgb(), np.array([OVER_RGB, UNDEFINED_RGB, NOT_COMPARED_RGB], dtype=np.uint8)])
+    """A ΔE map in colour: the scale, red beyond it, grey where not compared, magenta where a number is missing."""
+    colours = np.concatenate(
+        [scale_rgb(), np.array([OVER_RGB, UNDEFINED_RGB, NOT_COMPARED_RGB], dtype=np.uint8)]
+    )
     with np.errstate(invalid="ignore"):
         step = np.floor(delta_e / (SCALE_BUDGETS * budget) * _STEPS)
     index = np.where(delta_e <= SCALE_BUDGETS * budget, np.minimum(step, _STEPS - 1), _STEPS)
@@ -97,7 +99,9 @@ def lossless(rgb: UInt8[np.ndarray, "H W 3"]) -> bytes:
 
     stream = io.BytesIO()
     # Effort 1 of 6 is within a few per cent of the smallest file in a quarter of the time.
-    Image.fromarray(np.ascontiguousarray(rgb)).save(stream, "WEBP", lossless=True, method=1, quality=50, exact=True)
+    Image.fromarray(np.ascontiguousarray(rgb)).save(
+        stream, "WEBP", lossless=True, method=1, quality=50, exact=True
+    )
     return stream.getvalue()
 
 
@@ -113,7 +117,7 @@ def curve_path(
     top: float,
     size: tuple[float, float],
 ) -> str:
-    """SVG path of a spectrum in a box of `size`: `domain` nm across, 0 to `top` upwards; broken where a value is missing."""
+    """SVG path of a spectrum in a box of `size`: `domain` nm across, 0 to `top` upwards, broken at missing values."""
     width, height = size
     x = (wavelengths_nm - domain[0]) / (domain[1] - domain[0]) * width
     y = height * (1.0 - values / top)

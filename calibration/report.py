@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -15,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from ..spectral.errors import ComparisonError, InputError
+from ..spectral.files import made_folder, written_whole
 from . import plots
 from .statistics import DeltaEStatistics, SelfCheck, verdict
 
@@ -104,9 +104,13 @@ def review_row(
     if factor > 1:
         notes.append(f"Shown at 1/{factor} of its size; the figures are those of the full picture.")
     if statistics.max == 0.0:
-        notes.append("Every compared pixel is exactly equal: make sure that the reference is computed independently.")
+        notes.append(
+            "Every compared pixel is exactly equal: make sure that the reference is computed independently."
+        )
     if statistics.undefined:
-        notes.append(f"{statistics.undefined} compared pixels hold no number; they are in none of the figures.")
+        notes.append(
+            f"{statistics.undefined} compared pixels hold no number; they are in none of the figures."
+        )
     return ReviewRow(
         material=material,
         illuminant=illuminant,
@@ -122,7 +126,7 @@ def review_row(
 
 
 def write_report(
-    folder: Path,
+    folder: str | Path,
     rows: Sequence[ReviewRow],
     plan: Plan,
     renderer_name: str,
@@ -151,7 +155,9 @@ def write_report(
     if not rows:
         raise InputError("a report needs at least one material under one light", field="rows", found="none")
     if not (math.isfinite(budget) and budget > 0):
-        raise InputError("the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0")
+        raise InputError(
+            "the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0"
+        )
     document = {
         "schema": SCHEMA,
         "metamer": version,
@@ -170,9 +176,15 @@ def write_report(
     }
     from .page import render_page
 
-    folder = Path(folder)
-    json_path = _write(folder / "review.json", json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    return _write(folder / "index.html", render_page(document, rows, title)), json_path
+    folder = made_folder(folder)
+    figures = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    for path, text in (
+        (folder / "review.json", figures),
+        (folder / "index.html", render_page(document, rows, title)),
+    ):
+        with written_whole(path) as beside:
+            beside.write_text(text, encoding="utf-8")
+    return folder / "index.html", folder / "review.json"
 
 
 def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]) -> str:
@@ -199,21 +211,3 @@ def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
         "white_xyz": None if row.white_xyz is None else [float(value) for value in row.white_xyz],
         "notes": list(row.notes),
     }
-
-
-def _write(path: Path, text: str) -> Path:
-    """Beside its name first, then renamed: a report that is being read never changes under the reader."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path)
-    except OSError as reason:
-        raise InputError(
-            "the report cannot be written", file=path, found=reason.strerror, hint="choose a folder that can be written to"
-        ) from None
-    finally:
-        # Where the folder itself is missing or closed, there is nothing to take away either.
-        if beside.parent.is_dir() and os.access(beside.parent, os.W_OK):
-            beside.unlink(missing_ok=True)
-    return path

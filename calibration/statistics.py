@@ -73,9 +73,9 @@ def compared_pixels(
 
 def delta_e_map(
     reference_xyz: Float[np.ndarray, "H W 3"],
-    sample_xyz: Float[np.ndarray, "H W 3"],
+    sample_xyz: Float[np.ndarray, "_ _ 3"],
     white_xyz: Float[np.ndarray, "3"],
-    coverage: Float[np.ndarray, "H W"],
+    coverage: Float[np.ndarray, "_ _"],
     method: Formula = "CIE 1994",
 ) -> Float[np.ndarray, "H W"]:
     """ΔE (H,W) of two pictures of one scene under one light.
@@ -125,7 +125,9 @@ def delta_e_statistics(
     if not values.size:
         raise InputError(
             "no pixel of the two pictures can be compared",
-            found=f"{chosen.size} pixels, none with a number" if chosen.size else "no pixel that the scene covers",
+            found=f"{chosen.size} pixels, none with a number"
+            if chosen.size
+            else "no pixel that the scene covers",
             expected="a surface that wholly covers at least one pixel and holds numbers",
             hint="look at the pictures: is the camera on the part?",
         )

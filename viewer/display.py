@@ -81,7 +81,6 @@ class DisplayTransform:
 
         try:
             config = ocio.Config.CreateFromFile(self.config_name)
-            config.validate()
         except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
             raise InputError(
                 "the OpenColorIO configuration cannot be used",
@@ -226,10 +225,13 @@ def _notes(rgb: Float[np.ndarray, "H W 3"], undefined: np.ndarray, display: str)
     under = (rgb < -CLIP_TOLERANCE).any(axis=-1) & ~undefined
     clipped = int(np.count_nonzero(over | under))
     if clipped:
+        sides = [
+            (over, "above its range (brighter than white in a channel)"),
+            (under, "below it (outside its gamut)"),
+        ]
+        counted = " and ".join(f"{np.count_nonzero(side)} {words}" for side, words in sides if side.any())
         notes.append(
-            f"{clipped} of {total} pixels ({clipped / total:.2%}) clipped to what “{display}” can show: "
-            f"{int(np.count_nonzero(over))} above its range (brighter than white in a channel), "
-            f"{int(np.count_nonzero(under))} below it (outside its gamut)."
+            f"{clipped} of {total} pixels ({clipped / total:.2%}) clipped to “{display}”: {counted}."
         )
     missing = int(np.count_nonzero(undefined))
     if missing:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, UInt
 
 from ..spectral.errors import InputError
+from ..spectral.files import written_whole
 
 SRGB_DISPLAY = "sRGB - Display"
 
@@ -54,7 +54,7 @@ def png_bytes(
 
 
 def write_png(
-    path: Path,
+    path: str | Path,
     rgb: Float[np.ndarray, "H W 3"],
     *,
     bits: int = 8,
@@ -62,18 +62,6 @@ def write_png(
     words: Sequence[str] = (),
 ) -> Path:
     """Write display-encoded RGB as a PNG: beside its name, then renamed, so that half a picture is never seen."""
-    path = Path(path)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
+    with written_whole(path) as beside:
         beside.write_bytes(png_bytes(quantise(rgb, bits), display, words))
-        beside.replace(path)
-    except OSError as reason:
-        raise InputError(
-            "the picture cannot be written",
-            file=path,
-            found=reason.strerror,
-            hint="choose a folder that can be written to",
-        ) from None
-    finally:
-        beside.unlink(missing_ok=True)
-    return path
+    return Path(path)

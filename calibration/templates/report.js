@@ -17,7 +17,7 @@
     all.sort(before).forEach(function (card) {
       var fits = card.dataset.name.toLowerCase().indexOf(words) >= 0 && (!show.value || card.dataset.status === show.value);
       var row = rows[card.id];
-      card.hidden = row.hidden = !fits;
+      row.hidden = !fits;
       card.style.display = fits ? "" : "none";
       count += fits;
       cards.appendChild(card);

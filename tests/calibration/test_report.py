@@ -1,0 +1,238 @@
+"""The review report: figures as JSON to their schema, the page whole and self-contained, refusals said."""
+
+import json
+import re
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.calibration.report import review_row, write_report
+from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
+from metamer.spectral.errors import ComparisonError, InputError
+
+ROOT = Path(__file__).resolve().parents[2]
+CHECKS = (SelfCheck("L* raised by 1", 1.0, 1.0), SelfCheck("C*ab raised by 1", 0.6, 0.6))
+VOID = {"meta", "img", "input", "br", "wbr", "path"}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the report reads of a plan."""
+
+    basis_size: int = 3
+    reasons: tuple[str, ...] = ("One light, no bounce: 3 coefficients are exact.",)
+
+
+def row(material="paint/red & <blue>", illuminant="D65", p99=0.4, undefined=0, size=16, rows=3, **more):
+    """A row with small pictures."""
+    rng = np.random.default_rng(1)
+    picture = rng.integers(0, 256, (size, size, 3), dtype=np.uint8)
+    return review_row(
+        material,
+        illuminant,
+        "CIE 1931 2 Degree Standard Observer",
+        statistics=DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 200, undefined),
+        picture=picture,
+        reference=picture.copy(),
+        delta_e=np.full((size, size), p99),
+        budget=1.0,
+        rows=rows,
+        image=f"{illuminant}.png",
+        **{
+            "seconds": {"render": 0.02, "reference": 1.5},
+            "wavelengths_nm": np.arange(400.0, 701.0, 10.0),
+            "reflectance": np.linspace(0.1, 0.9, 31),
+            "swatch": (120, 30, 20),
+            "white_xyz": np.array([0.95047, 1.0, 1.08883]),
+            "provenance": {"Source": "measured <here>"},
+            **more,
+        },
+    )
+
+
+def write(folder, rows, **more):
+    """The report of some rows, with everything else fixed."""
+    arguments = {"checks": CHECKS, "created": "2026-01-01T00:00:00+00:00", **more}
+    return write_report(folder, rows, Plan(), "numpy", 1.0, ["Bradford, once."], "0.0", **arguments)
+
+
+def problems(value, schema, at="$") -> list[str]:
+    """What of the JSON Schema a value breaks; the keywords that docs/review_json.md uses, and no others."""
+    known = {
+        "$schema", "type", "required", "properties", "items", "additionalProperties", "const", "enum", "minimum",
+        "exclusiveMinimum",
+    }  # fmt: skip
+    assert set(schema) <= known, f"{at}: {set(schema) - known}"
+    kinds = {
+        "object": dict,
+        "array": list,
+        "string": str,
+        "number": (int, float),
+        "integer": int,
+        "boolean": bool,
+    }
+    found = []
+    names = schema.get("type", [])
+    names = [names] if isinstance(names, str) else names
+    fits = [value is None if name == "null" else isinstance(value, kinds[name]) for name in names]
+    if names and (not any(fits) or (isinstance(value, bool) and "boolean" not in names)):
+        return [f"{at}: {value!r} is no {names}"]
+    if "const" in schema and value != schema["const"]:
+        found.append(f"{at}: {value!r}")
+    if "enum" in schema and value not in schema["enum"]:
+        found.append(f"{at}: {value!r}")
+    if isinstance(value, dict):
+        found += [f"{at}: no {name}" for name in schema.get("required", []) if name not in value]
+        for name, inner in value.items():
+            rule = schema.get("properties", {}).get(name, schema.get("additionalProperties", {}))
+            found += problems(inner, rule, f"{at}.{name}")
+    if isinstance(value, list):
+        for index, inner in enumerate(value):
+            found += problems(inner, schema.get("items", {}), f"{at}[{index}]")
+    if "minimum" in schema and value < schema["minimum"]:
+        found.append(f"{at}: {value}")
+    if "exclusiveMinimum" in schema and value <= schema["exclusiveMinimum"]:
+        found.append(f"{at}: {value}")
+    return found
+
+
+class Tags(HTMLParser):
+    """Unclosed tags, addresses, images, text."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open, self.links, self.sources, self.ids, self.text = [], [], [], set(), []
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+        self.links += [attributes["href"]] if "href" in attributes else []
+        self.sources += [attributes["src"]] if "src" in attributes else []
+        self.ids |= {attributes.get("id")}
+
+    def handle_endtag(self, tag):
+        assert tag in VOID or self.open.pop() == tag, f"</{tag}> at {self.getpos()}"
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def test_json_follows_its_documented_schema(tmp_path):
+    schema = json.loads(
+        re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text("utf-8"), re.S)[1]
+    )
+    rows = [
+        row(),
+        row(illuminant="A", p99=1.2, files={"XYZ EXR": "a.exr"}),
+        row(illuminant="FL11", white_xyz=None),
+    ]
+    _, path = write(tmp_path, rows)
+    document = json.loads(path.read_text("utf-8"))
+    assert problems(document, schema) == []
+    assert problems({**document, "status": "fine"}, schema) and problems({}, schema)
+    first = document["results"][0]
+    assert (first["material"], first["illuminant"]) == ("paint/red & <blue>", "D65")
+    assert first["delta_e94"] == {"mean": 0.2, "p95": 0.36000000000000004, "p99": 0.4, "max": 0.8}
+    assert first["seconds"] == {"render": 0.02, "reference": 1.5}
+    assert document["plan"]["basis_size"] == 3
+    assert document["budget_delta_e94"] == 1.0
+
+
+def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
+    path, _ = write(tmp_path, [row(), row(illuminant="A", p99=1.2), row("other", p99=9.0)])
+    text = path.read_text("utf-8")
+    page = Tags(text)
+    assert page.open == []
+    assert len(page.sources) == 9 and all(
+        source.startswith("data:image/webp;base64,") for source in page.sources
+    )
+    assert not re.search(r"https?://|@import|url\(", text)
+    for link in page.links:
+        assert link[1:] in page.ids if link.startswith("#") else not link.startswith("/"), link
+    words = " ".join("".join(page.text).split())
+    for part in (
+        "Over the budget",
+        "1 of 3 rows are within the budget",
+        "Bradford, once.",
+        "CIE 1931 2°",
+        "recovered",
+    ):
+        assert part in words, part
+
+
+def test_names_and_notes_are_escaped(tmp_path):
+    path, _ = write(tmp_path, [row(notes=("<script>alert(1)</script>",))], title="<b>")
+    text = path.read_text("utf-8")
+    assert "<script>alert" not in text and "<b></h1>" not in text and "<blue>" not in text
+    assert "paint/red & <blue>" in "".join(Tags(text).text)
+
+
+@pytest.mark.parametrize(
+    ("rows", "checks", "expected"),
+    [
+        ([0.4, 1.0], CHECKS, "pass"),
+        ([0.4, 1.4], CHECKS, "near"),
+        ([0.4, 1.4, 1.6], CHECKS, "over"),
+        ([0.4], (), "invalid"),
+        ([0.4], (SelfCheck("L*", 1.0, 0.0),), "invalid"),
+    ],
+)
+def test_overall_status(tmp_path, rows, checks, expected):
+    page, path = write(tmp_path, [row(p99=p99) for p99 in rows], checks=checks)
+    assert json.loads(path.read_text("utf-8"))["status"] == expected
+    assert f'class="verdict {expected}"' in page.read_text("utf-8")
+
+
+def test_what_must_be_said_is_noted():
+    assert "hold no number" in " ".join(row(undefined=3).notes)
+    assert "exactly equal" in " ".join(row(p99=0.0).notes)
+    assert row(size=600).notes == ("Shown at 1/2 of its size; the figures are those of the full picture.",)
+    assert row().notes == ()
+
+
+def test_row_refuses_a_picture_compared_with_itself():
+    picture = np.zeros((4, 4, 3), dtype=np.uint8)
+    with pytest.raises(ComparisonError, match="same array"):
+        review_row(
+            "a", "D65", "1931_2", statistics=DeltaEStatistics(0.0, 0.0, 0.0, 0.0, 1), picture=picture,
+            reference=picture, delta_e=np.zeros((4, 4)), budget=1.0, rows=1, image="a.png",
+        )  # fmt: skip
+
+
+def test_refusals(tmp_path):
+    with pytest.raises(InputError, match="at least one"):
+        write(tmp_path, [])
+    with pytest.raises(InputError, match="budget"):
+        write_report(tmp_path, [row()], Plan(), "numpy", 0.0, [], "0.0", checks=CHECKS)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="folder"):
+        write(tmp_path / "file" / "out", [row()])
+
+
+def test_nothing_half_written_is_left(tmp_path):
+    write(tmp_path, [row()])
+    write(tmp_path, [row()])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "review.json"]
+
+
+def test_a_full_catalogue_stays_quick_to_open(tmp_path):
+    """240 rows of rendered size: the embedded share of a page of three rows, scaled, stays under 25 MB."""
+    y, x = np.mgrid[-1.1:1.1:512j, -1.1:1.1:512j]
+    z = np.sqrt(np.clip(1.0 - x * x - y * y, 0.0, None))
+    light = (
+        np.clip(0.5 * x - 0.4 * y + 0.76 * z, 0.0, 1.0)[..., None] * np.array([0.9, 0.4, 0.2])
+        + 0.4 * z[..., None] ** 60
+    )
+    picture = np.rint(255.0 * np.clip(light, 0.0, 1.0) ** (1 / 2.2)).astype(np.uint8)
+    noisy = np.abs(np.random.default_rng(0).normal(0.3, 0.1, (512, 512)))
+    made = review_row(
+        "a", "D65", "1931_2", statistics=DeltaEStatistics(0.3, 0.4, 0.5, 0.6, 9), picture=picture,
+        reference=picture.copy(), delta_e=noisy, budget=1.0, rows=240, image="a.png",
+    )  # fmt: skip
+    embedded = 4 / 3 * (len(made.picture) + len(made.reference) + len(made.delta_e_map))
+    assert embedded * 240 < 25e6
