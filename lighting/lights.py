@@ -98,7 +98,7 @@ class PointLight:
         """Unit directions to the light and the illuminance (lx) on a surface that faces it, at each point."""
         offset = self.position - points
         squared = np.sum(offset * offset, axis=-1)
-        return offset / np.sqrt(squared)[..., None], self.intensity_cd / squared
+        return offset / np.sqrt(squared)[..., None], np.asarray(self.intensity_cd / squared)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> PointLight:
         """The same light with another spectrum at the same intensity."""

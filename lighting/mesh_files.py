@@ -70,7 +70,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
 
 
 def cleaned_mesh(
-    vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: Number = 40.0
+    vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: Number = 40
 ) -> Mesh:
     """A mesh of raw arrays: triangles without area are dropped, missing normals computed, each with a note.
 

@@ -1,0 +1,243 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.lighting.lights import DirectionalLight, PointLight
+from metamer.lighting.scene import load_scene
+from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.illuminants import illuminant
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+class Ids:
+    """A catalogue, as far as scenes look at it."""
+
+    def __init__(self, *ids):
+        self._ids = ids
+
+    def ids(self):
+        return self._ids
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def load(text, catalogue=None):
+        path = tmp_path / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        return load_scene(path, catalogue)
+
+    return load
+
+
+BARE = '[[part]]\nshape = "sphere"\nsubdivisions = 2\nmaterial = "paint/red"\n'
+
+
+def test_a_part_and_a_material_are_enough(scene):
+    loaded = scene(BARE)
+    (light,) = loaded.lights
+    assert isinstance(light, DirectionalLight)
+    assert light.illuminance_lux == 1000
+    assert light.spectrum is illuminant("D65")
+    assert (light.direction_to_light * [-1, 1, 1] > 0).all(), "from the upper left front"
+    assert loaded.observer.name == "CIE 1931 2 Degree Standard Observer"
+    assert loaded.viewing.reference_illuminance_lux == 1000
+    assert len(loaded.notes) == 2, loaded.notes
+    camera = loaded.camera()
+    ball = loaded.parts[0].mesh.vertices
+    clip = np.c_[ball, np.ones(len(ball))] @ camera.clip_from_world().T
+    ndc = clip[:, :3] / clip[:, 3:]
+    assert np.abs(ndc).max() < 1
+    assert np.abs(ndc[:, 1]).max() > 0.7
+
+
+def test_everything_that_can_be_said(scene, tmp_path):
+    (tmp_path / "lamp.csv").write_text("wavelength,booth,spot\n400,1,2\n500,2,2\n700,1,2\n")
+    (tmp_path / "tri.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
+    loaded = scene(
+        """
+        [scene]
+        name = "All"
+        observer = "1964_10"
+        [viewing]
+        reference_illuminance_lux = 250
+        background_reflectance = 0.4
+        adaptation = "CAT16"
+        display = "sRGB - Display"
+        view = "Video (colorimetric)"
+        [[part]]
+        name = "triangle"
+        mesh = "tri.obj"
+        material = "paint/red"
+        translate = [1, 2, 3]
+        rotate_deg = [0, 0, 90]
+        scale = [2, 1, 1]
+        [[light]]
+        name = "lamp"
+        kind = "point"
+        position = [0, 4, 0]
+        intensity_cd = 500
+        spectrum = "lamp.csv"
+        spectrum_column = "spot"
+        [[camera]]
+        name = "ortho"
+        projection = "orthographic"
+        position = [0, 0, 9]
+        height = 4
+        [review]
+        on = "triangle"
+        materials = ["paint/*"]
+        illuminants = ["F2"]
+        """,
+        Ids("paint/red", "paint/blue"),
+    )
+    np.testing.assert_allclose(loaded.parts[0].mesh.vertices, [[1, 2, 3], [1, 4, 3], [0, 2, 3]], atol=1e-15)
+    (lamp,) = loaded.lights
+    assert isinstance(lamp, PointLight)
+    assert lamp.spectrum_name == "spot"
+    assert lamp.spectrum.samples.tolist() == [2, 2, 2]
+    np.testing.assert_allclose(loaded.camera("ortho").target, [0.5, 3, 3])
+    assert loaded.viewing.adaptation == "CAT16"
+    assert loaded.review.illuminants == ("F2",)
+    assert loaded.notes == ()
+
+
+def test_turns_go_about_x_then_y_then_z(scene, tmp_path):
+    (tmp_path / "tri.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    mesh = scene('[[part]]\nmesh = "tri.obj"\nrotate_deg = [90, 90, 0]\n').parts[0].mesh
+    # y goes to z about x, and z to x about y.
+    np.testing.assert_allclose(mesh.vertices[mesh.vertices[:, 2].argmin()], [0, 0, -1], atol=1e-15)
+    assert mesh.vertices[:, 0].max() == pytest.approx(1)
+
+
+def test_patches_take_one_material_each(scene):
+    loaded = scene('[[part]]\nname = "row"\nshape = "patches"\nmaterials = ["a/1", "a/2", "a/1"]\n')
+    assert [part.name for part in loaded.parts] == ["row/1", "row/2", "row/3"]
+    assert loaded.material_ids == ("a/1", "a/2")
+
+
+def test_another_material_and_another_illuminant(scene):
+    loaded = scene(BARE)
+    other = loaded.with_material("sphere", "paint/blue").with_illuminant(illuminant("A"), "A")
+    assert other.material_ids == ("paint/blue",)
+    assert other.parts[0].mesh is loaded.parts[0].mesh
+    assert other.lights[0].spectrum is illuminant("A")
+    assert other.lights[0].illuminance_lux == 1000
+    assert loaded.material_ids == ("paint/red",)
+    np.testing.assert_allclose(other.adopted_white(), loaded.observer.white(illuminant("A")))
+    with pytest.raises(UnknownNameError, match="nearest: sphere"):
+        loaded.with_material("spere", "paint/blue")
+
+
+def test_the_white_of_two_lights_is_mixed_by_their_illuminance(scene):
+    lights = "".join(
+        f'[[light]]\ndirection_to_light = [0, 0, 1]\nspectrum = "{name}"\nilluminance_lux = {lux}\n'
+        for name, lux in (("D65", 300), ("A", 100))
+    )
+    loaded = scene(BARE + lights)
+    d65, a = (loaded.observer.white(illuminant(name)) for name in ("D65", "A"))
+    np.testing.assert_allclose(loaded.adopted_white(), 0.75 * d65 + 0.25 * a, rtol=1e-14)
+    assert loaded.viewing.reference_illuminance_lux == 400
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_loads_without_a_note(path):
+    loaded = load_scene(path)
+    assert loaded.notes == ()
+    assert loaded.review is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "words"),
+    [
+        ("[[part]\n", None, "not a TOML file"),
+        ("", None, "empty"),
+        ('[scene]\nname = "x"\n', "part", "a scene without parts"),
+        ("[part]\n", "part", "[[part]], in double brackets"),
+        ("[[scene]]\n" + BARE, "scene", "expected: [scene]"),
+        (BARE + "[ligth]\n", "ligth", "nearest: light"),
+        (BARE + "colour = 3\n", "part 1.colour", "unknown key"),
+        (BARE + 'materail = "x"\n', "part 1.materail", "nearest: material"),
+        (BARE + "[viewing]\nbackround_reflectance = 0.2\n", "viewing.backround_reflectance", "background_reflectance"),
+        (BARE + "[viewing]\nbackground_reflectance = 20\n", "viewing.background_reflectance", "not per cent"),
+        (BARE + "[viewing]\nreference_illuminance_lux = 0\n", "viewing.reference_illuminance_lux", "more than 0 lx"),
+        (BARE + '[viewing]\nadaptation = "Bratford"\n', "viewing.adaptation", "nearest: Bradford"),
+        (BARE + '[scene]\nobserver = "1931_3"\n', "scene.observer", "nearest: 1931_2"),
+        (BARE + "[scene]\nname = 7\n", "scene.name", "text in quotes"),
+        ('[[part]]\nshape = "sphre"\n', "part 1.shape", "nearest: sphere"),
+        ('[[part]]\nname = "x"\n', "part 1 (x)", "found: neither"),
+        ('[[part]]\nshape = "sphere"\nmesh = "a.obj"\n', "part 1", "found: both"),
+        ('[[part]]\nshape = "sphere"\nwidth = 3\n', "part 1.width", "unknown key"),
+        ('[[part]]\nshape = "sphere"\nmaterials = ["a"]\n', "part 1.materials", "expected: material"),
+        ('[[part]]\nshape = "patches"\nmaterial = "a"\n', "part 1.material", "one id a patch"),
+        ('[[part]]\nshape = "sphere"\nscale = 0\n', "part 1.scale", "none of them 0"),
+        ('[[part]]\nshape = "sphere"\ntranslate = [1, 2]\n', "part 1.translate", "three finite numbers"),
+        ('[[part]]\nshape = "sphere"\nsubdivisions = 20\n', "part 1.subdivisions", "0 to 9"),
+        (BARE + BARE, "parts", "two have one name"),
+        (BARE + '[[light]]\nspectrum = "D66"\n', "light 1.spectrum", "nearest: D65"),
+        (BARE + '[[light]]\nkind = "area"\n', "light 1.kind", "directional, point"),
+        (BARE + "[[light]]\nilluminance_lux = 0\n", "light 1.illuminance_lux", "a light of no power"),
+        (BARE + '[[light]]\nname = "sun"\nilluminance_lux = -3\n', "light 1 (sun).illuminance_lux", "found: -3"),
+        (BARE + "[[light]]\nilluminance_lux = nan\n", "light 1.illuminance_lux", "a finite number"),
+        (BARE + "[[light]]\nposition = [0, 1, 0]\n", "light 1.intensity_cd", "needs this key"),
+        (BARE + "[[light]]\nposition = [0, 1, 0]\nilluminance_lux = 4\n", "light 1.illuminance_lux", "unknown key"),
+        (BARE + "[[light]]\ndirection_to_light = [0, 0, 0]\n", "light 1.direction_to_light", "no length"),
+        (BARE + "[[camera]]\nposition = [0, 5, 0]\n", "camera 1.up", "along the viewing direction"),
+        (BARE + "[[camera]]\nwidth = 0\n", "camera 1.width", "at least 1"),
+        (BARE + "[[camera]]\nfov = 3\n", "camera 1.fov", "unknown key"),
+        (BARE + "[[camera]]\n[[camera]]\nname = 'camera'\n", "cameras", "two have one name"),
+        (BARE + '[review]\non = "ball"\n', "review.on", "sphere"),
+        (BARE + '[review]\nilluminants = ["D56"]\n', "review.illuminants", "D65"),
+        (BARE + "[review]\nmaterials = []\n", "review.materials", "a list of texts"),
+    ],
+)
+def test_a_bad_scene_says_file_key_and_what_to_do(scene, text, field, words):
+    with pytest.raises(InputError) as caught:
+        scene(text)
+    message = str(caught.value)
+    assert "scene.toml" in message
+    assert caught.value.field == field
+    assert words in message
+
+
+def test_an_unknown_material_says_the_nearest(scene):
+    ids = Ids("paint/red-gloss", "paint/blue-gloss", "metal/gold")
+    with pytest.raises(UnknownNameError) as caught:
+        scene('[[part]]\nshape = "sphere"\nmaterial = "paint/red-glos"\n', ids)
+    assert caught.value.field == "part 1.material"
+    assert caught.value.nearest[0] == "paint/red-gloss"
+
+
+def test_a_review_pattern_that_matches_nothing_is_an_error(scene):
+    with pytest.raises(UnknownNameError, match=r"review\.materials"):
+        scene(BARE + '[review]\nmaterials = ["paints/*"]\n', Ids("paint/red"))
+
+
+def test_a_light_spectrum_of_zeros_is_an_error(scene, tmp_path):
+    (tmp_path / "dark.csv").write_text("wavelength,lamp\n400,0\n500,0\n700,0\n")
+    with pytest.raises(InputError, match=r"(?s)light 1\.spectrum: a light of no power.*dark\.csv"):
+        scene(BARE + '[[light]]\nspectrum = "dark.csv"\n')
+
+
+def test_a_missing_spectrum_or_mesh_is_named_with_its_own_path(scene, tmp_path):
+    with pytest.raises(InputError, match=r"lamp\.csv"):
+        scene(BARE + '[[light]]\nspectrum = "lamp.csv"\n')
+    with pytest.raises(InputError, match=r"body\.glb: no such mesh file"):
+        scene('[[part]]\nmesh = "body.glb"\n')
+    (tmp_path / "two.csv").write_text("wavelength,warm,cold\n400,1,2\n700,1,2\n")
+    with pytest.raises(UnknownNameError, match="nearest: warm"):
+        scene(BARE + '[[light]]\nspectrum = "two.csv"\nspectrum_column = "warn"\n')
+
+
+def test_a_scene_file_that_is_missing_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"gone\.toml: no such file"):
+        load_scene(tmp_path / "gone.toml")
+
+
+def test_repairs_of_a_mesh_reach_the_scene(scene, tmp_path):
+    (tmp_path / "thin.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 2\n")
+    notes = scene('[[part]]\nmesh = "thin.obj"\n[[light]]\n[[camera]]\n').notes
+    assert notes == (
+        "thin: dropped 1 of 2 triangles, which have no area",
+        "thin: no normals in the file; computed, creased at 40 degrees",
+    )
