@@ -1,0 +1,48 @@
+"""The basis benchmark at a small size, so that it keeps working, and its shape, which is documented."""
+
+import json
+import runpy
+from pathlib import Path
+
+import pytest
+from metamer.calibration.basis_benchmark import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, measure, tables
+
+BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "basis.py"
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return measure(sizes=(3, 8), spectra=1000)
+
+
+def test_result_is_json(measured):
+    assert json.loads(json.dumps(measured))["lights"][:2] == ["D65", "A"]
+
+
+def test_lights_folded_first_beat_every_grid_of_samples(measured):
+    sampling = measured["sampling"]
+    assert set(sampling) == {FOLDED, *GRIDS, RGB}
+    for light in SAMPLING_LIGHTS:
+        assert sampling[FOLDED][light] < 0.01, light
+        assert all(sampling[FOLDED][light] <= sampling[label][light] for label in GRIDS), light
+    assert sampling["400-700 / 10 nm"]["FL11"] > 1 and sampling[RGB]["HP1"] > 40
+
+
+def test_balanced_is_the_smallest_error_at_eight(measured):
+    for question in ("one_bounce", "two_bounces", "lights_outside"):
+        errors = {name: row[8] for name, row in measured[question].items()}
+        assert min(errors, key=errors.get) == "balanced", (question, errors)
+    assert measured["one_bounce"]["balanced"][8] <= 0.30
+
+
+def test_tables_have_as_many_cells_as_columns(measured):
+    for title, header, rows in tables(measured):
+        assert rows and all(len(row) == len(header) for row in rows), title
+
+
+def test_command_prints_and_writes(measured, tmp_path, capsys, monkeypatch):
+    benchmark = runpy.run_path(str(BENCHMARK))
+    monkeypatch.setattr("metamer.calibration.basis_benchmark.measure", lambda *_: measured)
+    benchmark["main"](["--json", str(tmp_path / "figures.json")])
+    assert "balanced" in capsys.readouterr().out
+    assert json.loads((tmp_path / "figures.json").read_text())["one_bounce"]["balanced"]["8"] <= 0.30
