@@ -110,9 +110,7 @@ def _plot(row: ReviewRow) -> dict[str, Any]:
     width, height = _PLOT_SIZE
     first, last = float(row.wavelengths_nm[0]), float(row.wavelengths_nm[-1])
     highest = float(np.nanmax(row.reflectance, initial=0.0))
-    top = next(
-        (step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0
-    )
+    top = next((step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0)
     ticks = range(math.ceil(first / 100.0) * 100, math.floor(last / 100.0) * 100 + 1, 100)
     return {
         "label": row.reflectance_label,

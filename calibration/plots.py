@@ -50,9 +50,7 @@ def scale_rgb() -> UInt8[np.ndarray, "steps 3"]:
 
 def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W 3"]:
     """A ΔE map in colour: the scale, red beyond it, grey where not compared, magenta where a number is missing."""
-    colours = np.concatenate(
-        [scale_rgb(), np.array([OVER_RGB, UNDEFINED_RGB, NOT_COMPARED_RGB], dtype=np.uint8)]
-    )
+    colours = np.concatenate([scale_rgb(), np.array([OVER_RGB, UNDEFINED_RGB, NOT_COMPARED_RGB], dtype=np.uint8)])
     with np.errstate(invalid="ignore"):
         step = np.floor(delta_e / (SCALE_BUDGETS * budget) * _STEPS)
     index = np.where(delta_e <= SCALE_BUDGETS * budget, np.minimum(step, _STEPS - 1), _STEPS)
@@ -61,9 +59,9 @@ def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[n
     return colours[index.astype(np.intp)]
 
 
-def reduction(height: int, width: int, side: int) -> int:
-    """Whole number of pixels that become one for the picture to fit into `side`."""
-    return max(1, math.ceil(max(height, width) / side))
+def reduction(longest: int, side: int) -> int:
+    """How many pixels in a row become one for a picture's longest side to fit into `side`."""
+    return max(1, math.ceil(longest / side))
 
 
 def reduce_picture(rgb: UInt8[np.ndarray, "H W 3"], factor: int) -> UInt8[np.ndarray, "h w 3"]:
@@ -99,9 +97,7 @@ def lossless(rgb: UInt8[np.ndarray, "H W 3"]) -> bytes:
 
     stream = io.BytesIO()
     # Effort 1 of 6 is within a few per cent of the smallest file in a quarter of the time.
-    Image.fromarray(np.ascontiguousarray(rgb)).save(
-        stream, "WEBP", lossless=True, method=1, quality=50, exact=True
-    )
+    Image.fromarray(np.ascontiguousarray(rgb)).save(stream, "WEBP", lossless=True, method=1, quality=50, exact=True)
     return stream.getvalue()
 
 

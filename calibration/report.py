@@ -99,18 +99,14 @@ def review_row(
     """
     if np.may_share_memory(picture, reference):
         raise ComparisonError(f"{material} under {illuminant}: picture and reference are the same array")
-    factor = plots.reduction(*delta_e.shape, plots.embedded_side(rows))
+    factor = plots.reduction(max(delta_e.shape), plots.embedded_side(rows))
     notes = [*more.pop("notes", ())]
     if factor > 1:
         notes.append(f"Shown at 1/{factor} of its size; the figures are those of the full picture.")
     if statistics.max == 0.0:
-        notes.append(
-            "Every compared pixel is exactly equal: make sure that the reference is computed independently."
-        )
+        notes.append("Every compared pixel is exactly equal: make sure that the reference is computed independently.")
     if statistics.undefined:
-        notes.append(
-            f"{statistics.undefined} compared pixels hold no number; they are in none of the figures."
-        )
+        notes.append(f"{statistics.undefined} compared pixels hold no number; they are in none of the figures.")
     return ReviewRow(
         material=material,
         illuminant=illuminant,
@@ -155,9 +151,7 @@ def write_report(
     if not rows:
         raise InputError("a report needs at least one material under one light", field="rows", found="none")
     if not (math.isfinite(budget) and budget > 0):
-        raise InputError(
-            "the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0"
-        )
+        raise InputError("the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0")
     document = {
         "schema": SCHEMA,
         "metamer": version,

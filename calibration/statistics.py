@@ -100,9 +100,7 @@ def delta_e_map(
             f"sample {sample_xyz.shape}, coverage {coverage.shape}"
         )
     if np.may_share_memory(reference_xyz, sample_xyz):
-        raise ComparisonError(
-            "reference and sample are the same array: a picture compared with itself says nothing"
-        )
+        raise ComparisonError("reference and sample are the same array: a picture compared with itself says nothing")
     difference = delta_e_xyz(reference_xyz, sample_xyz, white_xyz, method)
     difference = np.where(np.isfinite(difference), difference, np.inf)
     return np.where(compared_pixels(coverage, reference_xyz, sample_xyz), difference, np.nan)
@@ -125,9 +123,7 @@ def delta_e_statistics(
     if not values.size:
         raise InputError(
             "no pixel of the two pictures can be compared",
-            found=f"{chosen.size} pixels, none with a number"
-            if chosen.size
-            else "no pixel that the scene covers",
+            found=f"{chosen.size} pixels, none with a number" if chosen.size else "no pixel that the scene covers",
             expected="a surface that wholly covers at least one pixel and holds numbers",
             hint="look at the pictures: is the camera on the part?",
         )
@@ -189,6 +185,4 @@ def verdict(statistics: DeltaEStatistics, budget: float) -> Literal["pass", "nea
 
 def worst(statistics: Sequence[DeltaEStatistics]) -> int:
     """Index of the row with missing numbers, else of the row with the largest p99."""
-    return max(
-        range(len(statistics)), key=lambda index: (statistics[index].undefined > 0, statistics[index].p99)
-    )
+    return max(range(len(statistics)), key=lambda index: (statistics[index].undefined > 0, statistics[index].p99))

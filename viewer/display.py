@@ -163,9 +163,7 @@ class DisplayTransform:
         notes : clipped pixels with their share, pixels that hold no number; empty if there were none.
         """
         if background_xyz is not None and coverage is None:
-            raise InputError(
-                "a background needs the picture's coverage", field="coverage", expected="an (H, W) array"
-            )
+            raise InputError("a background needs the picture's coverage", field="coverage", expected="an (H, W) array")
         xyz = np.asarray(image.values, dtype=np.float64)
         if background_xyz is not None and coverage is not None:
             xyz = composite(xyz, coverage, background_xyz)
@@ -175,7 +173,7 @@ class DisplayTransform:
         undefined = ~np.isfinite(xyz_d65).all(axis=-1)
         xyz_d65[undefined] = 0.0
         rgb = self.apply(xyz_d65) if on is None else on.apply(xyz_d65)
-        undefined |= ~np.isfinite(rgb).all(axis=-1)
+        undefined = np.logical_or(undefined, ~np.isfinite(rgb).all(axis=-1))
         notes = _notes(rgb, undefined, self.display)
         rgb = np.clip(rgb, 0.0, 1.0)
         rgb[undefined] = NOT_A_NUMBER_RGB
@@ -198,9 +196,7 @@ class DisplayTransform:
         if np.all(above <= 1.0 + CLIP_TOLERANCE):
             words.append("This view limits values above white itself: clipped pixels cannot all be counted.")
         else:
-            words.append(
-                "No tone mapping by Metamer: what the display cannot show is clipped and counted per picture."
-            )
+            words.append("No tone mapping by Metamer: what the display cannot show is clipped and counted per picture.")
         if np.ptp(white) > 2e-3 or abs(float(white.mean()) - 1.0) > 2e-3:
             words.append(
                 "This view changes white: it is not colorimetric, and pictures do not show colours as computed."
@@ -230,12 +226,8 @@ def _notes(rgb: Float[np.ndarray, "H W 3"], undefined: np.ndarray, display: str)
             (under, "below it (outside its gamut)"),
         ]
         counted = " and ".join(f"{np.count_nonzero(side)} {words}" for side, words in sides if side.any())
-        notes.append(
-            f"{clipped} of {total} pixels ({clipped / total:.2%}) clipped to “{display}”: {counted}."
-        )
+        notes.append(f"{clipped} of {total} pixels ({clipped / total:.2%}) clipped to “{display}”: {counted}.")
     missing = int(np.count_nonzero(undefined))
     if missing:
-        notes.append(
-            f"{missing} of {total} pixels ({missing / total:.2%}) hold no number and are shown in magenta."
-        )
+        notes.append(f"{missing} of {total} pixels ({missing / total:.2%}) hold no number and are shown in magenta.")
     return tuple(notes)

@@ -76,9 +76,7 @@ class DisplayPass:
             components = 1 if texture.channel == self._description.TEXTURE_RED_CHANNEL else 3
             values = np.ascontiguousarray(texture.getValues(), dtype=np.float32)
             size = (texture.width, max(texture.height, 1))
-            made.append(
-                (texture.samplerName, self._context.texture(size, components, values.tobytes(), dtype="f4"))
-            )
+            made.append((texture.samplerName, self._context.texture(size, components, values.tobytes(), dtype="f4")))
             self._set_filter(made[-1][1], texture.interpolation == ocio.INTERP_NEAREST)
         return made
 

@@ -25,9 +25,7 @@ def quantise(rgb: Float[np.ndarray, "H W 3"], bits: int = 8) -> UInt[np.ndarray,
     return codes.astype(np.uint8 if bits == 8 else np.uint16)
 
 
-def png_bytes(
-    codes: UInt[np.ndarray, "H W 3"], display: str | None = None, words: Sequence[str] = ()
-) -> bytes:
+def png_bytes(codes: UInt[np.ndarray, "H W 3"], display: str | None = None, words: Sequence[str] = ()) -> bytes:
     """A PNG of 8- or 16-bit RGB; tagged as sRGB where the display is sRGB, with `words` as its description.
 
     Written here, not by Pillow, because Pillow cannot write 16 bits a channel in colour.
@@ -48,8 +46,7 @@ def png_bytes(
         chunks.append((b"iTXt", b"Description\x00\x00\x00\x00\x00" + "\n".join(words).encode("utf-8")))
     chunks += [(b"IDAT", zlib.compress(filtered.tobytes(), 6)), (b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        for kind, data in chunks
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
     )
 
 

@@ -38,9 +38,7 @@ def test_map_colours():
 
 def test_the_scale_follows_the_budget():
     delta_e = np.array([[0.5, 1.5]])
-    np.testing.assert_array_equal(
-        plots.delta_e_picture(delta_e, 0.5), plots.delta_e_picture(2 * delta_e, 1.0)
-    )
+    np.testing.assert_array_equal(plots.delta_e_picture(delta_e, 0.5), plots.delta_e_picture(2 * delta_e, 1.0))
 
 
 @pytest.mark.parametrize("size", [(8, 8), (7, 9)])
@@ -67,8 +65,8 @@ def test_many_rows_are_embedded_smaller():
     assert plots.embedded_side(3) == 512
     assert 200 < plots.embedded_side(240) < 320
     assert plots.embedded_side(10**6) == 96
-    assert plots.reduction(512, 300, 256) == 2
-    assert plots.reduction(256, 300, 512) == 1
+    assert plots.reduction(512, 256) == 2
+    assert plots.reduction(300, 512) == 1
 
 
 def test_curve_breaks_where_a_value_is_missing():

@@ -123,9 +123,7 @@ class Tags(HTMLParser):
 
 
 def test_json_follows_its_documented_schema(tmp_path):
-    schema = json.loads(
-        re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text("utf-8"), re.S)[1]
-    )
+    schema = json.loads(re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text("utf-8"), re.S)[1])
     rows = [
         row(),
         row(illuminant="A", p99=1.2, files={"XYZ EXR": "a.exr"}),
@@ -148,9 +146,7 @@ def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
     text = path.read_text("utf-8")
     page = Tags(text)
     assert page.open == []
-    assert len(page.sources) == 9 and all(
-        source.startswith("data:image/webp;base64,") for source in page.sources
-    )
+    assert len(page.sources) == 9 and all(source.startswith("data:image/webp;base64,") for source in page.sources)
     assert not re.search(r"https?://|@import|url\(", text)
     for link in page.links:
         assert link[1:] in page.ids if link.startswith("#") else not link.startswith("/"), link

@@ -41,9 +41,7 @@ colorspaces:
 
 def image(xyz, white=DISPLAY_WHITE_XYZ) -> ColourImage:
     """One row of pixels."""
-    return ColourImage(
-        np.asarray(xyz, dtype=np.float32).reshape(1, -1, 3), "xyz", np.asarray(white, dtype=np.float64)
-    )
+    return ColourImage(np.asarray(xyz, dtype=np.float32).reshape(1, -1, 3), "xyz", np.asarray(white, dtype=np.float64))
 
 
 def own_config(folder: Path) -> str:
@@ -104,9 +102,7 @@ def test_xyz_to_srgb_agrees_with_the_rounded_matrix_of_the_standard(srgb):
     ):
         ours, _ = srgb.encode(ColourImage(values.astype(np.float32), "xyz_d65", DISPLAY_WHITE_XYZ))
         error = np.abs(ours - np.clip(colour.XYZ_to_sRGB(values), 0, 1))
-        assert error.max() < tolerance, (
-            f"worst at {np.unravel_index(error.argmax(), error.shape)}: {error.max():.2e}"
-        )
+        assert error.max() < tolerance, f"worst at {np.unravel_index(error.argmax(), error.shape)}: {error.max():.2e}"
 
 
 def test_absolute_values_of_a_mid_grey(srgb):
@@ -119,9 +115,7 @@ def test_adapts_once(srgb):
     white = observer("1931_2").white(illuminant("A"))
     rgb, _ = srgb.encode(image([0.3, 0.3, 0.1], white))
     adapted = np.array([0.3, 0.3, 0.1]) @ srgb.adaptation_from(white).T
-    again, _ = srgb.encode(
-        ColourImage(adapted.reshape(1, 1, 3).astype(np.float32), "xyz_d65", DISPLAY_WHITE_XYZ)
-    )
+    again, _ = srgb.encode(ColourImage(adapted.reshape(1, 1, 3).astype(np.float32), "xyz_d65", DISPLAY_WHITE_XYZ))
     np.testing.assert_allclose(rgb, again, atol=1e-6)
     np.testing.assert_allclose(again, srgb.apply(adapted.reshape(1, 1, 3)), atol=1e-6)
 
@@ -151,9 +145,7 @@ def test_pixels_without_a_number_are_loud(srgb, value):
 
 def test_background_is_laid_in_linear_light(srgb):
     half = 0.5 * DISPLAY_WHITE_XYZ
-    picture = ColourImage(
-        np.stack([half, half * 0]).reshape(1, 2, 3).astype(np.float32), "xyz", DISPLAY_WHITE_XYZ
-    )
+    picture = ColourImage(np.stack([half, half * 0]).reshape(1, 2, 3).astype(np.float32), "xyz", DISPLAY_WHITE_XYZ)
     rgb, _ = srgb.encode(picture, np.array([[0.5, 0.0]]), 0.2 * DISPLAY_WHITE_XYZ)
     expected = srgb.apply(np.stack([0.6 * DISPLAY_WHITE_XYZ, 0.2 * DISPLAY_WHITE_XYZ]))
     np.testing.assert_allclose(rgb[0], expected, atol=1e-6)

@@ -40,9 +40,7 @@ def table_config(folder: Path, interpolation: str) -> str:
     rows = "\n".join(" ".join(f"{value:.6f}" for value in row) for row in twisted)
     (folder / "twist.cube").write_text(f"LUT_3D_SIZE 9\n{rows}\n")
     curve = "\n".join(f"{value:.6f}" for value in np.linspace(0.0, 1.0, 5000) ** 0.7)
-    (folder / "curve.spi1d").write_text(
-        f"Version 1\nFrom 0.0 1.0\nLength 5000\nComponents 1\n{{\n{curve}\n}}\n"
-    )
+    (folder / "curve.spi1d").write_text(f"Version 1\nFrom 0.0 1.0\nLength 5000\nComponents 1\n{{\n{curve}\n}}\n")
     path = folder / "config.ocio"
     path.write_text(CUBE_CONFIG.format(interpolation=interpolation))
     return str(path)
