@@ -22,8 +22,8 @@ LEAST_COSINE = 1e-3
 # Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
 # coordinates are scaled to the scene, and far below a pixel.
 SHADOW_OFFSET = 1e-5
-# Turns of a ray that met nothing, to step off an edge that it may have slipped through.
-_NUDGES = ((1e-6, 7e-7), (-8e-7, 1.1e-6))
+# How a ray that met nothing is turned for a second try: one that aims at a vertex may slip through there in float32.
+_NUDGE = np.array([1.1e-6, 0.7e-6, -0.9e-6])
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +85,10 @@ class Tracer:
         scaled = trimesh.Trimesh((self.vertices - self.centre) / self.radius, self.faces, process=False, validate=False)
         self._intersector = RayMeshIntersector(scaled)
 
-    def first(self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-        """The first triangle that each ray (unit directions) meets, or -1."""
+    def first(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool = True
+    ) -> Int[np.ndarray, " n"]:
+        """The first triangle that each ray (unit directions) meets, or -1; `again` tries misses twice."""
         # Start on the scene's bounding sphere: float32 would lose a camera that stands far away.
         start = (origins - self.centre) / self.radius
         along = dot(start, directions)
@@ -94,11 +96,9 @@ class Tracer:
         ahead = -along - np.sqrt(np.maximum(along * along - inside, 0.0))
         start = start + np.where(inside > 0.0, np.maximum(ahead, 0.0), 0.0)[:, None] * directions
         face = np.asarray(self._intersector.intersects_first(start, directions), dtype=np.int64)
-        for nudge in _NUDGES:
-            missed = np.flatnonzero((face < 0) & (along * along >= inside))
-            if len(missed):
-                turned = directions[missed] + np.array([*nudge, -nudge[0]])
-                face[missed] = self._intersector.intersects_first(start[missed], turned)
+        missed = np.flatnonzero((face < 0) & (along * along >= inside)) if again else []
+        if len(missed):
+            face[missed] = self._intersector.intersects_first(start[missed], directions[missed] + _NUDGE)
         return face
 
     def on_triangle(
@@ -123,11 +123,11 @@ class Tracer:
         """Whether nothing lies between each point (with its geometric normal towards the light) and the light."""
         start = points + SHADOW_OFFSET * self.radius * normals
         if isinstance(light, DirectionalLight):
-            return self.first(start, to_light) < 0
+            return self.first(start, to_light, again=False) < 0
         offset = light.position - start
         distance = np.linalg.norm(offset, axis=1)
         directions = offset / distance[:, None]
-        face = self.first(start, directions)
+        face = self.first(start, directions, again=False)
         hit = np.flatnonzero(face >= 0)
         where, _ = self.on_triangle(face[hit], start[hit], directions[hit])
         free = face < 0
