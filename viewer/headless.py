@@ -18,7 +18,6 @@ from .raster import SUBSTEPS, Window, WindowTriangles
 from .renderer import Layer, Renderer
 from .resources import (
     MOST_TRIANGLES,
-    OCCLUDERS_A_ROW,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
     Owner,
@@ -87,12 +86,10 @@ class GLRenderer(Renderer):
 
     def _prepare(self, geometry: SceneGeometry) -> _Prepared:
         camera = geometry.camera
-        owner, scratch = Owner(self.context), Owner(self.context)
+        owner = Owner(self.context)
         blocks = np.zeros((camera.height_px, camera.width), dtype=np.float32)
         windows = []
         try:
-            corners = geometry.occluders.corners.astype(np.float32)
-            occluders = scratch.table(corners, OCCLUDERS_A_ROW, 3)
             for window, triangles in geometry.windows():
                 if len(triangles.parent) >= MOST_TRIANGLES or len(geometry.lit) >= MOST_TRIANGLES:
                     raise InputError("too many triangles", found=len(geometry.lit), expected=f"below {MOST_TRIANGLES}")
@@ -101,7 +98,7 @@ class GLRenderer(Renderer):
                 try:
                     table = tile.table(triangle_texels(geometry, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
                     lights = tuple(
-                        self._passes.light(owner, geometry, number, seen, table, occluders)
+                        self._passes.light(owner, geometry, number, seen, table)
                         for number in range(len(geometry.lights))
                     )
                 finally:
@@ -112,8 +109,6 @@ class GLRenderer(Renderer):
         except BaseException:
             owner.release()
             raise
-        finally:
-            scratch.release()
         size = (camera.height_px, camera.width)
         return _Prepared(size, camera.samples, blocks, geometry.first_face, tuple(windows), owner)
 

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from . import resources, shadows
-from .geometry import LightGeometry, SceneGeometry
+from .geometry import SceneGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .shaders import program
 
@@ -29,6 +31,7 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
     "ROW_LENGTH": resources.ROW_LENGTH,
     "OUTLINE_RAMP": shadows.OUTLINE_RAMP,
     "CONTACT": shadows.CONTACT,
+    "ROUNDING": shadows.ROUNDING,
 }
 PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     ("visibility.vert", "visibility.frag", {}),
@@ -93,31 +96,28 @@ class Passes:
         number: int,
         seen: moderngl.Texture,
         triangles: moderngl.Texture,
-        occluders: moderngl.Texture,
     ) -> tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture]:
         """Angles and irradiance of one light at every sample; kept by `owner`."""
         context, light = self.context, geometry.lights[number]
         io, hd, azimuth = (owner.texture(seen.size, components) for components in (4, 4, 2))
         scratch = resources.Owner(context)
         try:
-            cells, entries = _shadow_tables(scratch, light)
+            tables = _shadow_tables(scratch, light.shadows)
             self._begin(scratch.keep(context.framebuffer([io, hd, azimuth])), seen.size)
             context.enable_only(context.NOTHING)
             made, everywhere = self._program("fullscreen.vert", "light.frag", DIRECTIONAL=int(light.directional))
-            samplers = {
-                "seen": seen, "triangles": triangles, "occluders": occluders, "cells": cells, "entries": entries,
-            }  # fmt: skip
             values = {
                 "eye": tuple(geometry.eye),
                 "perspective": geometry.perspective,
                 "resolution": light.shadows.resolution,
-                "view_u": tuple(light.shadows.basis[0]),
-                "view_v": tuple(light.shadows.basis[1]),
+                # Column by column.
+                "view_from_world": tuple(light.shadows.basis.T.reshape(-1)),
+                "view_origin": tuple(light.shadows.origin),
                 "light_number": number,
                 "light": tuple(light.vector),
                 "irradiance": light.irradiance / geometry.camera.samples**2,
             }
-            _set(made, values, samplers)
+            _set(made, values, {"seen": seen, "triangles": triangles, **tables})
             everywhere.render(context.TRIANGLES, vertices=3)
         finally:
             scratch.release()
@@ -161,10 +161,14 @@ class Passes:
         raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
 
 
-def _shadow_tables(owner: resources.Owner, light: LightGeometry) -> tuple[moderngl.Texture, moderngl.Texture]:
-    tables = (light.shadows.first, light.shadows.entries)
-    cells, entries = (owner.table(table.astype("i4"), resources.ROW_LENGTH) for table in tables)
-    return cells, entries
+def _shadow_tables(owner: resources.Owner, grid: shadows.ShadowGrid) -> dict[str, moderngl.Texture]:
+    starts = grid.starts.astype(np.float32).view(np.int32)
+    entries = np.stack([grid.entries.astype(np.int32), starts], axis=1)
+    return {
+        "occluders": owner.table(grid.corners.astype(np.float32), resources.OCCLUDERS_A_ROW, 3),
+        "cells": owner.table(grid.first.astype(np.int32), resources.ROW_LENGTH),
+        "entries": owner.table(entries, resources.ROW_LENGTH),
+    }
 
 
 def _set(

@@ -1,8 +1,8 @@
 """Shadows with sharp, true edges: rays to the light against the few triangles that lie in the way.
 
 A shadow map answers with the nearest depth at fixed points, so its edges wander by a texel. Here the light's view is
-divided into cells, a cell lists the triangles that reach into it, and a sample is tested against the list of its own
-cell: exact where a shadow map is approximate, at about ten triangles a sample.
+divided into cells, a cell lists the triangles that reach into it, nearest to the light first, and a sample is tested
+against those of its own cell that begin before it: exact where a shadow map is approximate, for a few triangles each.
 
 Two renderers of different precision must agree on every pixel, so nothing flips. Across an edge that two triangles
 share the test is decided by one number that both compute alike, and either answer is shadow; across an outline, and
@@ -21,8 +21,10 @@ from .raster import cut_triangles
 
 # Width of the ramp across an outline, in radii of the scene.
 OUTLINE_RAMP = 1e-4
-# An occluder nearer than this to the surface casts no shadow on it; at twice the distance it casts a full one.
+# An occluder nearer than this along the ray casts no shadow; at twice the distance it casts a full one. On a surface
+# that light grazes the distance grows by `ROUNDING` over the cosine: what float32 may put a neighbour above it.
 CONTACT = 2e-5
+ROUNDING = 1e-6
 # Point lights see nothing nearer than this.
 LEAST_DISTANCE = 1e-3
 # Rays handled at once: their arrays stay in the second-level cache.
@@ -46,18 +48,26 @@ class SortedTriangles:
 class ShadowGrid:
     """Which triangles a light sees in each cell of its view.
 
-    basis : (3, 3) rows u, v and depth of a directional light's view (coordinates within [-1, 1]); for a point light the
-        view is a cube whose faces are +x, -x, +y, -y, +z, -z, with u and v the next two coordinates over the depth.
+    basis : (3, 3) rows u, v and w, the last towards a directional light; its view is the square u, v in [-1, 1]. Of a
+        point light it is the identity, and the view is a cube with faces +x, -x, +y, -y, +z, -z, on each of which u
+        and v are the next two coordinates over the depth.
+    origin : (3,) what view coordinates `(p - origin) @ basis.T` count from: zero, or the point light.
+    corners : (F, 3, 3) of the sorted triangles in view coordinates, rounded to float32.
     resolution : cells along a side of a face.
     first : (faces * resolution^2 + 1,) where each cell's entries begin, row by row of v.
-    entries : triangle << 4 | facing << 3 | outlines: whether its corners run anticlockwise as the light sees them, and
-        which of its edges 01, 12 and 02 (bits 0, 1 and 2) are outlines.
+    entries : (E,) triangle << 4 | facing << 3 | outlines: whether its corners run anticlockwise as the light sees them,
+        and which of its edges 01, 12 and 02 (bits 0, 1 and 2) are outlines.
+    starts : (E,) how far from the light each entry's triangle begins: -w, or the depth before the cube's face.
     """
 
+    directional: bool
     basis: Float[np.ndarray, "3 3"]
+    origin: Float[np.ndarray, "3"]
+    corners: Float[np.ndarray, "F 3 3"]
     resolution: int
     first: Int[np.ndarray, "_"]
     entries: Int[np.ndarray, " E"]
+    starts: Float[np.ndarray, " E"]
 
 
 def sorted_triangles(corners: Float[np.ndarray, "F 3 3"]) -> SortedTriangles:
@@ -80,25 +90,31 @@ def shadow_grid(triangles: SortedTriangles, directional: bool, vector: Float[np.
     outlines = _outlines(triangles.edges, facing)
     usable = np.flatnonzero(facing != 0)
     resolution = int(np.clip(1.5 * np.sqrt(len(usable)), 4, 512))
-    basis = _basis(vector) if directional else np.eye(3)
-    cells, owners = [], []
+    basis, origin = (_basis(vector), np.zeros(3)) if directional else (np.eye(3), vector)
+    view = (triangles.corners - origin) @ basis.T
+    found = []
     for face in range(1 if directional else 6):
         if directional:
-            view = triangles.corners[usable] @ basis.T
-            flat, owner = view[..., :2], usable
+            flat, start, owner = view[usable][..., :2], -view[usable][..., 2].max(axis=1), usable
             margin = np.full(len(usable), OUTLINE_RAMP)
         else:
-            view = _cube_view(triangles.corners[usable] - vector, face)
-            flat, depth, owner = _before_the_face(view, usable)
-            margin = OUTLINE_RAMP / depth
+            flat, start, owner = _before_the_face(_cube_view(view[usable], face), usable)
+            margin = OUTLINE_RAMP / start
         cell, which = _cells(flat, margin + 1e-6, resolution)
-        cells.append(cell + face * resolution**2)
-        owners.append(owner[which])
-    pairs = np.unique(np.concatenate(cells) * len(facing) + np.concatenate(owners))
-    cell, owner = np.divmod(pairs, len(facing))
-    faces = 1 if directional else 6
-    first = np.searchsorted(cell, np.arange(faces * resolution**2 + 1))
-    return ShadowGrid(basis, resolution, first, (owner << 4) | ((facing[owner] > 0) << 3) | outlines[owner])
+        found.append((cell + face * resolution**2, start[which], owner[which]))
+    cell, start, owner = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    order = np.lexsort((start, cell))
+    cell, start, owner = cell[order], start[order], owner[order]
+    return ShadowGrid(
+        directional=directional,
+        basis=basis,
+        origin=origin,
+        corners=view.astype(np.float32).astype(np.float64),
+        resolution=resolution,
+        first=np.searchsorted(cell, np.arange(len(found) * resolution**2 + 1)),
+        entries=(owner << 4) | ((facing[owner] > 0) << 3) | outlines[owner],
+        starts=start.astype(np.float32).astype(np.float64),
+    )
 
 
 def _outlines(edges: Int[np.ndarray, "F 3 2"], facing: Int[np.ndarray, " F"]) -> Int[np.ndarray, " F"]:
@@ -164,76 +180,94 @@ def _cells(flat, margin, resolution):
 
 
 def visibility(
-    triangles: SortedTriangles,
-    grid: ShadowGrid,
-    directional: bool,
-    vector: Float[np.ndarray, "3"],
-    points: Float[np.ndarray, "n 3"],
-    own: Int[np.ndarray, " n"],
+    grid: ShadowGrid, points: Float[np.ndarray, "n 3"], own: Int[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
     """Share of a light that reaches each point, 0 to 1; `own` is the triangle it lies on, which never shades it."""
     out = np.empty(len(points))
     for start in range(0, len(points), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        out[rows] = _visibility(triangles, grid, directional, vector, points[rows], own[rows])
+        out[rows] = _visibility(grid, (points[rows] - grid.origin) @ grid.basis.T, own[rows])
     return out
 
 
-def _visibility(triangles, grid, directional, vector, points, own):
-    size = grid.resolution
-    if directional:
-        flat = points @ grid.basis[:2].T
-        face, reach = np.zeros(len(points), dtype=np.int64), np.full(len(points), np.inf)
-        to_light = np.broadcast_to(vector, points.shape)
+def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """`visibility` of points in view coordinates."""
+    size, row = grid.resolution, np.arange(len(points))
+    if grid.directional:
+        flat, face, depth = points[:, :2], 0, -points[:, 2]
     else:
-        offset = points - vector
-        axis = np.abs(offset).argmax(axis=1)
-        row = np.arange(len(points))
-        depth = offset[row, axis]
-        flat = offset[row[:, None], (axis[:, None] + [1, 2]) % 3] / np.abs(depth)[:, None]
-        face = 2 * axis + (depth < 0.0)
-        reach = np.linalg.norm(offset, axis=1)
-        to_light = -offset / reach[:, None]
+        axis = np.abs(points).argmax(axis=1)
+        depth = np.abs(points[row, axis])
+        flat = points[row[:, None], (axis[:, None] + [1, 2]) % 3] / depth[:, None]
+        face = 2 * axis + (points[row, axis] < 0.0)
     column, line = np.clip(np.floor((flat + 1.0) * (0.5 * size)), 0, size - 1).astype(np.int64).T
     cell = (face * size + line) * size + column
+    contact = _contact(grid, points, own)
+    shade = np.zeros(len(points))
     entry, last = grid.first[cell], grid.first[cell + 1]
-    visible = np.ones(len(points))
-    active = np.flatnonzero(entry < last)
-    while len(active):
-        code = grid.entries[entry[active]]
-        other = active[(code >> 4) != own[active]]
-        code = code[(code >> 4) != own[active]]
-        shade = _shade(triangles.corners[code >> 4], code, points[other], to_light[other], reach[other])
-        visible[other] = np.minimum(visible[other], 1.0 - shade)
-        entry[active] += 1
-        active = active[(entry[active] < last[active]) & (visible[active] > 0.0)]
-    return visible
+    waiting = np.flatnonzero(entry < last)
+    while len(waiting):
+        here = entry[waiting]
+        waiting = waiting[grid.starts[here] < depth[waiting]]
+        code = grid.entries[entry[waiting]]
+        foreign = (code >> 4) != own[waiting]
+        code, others = code[foreign], waiting[foreign]
+        shade[others] = np.maximum(shade[others], _shade(grid, code, points[others], contact[others]))
+        entry[waiting] += 1
+        waiting = waiting[(entry[waiting] < last[waiting]) & (shade[waiting] < 1.0)]
+    return 1.0 - shade
 
 
-def _shade(corners, code, points, to_light, reach):
-    """How much of the ray from each point to the light one triangle each stops; `corners` (n, 3, 3)."""
+def _contact(grid: ShadowGrid, points: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """Distance below which nothing casts a shadow on each point, by the light's angle to the triangle it lies on."""
+    a, b, c = np.moveaxis(grid.corners, 1, 0)
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
+    to_light = None if grid.directional else -points / np.linalg.norm(points, axis=1)[:, None]
+    return CONTACT + ROUNDING / np.maximum(np.abs(_along(normals[own], to_light)), 1e-6)
+
+
+def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """How much of the ray from each point to the light one triangle each stops."""
+    corners = grid.corners[code >> 4]
+    to_light = reach = None
+    if not grid.directional:
+        reach = np.linalg.norm(points, axis=1)
+        to_light = -points / reach[:, None]
     sign = np.where(code & 8, 1.0, -1.0)
     inside = np.ones(len(points), dtype=bool)
     cover = np.ones(len(points))
-    weights = []
-    # Corner opposite each edge, and the sense in which the edge runs about the triangle.
+    sides = []
+    # Ends of each edge, and the sense in which it runs about the triangle.
     for k, (a, b, sense) in enumerate(((0, 1, 1.0), (1, 2, 1.0), (0, 2, -1.0))):
-        side = _cross(corners[:, b] - corners[:, a], points - corners[:, a])
-        along = sense * sign * np.einsum("ni,ni->n", to_light, side)
+        edge = corners[:, b] - corners[:, a]
+        side = sense * sign * _area(edge, points - corners[:, a], to_light)
         outline = (code >> k) & 1 == 1
-        inside &= outline | (along >= 0.0)
-        if outline.any():
-            soft = np.flatnonzero(outline)
-            length = np.linalg.norm(_cross(to_light[soft], (corners[:, b] - corners[:, a])[soft]), axis=1)
-            ramp = np.clip(along[soft] / (np.maximum(length, 1e-12) * OUTLINE_RAMP) + 0.5, 0.0, 1.0)
-            cover[soft] = np.minimum(cover[soft], ramp)
-        weights.append(np.maximum(along, 0.0))
-    cover = np.where(inside, cover, 0.0)
-    total = np.maximum(weights[0] + weights[1] + weights[2], 1e-30)
-    opposite = (weights[1], weights[2], weights[0])
-    ahead = sum(w * np.einsum("ni,ni->n", corners[:, k] - points, to_light) for k, w in enumerate(opposite)) / total
-    between = np.clip(ahead / CONTACT - 1.0, 0.0, 1.0)
-    return np.where(ahead < reach, cover * between, 0.0)
+        inside &= outline | (side >= 0.0)
+        soft = np.flatnonzero(outline)
+        if len(soft):
+            span = edge[soft, :2] if to_light is None else _cross(edge[soft], to_light[soft])
+            width = np.maximum(np.linalg.norm(span, axis=1), 1e-12) * OUTLINE_RAMP
+            cover[soft] = np.minimum(cover[soft], np.clip(side[soft] / width + 0.5, 0.0, 1.0))
+        sides.append(np.maximum(side, 0.0))
+    # The weight of a corner is the side of the edge that it is not on.
+    weights = np.stack([sides[1], sides[2], sides[0]], axis=1)
+    weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-30)
+    ahead = _along(np.einsum("nk,nki->ni", weights, corners) - points, to_light)
+    shade = np.where(inside, cover * np.clip(ahead / contact - 1.0, 0.0, 1.0), 0.0)
+    return shade if reach is None else np.where(ahead < reach, shade, 0.0)
+
+
+def _along(vectors: np.ndarray, to_light: np.ndarray | None) -> np.ndarray:
+    """Component towards the light; without `to_light` that is the third."""
+    return vectors[:, 2] if to_light is None else np.einsum("ni,ni->n", vectors, to_light)
+
+
+def _area(a: np.ndarray, b: np.ndarray, to_light: np.ndarray | None) -> np.ndarray:
+    """The area that a and b span as the light sees it."""
+    if to_light is None:
+        return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return np.einsum("ni,ni->n", _cross(a, b), to_light)
 
 
 def _cross(a, b):

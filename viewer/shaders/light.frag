@@ -24,18 +24,15 @@ void main() {
 #if DIRECTIONAL
     vec3 to_light = light;
     float arriving = irradiance;
-    vec3 where = at.position;
-    float reach = 1e30;
 #else
-    vec3 where = at.position - light;
-    float squared = dot(where, where);
-    float reach = sqrt(squared);
-    vec3 to_light = -where / reach;
+    vec3 offset = light - at.position;
+    float squared = dot(offset, offset);
+    vec3 to_light = offset / sqrt(squared);
     float arriving = irradiance / squared;
 #endif
     vec3 wi = to_local(at, to_light);
     if (wi.z <= 0.0) return;
-    arriving *= visibility(at.position, where, at.face, to_light, reach);
+    arriving *= visibility(at.position, at.face);
     if (arriving == 0.0) return;
     vec3 wo = to_local(at, at.to_viewer);
     io = vec4(io_angles(wi, wo), arriving);

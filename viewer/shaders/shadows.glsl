@@ -1,13 +1,12 @@
 // How much of a light reaches a point: rays against the triangles of one cell of the light's view. Twin of shadows.py,
 // which says why.
 
-uniform sampler2D occluders;    // three texels a triangle: corners in the order of their welded numbers
+uniform sampler2D occluders;    // three texels a triangle: sorted corners in the light's view coordinates
 uniform isampler2D cells;       // where each cell's entries begin
-uniform isampler2D entries;     // triangle << 4 | facing << 3 | outlines
+uniform isampler2D entries;     // triangle << 4 | facing << 3 | outlines, and the bits of where it starts
+uniform mat3 view_from_world;
+uniform vec3 view_origin;
 uniform int resolution;         // cells along a side of a face of the light's view
-#if DIRECTIONAL
-uniform vec3 view_u, view_v;    // axes of the light's view
-#endif
 
 int cell_begin(int cell) {
     return texelFetch(cells, ivec2(cell % ROW_LENGTH, cell / ROW_LENGTH), 0).x;
@@ -17,26 +16,44 @@ vec3 occluder(int number, int corner) {
     return texelFetch(occluders, ivec2((number % OCCLUDERS_A_ROW) * 3 + corner, number / OCCLUDERS_A_ROW), 0).xyz;
 }
 
-// Twice the area that the ray and the edge from a to b span, signed; the same bits for both triangles of an edge.
-float edge_side(vec3 a, vec3 b, vec3 point, vec3 to_light) {
-    precise vec3 along = b - a;
-    precise vec3 from = point - a;
-    precise vec3 across = vec3(
-        along.y * from.z - along.z * from.y, along.z * from.x - along.x * from.z, along.x * from.y - along.y * from.x);
-    precise float side = to_light.x * across.x + to_light.y * across.y + to_light.z * across.z;
-    return side;
+// Area that a and b span as the light sees it, without fusing: the same bits for both triangles of an edge.
+float area(vec3 a, vec3 b, vec3 to_light) {
+    precise float z = a.x * b.y - a.y * b.x;
+#if DIRECTIONAL
+    return z;
+#else
+    precise float x = a.y * b.z - a.z * b.y;
+    precise float y = a.z * b.x - a.x * b.z;
+    precise float seen_area = x * to_light.x + y * to_light.y + z * to_light.z;
+    return seen_area;
+#endif
+}
+
+float along(vec3 v, vec3 to_light) {
+#if DIRECTIONAL
+    return v.z;
+#else
+    return dot(v, to_light);
+#endif
 }
 
 float outline_ramp(float side, vec3 edge, vec3 to_light) {
-    return clamp(side / (max(length(cross(to_light, edge)), 1e-12) * OUTLINE_RAMP) + 0.5, 0.0, 1.0);
+#if DIRECTIONAL
+    float span = length(edge.xy);
+#else
+    float span = length(cross(edge, to_light));
+#endif
+    return clamp(side / (max(span, 1e-12) * OUTLINE_RAMP) + 0.5, 0.0, 1.0);
 }
 
-float shade_of(int code, vec3 point, vec3 to_light, float reach) {
+// How much of the ray from a point to the light one triangle stops.
+float shade_of(int code, vec3 point, vec3 to_light, float reach, float contact) {
     int number = code >> 4;
     vec3 a = occluder(number, 0), b = occluder(number, 1), c = occluder(number, 2);
     float facing = (code & 8) != 0 ? 1.0 : -1.0;
-    vec3 side = facing
-        * vec3(edge_side(a, b, point, to_light), edge_side(b, c, point, to_light), -edge_side(a, c, point, to_light));
+    precise vec3 from_a = point - a;
+    precise vec3 from_b = point - b;
+    vec3 side = facing * vec3(area(b - a, from_a, to_light), area(c - b, from_b, to_light), -area(c - a, from_a, to_light));
     float cover = 1.0;
     if ((code & 1) != 0) cover = min(cover, outline_ramp(side.x, b - a, to_light));
     else if (side.x < 0.0) return 0.0;
@@ -45,37 +62,45 @@ float shade_of(int code, vec3 point, vec3 to_light, float reach) {
     if ((code & 4) != 0) cover = min(cover, outline_ramp(side.z, c - a, to_light));
     else if (side.z < 0.0) return 0.0;
     if (cover == 0.0) return 0.0;
+    // The weight of a corner is the side of the edge that it is not on.
     vec3 weights = max(side.yzx, 0.0);
-    vec3 ahead = vec3(dot(a - point, to_light), dot(b - point, to_light), dot(c - point, to_light));
-    float distance = dot(weights, ahead) / max(weights.x + weights.y + weights.z, 1e-30);
-    return distance < reach ? cover * clamp(distance / CONTACT - 1.0, 0.0, 1.0) : 0.0;
+    weights /= max(weights.x + weights.y + weights.z, 1e-30);
+    float ahead = along(weights.x * (a - point) + weights.y * (b - point) + weights.z * (c - point), to_light);
+    return ahead < reach ? cover * clamp(ahead / contact - 1.0, 0.0, 1.0) : 0.0;
 }
 
+// Distance below which nothing casts a shadow on a point of triangle `number`.
+float contact_on(int number, vec3 to_light) {
+    vec3 a = occluder(number, 0), b = occluder(number, 1), c = occluder(number, 2);
+    vec3 normal = cross(b - a, c - a);
+    return CONTACT + ROUNDING / max(abs(along(normal, to_light)) / max(length(normal), 1e-30), 1e-6);
+}
+
+// Share of the light that reaches a point (in the scene's coordinates) on the triangle `own`.
+float visibility(vec3 world, int own) {
+    vec3 point = view_from_world * (world - view_origin);
 #if DIRECTIONAL
-int cell_of(vec3 point) {
-    vec2 flat_position = vec2(dot(view_u, point), dot(view_v, point));
-    ivec2 cell = clamp(ivec2(floor((flat_position + 1.0) * (0.5 * resolution))), 0, resolution - 1);
-    return cell.y * resolution + cell.x;
-}
+    int face = 0;
+    float depth = -point.z, reach = 1e30;
+    vec2 flat_position = point.xy;
+    vec3 to_light = vec3(0.0, 0.0, 1.0);
 #else
-int cell_of(vec3 offset) {
-    vec3 size = abs(offset);
+    vec3 size = abs(point);
     int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
-    vec2 flat_position = vec2(offset[(axis + 1) % 3], offset[(axis + 2) % 3]) / size[axis];
-    ivec2 cell = clamp(ivec2(floor((flat_position + 1.0) * (0.5 * resolution))), 0, resolution - 1);
-    int face = 2 * axis + (offset[axis] < 0.0 ? 1 : 0);
-    return (face * resolution + cell.y) * resolution + cell.x;
-}
+    int face = 2 * axis + (point[axis] < 0.0 ? 1 : 0);
+    float depth = size[axis], reach = length(point);
+    vec2 flat_position = vec2(point[(axis + 1) % 3], point[(axis + 2) % 3]) / depth;
+    vec3 to_light = -point / reach;
 #endif
-
-// `where` is the point (directional) or its offset from the light; `own` is the triangle it lies on.
-float visibility(vec3 point, vec3 where, int own, vec3 to_light, float reach) {
-    int cell = cell_of(where);
+    ivec2 place = clamp(ivec2(floor((flat_position + 1.0) * (0.5 * resolution))), 0, resolution - 1);
+    int cell = (face * resolution + place.y) * resolution + place.x;
     int last = cell_begin(cell + 1);
-    float visible = 1.0;
-    for (int entry = cell_begin(cell); entry < last && visible > 0.0; ++entry) {
-        int code = texelFetch(entries, ivec2(entry % ROW_LENGTH, entry / ROW_LENGTH), 0).x;
-        if ((code >> 4) != own) visible = min(visible, 1.0 - shade_of(code, point, to_light, reach));
+    float contact = contact_on(own, to_light);
+    float shade = 0.0;
+    for (int number = cell_begin(cell); number < last && shade < 1.0; ++number) {
+        ivec2 entry = texelFetch(entries, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0).xy;
+        if (intBitsToFloat(entry.y) >= depth) break;
+        if ((entry.x >> 4) != own) shade = max(shade, shade_of(entry.x, point, to_light, reach, contact));
     }
-    return visible;
+    return 1.0 - shade;
 }
