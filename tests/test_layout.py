@@ -1,0 +1,168 @@
+"""The tree is what pyproject.toml and docs/architecture.md say it is."""
+
+import fnmatch
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+SETUPTOOLS = PROJECT["tool"]["setuptools"]
+FOLDERS = {name: ROOT / folder for name, folder in SETUPTOOLS["package-dir"].items()}
+LONGEST = 400
+# Where one person's machine shows: nothing that is published may depend on it.
+SOMEBODY_S_PATH = re.compile(r"(?<![\w.)\]}>*])/(?:home|Users|work|root|mnt)/\w|\b[A-Z]:\\+Users\\")
+
+
+def tracked(*patterns):
+    """Files that git tracks or would track, as paths from the root."""
+    if shutil.which("git") is None or not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout: the list of files is git's")
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z", *patterns],
+        cwd=ROOT,
+        capture_output=True,
+        check=True,
+    ).stdout.decode()
+    return [Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file()]
+
+
+def tool(name):
+    """Path of a command that stands beside this Python; the test skips where it is not installed."""
+    found = shutil.which(name, path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
+    if found is None:
+        pytest.skip(f"{name} is not installed; it is in the extra `test`")
+    return found
+
+
+def clean(*command):
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}"
+
+
+def packages_in(folder, name):
+    """Names of the packages below one folder, itself among them."""
+    return {
+        ".".join([name, *path.parent.relative_to(folder).parts])
+        for path in folder.rglob("__init__.py")
+        if "__pycache__" not in path.parts
+    }
+
+
+def test_declared_packages_are_those_of_the_tree():
+    declared = set(SETUPTOOLS["packages"])
+    assert declared == set(FOLDERS), declared ^ set(FOLDERS)
+    outermost = {name: folder for name, folder in FOLDERS.items() if name.count(".") == 1}
+    there = set().union(*(packages_in(folder, name) for name, folder in outermost.items()))
+    assert there == declared, there ^ declared
+
+
+def test_no_python_folder_is_left_undeclared():
+    """A folder with Python in it belongs to a package, or is tests, benchmarks or examples."""
+    tops = {path.parts[0] for path in tracked("*.py") if len(path.parts) > 1}
+    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}
+    assert tops - packages <= {"tests", "benchmarks", "examples"}
+
+
+def test_every_file_in_a_package_is_installed_with_it():
+    """Shaders, templates and catalogues match a pattern of package-data."""
+    data = SETUPTOOLS["package-data"]
+    missing = []
+    for path in tracked():
+        holders = [name for name, folder in FOLDERS.items() if (ROOT / path).is_relative_to(folder)]
+        if not holders or path.suffix == ".py":
+            continue
+        patterns = [
+            (FOLDERS[name].relative_to(ROOT) / pattern).as_posix() for name in holders for pattern in data.get(name, [])
+        ]
+        if not any(fnmatch.fnmatch(path.as_posix(), pattern.replace("**/*", "*")) for pattern in patterns):
+            missing.append(path.as_posix())
+    assert not missing, missing
+
+
+def test_packages_import_their_own_relatively():
+    """`from ..spectral.basis import ...` inside; `metamer.*` outside, in tests, benchmarks and examples."""
+    inside, outside = re.compile(r"^\s*(?:from|import) metamer\b", re.M), re.compile(r"^\s*from \.", re.M)
+    wrong = []
+    for path in tracked("*.py"):
+        ours = any((ROOT / path).is_relative_to(folder) for folder in FOLDERS.values())
+        text = (ROOT / path).read_text(encoding="utf-8")
+        if (inside if ours else outside).search(text):
+            wrong.append(path.as_posix())
+    assert not wrong, wrong
+
+
+def test_no_file_is_longer_than_a_room():
+    lengths = {
+        path.as_posix(): len((ROOT / path).read_text(encoding="utf-8").splitlines())
+        for path in tracked("*.py", "*.glsl", "*.vert", "*.frag")
+    }
+    assert lengths
+    too_long = {name: length for name, length in lengths.items() if length > LONGEST}
+    assert not too_long, too_long
+
+
+def test_no_path_of_somebody_s_machine():
+    found = []
+    for path in tracked():
+        try:
+            text = (ROOT / path).read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+        found += [f"{path}: {hit[0]}" for hit in SOMEBODY_S_PATH.finditer(text)]
+    assert not found, found
+
+
+def test_the_pattern_of_paths_knows_one():
+    for sample in ("open('" + "/ho" + "me/ann/a.csv')", "see " + "/Us" + "ers/ann", "C:" + "\\Users\\ann"):
+        assert SOMEBODY_S_PATH.search(sample), sample
+    for sample in ("https://example.org/home/a", "shared/work/a", "a /work b"):
+        assert not SOMEBODY_S_PATH.search(sample), sample
+
+
+# import-linter, with the contracts of pyproject.toml.
+
+
+def test_imports_point_one_way():
+    clean(tool("lint-imports"), "--no-cache", "--no-logo")
+
+
+def test_every_package_with_code_is_under_the_import_contract():
+    lint = PROJECT["tool"]["importlinter"]
+    layers = {name.strip() for layer in lint["contracts"][0]["layers"] for name in layer.split("|")}
+    # Catalogues and examples are folders of data: nothing but an empty __init__.
+    roots = {name for name, folder in FOLDERS.items() if name.count(".") == 1 and len(list(folder.glob("*.py"))) > 1}
+    assert layers == roots == set(lint["root_packages"])
+
+
+def test_the_import_contract_bites(tmp_path):
+    """Upside down, it is broken."""
+    lint = PROJECT["tool"]["importlinter"]
+    contract = lint["contracts"][0]
+    turned = "\n".join(f"    {layer.replace(' | ', ' : ')}" for layer in reversed(contract["layers"]))
+    roots = "\n".join(f"    {name}" for name in lint["root_packages"])
+    config = tmp_path / "upside_down.ini"
+    config.write_text(
+        f"[importlinter]\nroot_packages =\n{roots}\n\n"
+        f"[importlinter:contract:1]\nname = upside down\ntype = layers\nlayers =\n{turned}\n"
+    )
+    command = [tool("lint-imports"), "--no-cache", "--no-logo", "--config", str(config)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 1 and "is not allowed to import" in done.stdout, done.stdout + done.stderr
+
+
+# Style, where the tools are installed.
+
+
+def test_ruff_is_content():
+    clean(tool("ruff"), "check", "--no-cache", ".")
+
+
+def test_spelling():
+    clean(tool("codespell"), *map(str, tracked()))
