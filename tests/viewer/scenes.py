@@ -1,7 +1,6 @@
 """Small scenes and hand-made packs that the renderer's tests share."""
 
 import numpy as np
-
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
