@@ -11,26 +11,16 @@ from metamer.calibration import basis_benchmark
 
 def run(sizes: tuple[int, ...] = basis_benchmark.SIZES, spectra: int = 100_000) -> dict:
     """Measure, and return what was measured."""
-    return basis_benchmark.measure(sizes, spectra)
+    return basis_benchmark.run(sizes, spectra)
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print, and write JSON where asked."""
-    from rich.console import Console
-    from rich.table import Table
-
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures here")
     options = parser.parse_args(arguments)
     measured = run()
-    console = Console()
-    for title, header, rows in basis_benchmark.tables(measured):
-        table = Table(title=title, title_justify="left")
-        for index, label in enumerate(header):
-            table.add_column(label, justify="right" if index else "left")
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)
+    print(basis_benchmark.report(measured))
     if options.json:
         options.json.write_text(json.dumps(measured, indent=2) + "\n", encoding="utf-8")
 

@@ -198,7 +198,7 @@ def _seconds(job: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def measure(sizes: Sequence[int] = SIZES, spectra: int = 100_000) -> dict:
+def run(sizes: Sequence[int] = SIZES, spectra: int = 100_000) -> dict:
     """Everything above as one JSON-ready dictionary."""
     return {
         "chart": "ColorChecker 24, BabelColor Average",
@@ -213,7 +213,7 @@ def measure(sizes: Sequence[int] = SIZES, spectra: int = 100_000) -> dict:
 
 
 def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
-    """The result of `measure` as tables of text: title, header, rows."""
+    """The result of `run` as tables of text: title, header, rows."""
     lights = list(next(iter(measured["sampling"].values())))
     found = [
         (
@@ -237,3 +237,15 @@ def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
     rows.append(["coefficients : samples", f"{ratio:.2f}"])
     found.append((f"Milliseconds, {measured['spectra']} spectra, one run", ["step", "ms"], rows))
     return found
+
+
+def report(measured: dict) -> str:
+    """The result of `run` as plain text, columns under each other."""
+    lines = ["Largest ΔE94 over ColorChecker 24, CIE 1931 2 degree observer, each light's own white"]
+    for title, header, rows in tables(measured):
+        widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+        lines += ["", title]
+        for row in (header, ["-" * width for width in widths], *rows):
+            cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+            lines.append("  ".join([row[0].ljust(widths[0]), *cells]).rstrip())
+    return "\n".join(lines)

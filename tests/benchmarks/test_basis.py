@@ -5,14 +5,14 @@ import runpy
 from pathlib import Path
 
 import pytest
-from metamer.calibration.basis_benchmark import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, measure, tables
+from metamer.calibration.basis_benchmark import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, report, run, tables
 
 BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "basis.py"
 
 
 @pytest.fixture(scope="module")
 def measured():
-    return measure(sizes=(3, 8), spectra=1000)
+    return run(sizes=(3, 8), spectra=1000)
 
 
 def test_result_is_json(measured):
@@ -40,9 +40,18 @@ def test_tables_have_as_many_cells_as_columns(measured):
         assert rows and all(len(row) == len(header) for row in rows), title
 
 
+def test_report_keeps_columns_under_each_other(measured):
+    lines = report(measured).splitlines()
+    start = lines.index("Basis of J coefficients, 14 lights")
+    assert lines[start + 1].split()[:2] == ["J", "balanced"]
+    first, second = lines[start + 3], lines[start + 4]
+    assert len(first) == len(second) and first.rindex(".") == second.rindex(".")
+    assert not any(line.endswith(" ") for line in lines)
+
+
 def test_command_prints_and_writes(measured, tmp_path, capsys, monkeypatch):
     benchmark = runpy.run_path(str(BENCHMARK))
-    monkeypatch.setattr("metamer.calibration.basis_benchmark.measure", lambda *_: measured)
+    monkeypatch.setattr("metamer.calibration.basis_benchmark.run", lambda *_: measured)
     benchmark["main"](["--json", str(tmp_path / "figures.json")])
     assert "balanced" in capsys.readouterr().out
     assert json.loads((tmp_path / "figures.json").read_text())["one_bounce"]["balanced"]["8"] <= 0.30
