@@ -45,7 +45,7 @@ class ReviewRow:
     material, illuminant, observer : names.
     statistics : ΔE94 over the compared pixels.
     image : picture file, relative to the report's folder.
-    picture, reference, delta_e_map : lossless WebP files, as shown on the page.
+    picture, reference, delta_e_map : lossless WebP files, as shown on the page, of `width` x `height` pixels.
     seconds : how long each step took, by its name.
     files : further files beside the page by their label, relative to its folder.
     wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
@@ -63,6 +63,8 @@ class ReviewRow:
     picture: bytes
     reference: bytes
     delta_e_map: bytes
+    width: int
+    height: int
     seconds: Mapping[str, float] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     wavelengths_nm: Float[np.ndarray, "L"] | None = None
@@ -107,6 +109,7 @@ def review_row(
         notes.append("Every compared pixel is exactly equal: make sure that the reference is computed independently.")
     if statistics.undefined:
         notes.append(f"{statistics.undefined} compared pixels hold no number; they are in none of the figures.")
+    reduced = plots.reduce_map(delta_e, factor)
     return ReviewRow(
         material=material,
         illuminant=illuminant,
@@ -115,7 +118,9 @@ def review_row(
         image=image,
         picture=plots.lossless(plots.reduce_picture(picture, factor)),
         reference=plots.lossless(plots.reduce_picture(reference, factor)),
-        delta_e_map=plots.lossless(plots.delta_e_picture(plots.reduce_map(delta_e, factor), budget)),
+        delta_e_map=plots.lossless(plots.delta_e_picture(reduced, budget)),
+        width=reduced.shape[1],
+        height=reduced.shape[0],
         notes=tuple(notes),
         **more,
     )
