@@ -29,6 +29,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     bring.add_argument("--into", type=Path, metavar="CAT", help=_CATALOGUE_HELP)
     bring.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one a core)")
+    bring.add_argument(
+        "--budget", type=_budget, default=0.5, metavar="D", help="ΔE94 that a fit aims at (default: 0.5)"
+    )
     bring.add_argument("--dry-run", action="store_true", help="say what would be imported, and write nothing")
 
     listing = verbs.add_parser("list", help="every material with its model and measured error")
@@ -59,6 +62,13 @@ def _positive(text: str) -> int:
     return number
 
 
+def _budget(text: str) -> float:
+    number = float(text)
+    if not 0 < number < 100:
+        raise argparse.ArgumentTypeError(f"a ΔE94 above 0, not {text}")
+    return number
+
+
 def _import(args: argparse.Namespace) -> int:
     from rich.console import Console
 
@@ -73,13 +83,14 @@ def _import(args: argparse.Namespace) -> int:
                 sources,
                 args.into or default_catalogue(),
                 jobs=args.jobs,
+                budget=args.budget,
                 dry_run=args.dry_run,
                 progress=import_progress(stack),
             )
     except ImportInterrupted as interrupted:
         console.print(f"Interrupted. {interrupted.report.sentence}.", markup=False, highlight=False, soft_wrap=True)
         return 130
-    _print_report(console, report)
+    _print_report(console, report, args.budget)
     return 4 if report.count("failed") else 0
 
 
@@ -107,7 +118,7 @@ def import_progress(stack: ExitStack) -> Progress:
     return line
 
 
-def _print_report(console, report: ImportReport) -> None:
+def _print_report(console, report: ImportReport, budget: float) -> None:
     from rich import box
     from rich.table import Table
 
@@ -128,7 +139,10 @@ def _print_report(console, report: ImportReport) -> None:
             _say(console, f"{outcome.id} failed: {outcome.reason}")
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
+        missed = sum(p99 > budget for p99, _ in measured)
         _say(console, "largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
+        if missed:
+            _say(console, f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
     _say(console, report.sentence)
 
 

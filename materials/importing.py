@@ -8,7 +8,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -26,7 +26,9 @@ from .sources import MaterialSource, Rejected, read_sources
 # Each process fits with one thread: the processes are the parallelism, and threads of theirs would only contend.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
-# The code that a fit's result depends on: what it has fitted is fitted again when this changes.
+# ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
+DEFAULT_BUDGET = 0.5
+# The code that every fit depends on, beside that of its model: when it changes, materials are fitted again.
 FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "tabulated")
 
 
@@ -80,7 +82,7 @@ def import_sources(
     into: str | Path,
     *,
     jobs: int | None = None,
-    budget: float = 0.5,
+    budget: float = DEFAULT_BUDGET,
     dry_run: bool = False,
     progress: Progress | None = None,
 ) -> ImportReport:
@@ -93,7 +95,7 @@ def import_sources(
     ----------
     sources : source folders, family descriptions (.toml) or measured files (.brdf).
     jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
-    budget : ΔE94 that a fit aims at.
+    budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
 
     Raises
@@ -135,7 +137,7 @@ def import_sources(
                     pending.append((material, source_hash))
         # The longest fits first, so that no process works alone at the end; more numbers are a fair guess at longer.
         pending.sort(key=lambda item: -sum(np.size(value) for value in item[0].parameters.values()))
-        for (material, source_hash), fitted in _fit_all(pending, budget, jobs or len(os.sched_getaffinity(0))):
+        for (material, source_hash), fitted in _fit_all(pending, budget, jobs or _cores()):
             tell(_store(folder, material, source_hash, fitted))
     except KeyboardInterrupt:
         report = ImportReport(folder, tuple(outcomes), len(found) - len(outcomes))
@@ -181,7 +183,7 @@ def _fit_all(
         with _for_children():
             futures.update((pool.submit(_fit_one, item[0], budget), item) for item in pending)
         for future in as_completed(futures):
-            yield futures[future], future.result()
+            yield futures[future], _result(future)
     finally:
         # Reached with work under way only on Ctrl-C or a broken pool: nobody waits for a fit that will not be kept.
         unfinished = len(futures) < len(pending) or not all(future.done() for future in futures)
@@ -189,6 +191,19 @@ def _fit_all(
         if unfinished:
             for process in set(multiprocessing.active_children()) - others:
                 process.terminate()
+
+
+def _result(future: Future[_Fitted]) -> _Fitted:
+    try:
+        return future.result()
+    except BrokenExecutor:
+        reason = "the process that fitted it ended abruptly, as it does when memory runs out; try --jobs 1"
+        return _Fitted((), None, 0.0, reason)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager
@@ -228,14 +243,15 @@ def _store(folder: Path, material: MaterialSource, source_hash: str, fitted: _Fi
 
 
 def _source_hash(material: MaterialSource, budget: float) -> str:
-    settings = f"{material.content_hash}|schema {SCHEMA}|budget {budget!r}|code {_code_hash()}"
+    settings = f"{material.content_hash}|schema {SCHEMA}|budget {budget!r}|code {_code_hash(material.model)}"
     return hashlib.sha256(settings.encode()).hexdigest()
 
 
 @cache
-def _code_hash() -> str:
+def _code_hash(model: str) -> str:
     here = Path(__file__).parent
-    return hashlib.sha256(b"".join((here / f"{module}.py").read_bytes() for module in FIT_CODE)).hexdigest()
+    own = ("scattered", "kriging") if model == "scattered" else (f"analytic/{model}", "analytic/model")
+    return hashlib.sha256(b"".join((here / f"{module}.py").read_bytes() for module in (*FIT_CODE, *own))).hexdigest()
 
 
 def _path(folder: Path, material_id: str) -> Path:

@@ -98,15 +98,15 @@ def _cornell(path: Path) -> Iterator[MaterialSource]:
     from .scattered import ScatteredBrdf
 
     brdf = ScatteredBrdf.from_measurement(read_cornell(path))
+    told = brdf.measurement
     provenance = Provenance(
-        source=f"Cornell spectral BRDF file {path.name}",
-        licence="none stated",
+        source=". ".join(text for text in (told.name or path.name, told.description) if text),
+        licence="not stated in the file",
         kind="measured",
-        geometry="scattered direction pairs",
-        notes=f"SHA-256 of the file: {hashlib.sha256(path.read_bytes()).hexdigest()}",
+        geometry=f"{len(told)} scattered direction pairs",
+        notes=_joined((*brdf.notes, f"{path.name}: SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}")),
     )
-    name = f"measured/{slug(path.stem)}"
-    yield MaterialSource(name, "measured", type(brdf).__name__, brdf.parameters(), provenance, path)
+    yield MaterialSource(f"measured/{slug(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
 
 
 def _family(path: Path) -> Iterator[MaterialSource | Rejected]:

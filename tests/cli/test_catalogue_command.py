@@ -58,6 +58,7 @@ def test_import_prints_plain_lines_and_a_table(source, tmp_path, capsys):
     assert "[1/2] imported grey/light" in out
     assert "0.123" in out and "ΔE94" in out
     assert "2 imported" in out
+    assert "miss the budget" not in out
     assert "\x1b" not in out
 
 
@@ -74,6 +75,11 @@ def test_failure_is_said_with_its_reason_and_exit_code(source, tmp_path, capsys)
     out = capsys.readouterr().out
     assert "grey/dark failed" in out and "greys.toml" in out and "reflectance" in out
     assert "1 imported, 1 failed" in out
+
+
+def test_missed_budget_is_said(source, tmp_path, capsys):
+    assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1, "--budget", 0.1) == 0
+    assert "2 of 2 fits miss the budget of ΔE94 0.1" in capsys.readouterr().out
 
 
 def test_dry_run_says_what_it_would_do(source, tmp_path, capsys):

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from concurrent.futures import BrokenExecutor, Future
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from metamer.materials import importing
 from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.importing import ImportInterrupted
-from metamer.materials.record import MARKER
+from metamer.materials.record import MARKER, rebuild
 from metamer.materials.sources import Rejected, read_sources
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
@@ -121,7 +122,7 @@ def test_second_run_skips_what_is_unchanged(source, tmp_path, fits):
 
 def test_change_of_the_fit_is_a_reason_to_fit_again(source, tmp_path, fits, monkeypatch):
     import_sources([source], tmp_path / "cat", jobs=1)
-    monkeypatch.setattr(importing, "_code_hash", lambda: "another")
+    monkeypatch.setattr(importing, "_code_hash", lambda model: "another")
     assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 3
 
 
@@ -157,6 +158,12 @@ def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch
     report = import_sources([source], tmp_path / "cat", jobs=1)
     assert (report.count("imported"), report.count("failed")) == (2, 1)
     assert Catalogue.open(tmp_path / "cat").ids() == ("paint/blue-matte", "paint/red-matte")
+
+
+def test_process_that_ends_abruptly_is_a_failure_with_a_reason():
+    future = Future()
+    future.set_exception(BrokenExecutor())
+    assert "memory" in importing._result(future).reason
 
 
 def test_bad_spectrum_fails_its_materials_only(tmp_path, fits):
@@ -249,6 +256,28 @@ def test_interrupt_keeps_what_is_finished(source, tmp_path, fits):
     assert "2 imported; stopped with 1 to go" in caught.value.report.sentence
     assert len(Catalogue.open(tmp_path / "cat").ids()) == 2
     assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 1
+
+
+def test_measured_files_are_imported_and_come_back_exactly(shared_data, tmp_path, fits):
+    report = import_sources([shared_data / "brdf" / "cornell-spectral"], tmp_path / "cat", jobs=1)
+    assert statuses(report) == dict.fromkeys(
+        ("measured/garnet-red", "measured/krylon-blue", "measured/mystique"), "imported"
+    )
+    record = Catalogue.open(tmp_path / "cat").load("measured/krylon-blue")
+    assert record.provenance.kind == "measured"
+    (source,) = read_sources(shared_data / "brdf" / "cornell-spectral" / "krylon_blue.brdf")
+    for name, value in source.parameters.items():
+        np.testing.assert_array_equal(record.parameters[name], value, err_msg=name)
+    up, aside = np.array([0.0, 0.0, 1.0]), np.array([0.6, 0.0, 0.8])
+    np.testing.assert_array_equal(
+        record.brdf().eval(up, aside), rebuild(source.model, source.parameters).eval(up, aside)
+    )
+    assert import_sources([shared_data / "brdf" / "cornell-spectral"], tmp_path / "cat", jobs=1).count("skipped") == 3
+
+
+def test_truncated_measured_file_is_named(tmp_path):
+    (tmp_path / "cut.brdf").write_text("3\n400 500 600\n0 0 0.1 0 0.1 0.1\n")
+    assert "cut.brdf" in refusals(tmp_path / "cut.brdf")["cut.brdf"]
 
 
 def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
