@@ -6,7 +6,6 @@ import numpy as np
 import OpenEXR
 import pytest
 from metamer.spectral.errors import InputError
-from metamer.spectral.files import written_whole
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import read_xyz_exr, write_xyz_exr
 from metamer.spectral.image import ColourImage
@@ -116,14 +115,3 @@ def test_folder_that_refuses_says_why(tmp_path, rng, monkeypatch):
     with pytest.raises(InputError, match="the folder cannot be written to") as caught:
         write_xyz_exr(tmp_path / "x.exr", picture(rng))
     assert "found: Read-only file system" in str(caught.value)
-
-
-@pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
-def test_interrupted_writing_leaves_the_old_file_and_nothing_else(tmp_path, failure):
-    path = tmp_path / "x.exr"
-    path.write_text("old")
-    with pytest.raises(failure), written_whole(path) as beside:
-        beside.write_text("half")
-        raise failure
-    assert path.read_text() == "old"
-    assert [entry.name for entry in tmp_path.iterdir()] == ["x.exr"]

@@ -1,0 +1,43 @@
+"""Files that are either whole or not there."""
+
+import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.files import existing_file, read_text, written_whole
+
+
+def test_what_was_written_takes_the_name(tmp_path):
+    with written_whole(tmp_path / "x.csv") as beside:
+        beside.write_text("new")
+        assert beside.suffix == ".csv" and not (tmp_path / "x.csv").exists()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["x.csv"]
+    assert (tmp_path / "x.csv").read_text() == "new"
+
+
+@pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
+def test_interrupted_writing_leaves_the_old_file_and_nothing_else(tmp_path, failure):
+    path = tmp_path / "x.exr"
+    path.write_text("old")
+    with pytest.raises(failure), written_whole(path) as beside:
+        beside.write_text("half")
+        raise failure
+    assert path.read_text() == "old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["x.exr"]
+
+
+def test_existing_file_tells_missing_from_folder(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        existing_file(tmp_path / "x")
+    with pytest.raises(InputError, match="not a file"):
+        existing_file(tmp_path)
+
+
+def test_text_of_two_encodings(tmp_path):
+    for encoding in ("utf-8", "utf-8-sig", "latin-1"):
+        (tmp_path / "x.txt").write_bytes("Grün".encode(encoding))
+        assert read_text(tmp_path / "x.txt") == "Grün"
+
+
+def test_binary_is_not_text(tmp_path):
+    (tmp_path / "x.txt").write_bytes(b"a\0b")
+    with pytest.raises(InputError, match="not a text file"):
+        read_text(tmp_path / "x.txt")
