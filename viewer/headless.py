@@ -138,7 +138,8 @@ class GLRenderer(Renderer):
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
             for layer in layers:
-                first, last = np.searchsorted(buffers.triangles.parent, prepared.first_face[layer.part :][:2])
+                ends = prepared.first_face[layer.part : layer.part + 2]
+                first, last = (int(end) for end in np.searchsorted(buffers.triangles.parent, ends))
                 box = _box(buffers.triangles, first, last, prepared.samples, (width, height))
                 if box is None:
                     continue
@@ -154,7 +155,7 @@ class GLRenderer(Renderer):
                     "weights": owner.texture(weights.shape[1::-1], 4, weights.tobytes()),
                 }
                 values = {
-                    "part": (int(first) + 1, int(last)),
+                    "part": (first + 1, last),
                     "samples": prepared.samples,
                     "rows": len(weights),
                     "azimuth_channel": 0 if in_io else 1,

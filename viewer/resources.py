@@ -52,11 +52,12 @@ class Owner:
     def table(self, values: np.ndarray, items_a_row: int, texels: int = 1) -> moderngl.Texture:
         """Items of `texels` texels each, (n, texels, components), laid out in rows of `items_a_row` items."""
         dtype = "i4" if values.dtype == np.int32 else "f4"
-        values = values.reshape(len(values), texels, -1)
+        components = values.shape[-1] if values.ndim > 1 else 1
+        values = values.reshape(-1, texels, components)
         rows = max(1, -(-len(values) // items_a_row))
         padded = np.zeros((rows * items_a_row, *values.shape[1:]), dtype=values.dtype)
         padded[: len(values)] = values
-        return self.texture((items_a_row * texels, rows), values.shape[2], padded.tobytes(), dtype)
+        return self.texture((items_a_row * texels, rows), components, padded.tobytes(), dtype)
 
 
 def triangle_texels(geometry: SceneGeometry, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:
