@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -23,69 +22,10 @@ from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
 from .mesh_files import load_mesh
 from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, total_illuminance_lux
+from .scene_keys import CAMERA, LIGHT, LIGHT_KINDS, PART, REVIEW, SCENE, SHAPES, TABLES, VIEWING, placed, taken
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
 DEFAULT_DIRECTION = (-0.5, 0.6, 1.0)
-
-TABLES = ("scene", "viewing", "part", "light", "camera", "review")
-SCENE = {"name": "text", "observer": "text"}
-VIEWING = {
-    "reference_illuminance_lux": "number",
-    "background_reflectance": "number",
-    "adaptation": "text",
-    "ocio_config": "text",
-    "display": "text",
-    "view": "text",
-}
-PART = {
-    "name": "text",
-    "shape": "text",
-    "mesh": "text",
-    "mesh_part": "text",
-    "crease_deg": "number",
-    "material": "text",
-    "materials": "texts",
-    "translate": "vector",
-    "rotate_deg": "vector",
-    "scale": "scale",
-}
-# What each generated shape can be told beside the keys of every part.
-SHAPES = {
-    "sphere": {"subdivisions": "count"},
-    "speed_shape": {"subdivisions": "count"},
-    "cloth": {"divisions": "count"},
-    "plane": {"width": "number", "depth": "number"},
-    "patches": {"gap": "number", "tilt_deg": "number"},
-}
-LIGHT = {"name": "text", "kind": "text", "spectrum": "text", "spectrum_column": "text"}
-LIGHT_KINDS = {
-    "directional": {"direction_to_light": "vector", "illuminance_lux": "number"},
-    "point": {"position": "vector", "intensity_cd": "number"},
-}
-CAMERA = {
-    "name": "text",
-    "position": "vector",
-    "target": "vector",
-    "up": "vector",
-    "projection": "text",
-    "vertical_fov_deg": "number",
-    "height": "number",
-    "width": "count",
-    "height_px": "count",
-    "samples": "count",
-    "near": "number",
-    "far": "number",
-}
-REVIEW = {"on": "text", "materials": "texts", "illuminants": "texts"}
-
-EXPECTED = {
-    "text": "text in quotes",
-    "texts": "a list of texts",
-    "number": "a finite number",
-    "count": "a whole number, at least 1",
-    "vector": "a list of three finite numbers",
-    "scale": "a number or a list of three, none of them 0",
-}
 
 
 def read_scene(path: Path, catalogue: Any = None) -> Scene:
@@ -104,14 +44,14 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
             raise InputError("not a table", file=path, field=key, expected=f"[{key}]")
 
     known_ids = None if catalogue is None else tuple(catalogue.ids())
-    head = _taken(document.get("scene", {}), SCENE, path, "scene")
-    with _placed(path, "scene.observer"):
+    head = taken(document.get("scene", {}), SCENE, path, "scene")
+    with placed(path, "scene.observer"):
         seen_by = observer(head.get("observer", "1931_2"))
     if not document.get("part"):
         raise InputError("a scene without parts", file=path, field="part", expected="at least one [[part]]")
     parts = [part for k, table in enumerate(document["part"], 1) for part in _parts(table, k, path, known_ids)]
     low, high = bounds_of(part.mesh for part in parts)
-    lights = [_light(table, k, path) for k, table in enumerate(document.get("light", []), 1)]
+    lights: list[Light] = [_light(table, k, path) for k, table in enumerate(document.get("light", []), 1)]
     notes = [note for part in parts for note in part.mesh.notes]
     if not lights:
         lights = [DirectionalLight(DEFAULT_DIRECTION, illuminant("D65"), 1000.0, spectrum_name="D65")]
@@ -124,7 +64,7 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
     review = None
     if "review" in document:
         review = _review(document["review"], path, [part.name for part in parts], known_ids)
-    with _placed(path, None):
+    with placed(path, None):
         return Scene(
             tuple(parts),
             tuple(lights),
@@ -147,7 +87,7 @@ def _parts(table: dict, number: int, path: Path, known_ids: tuple[str, ...] | No
     if shape is not None and shape not in SHAPES:
         raise UnknownNameError("shape", str(shape), SHAPES, file=path, field=f"{where}.shape")
     options = SHAPES[shape] if shape is not None else {}
-    got = _taken(table, PART | options, path, where)
+    got = taken(table, PART | options, path, where)
     name = got.get("name", shape if shape is not None else Path(got["mesh"]).stem)
     for field in ("materials",) if shape != "patches" else ("material",):
         if field in got:
@@ -155,7 +95,7 @@ def _parts(table: dict, number: int, path: Path, known_ids: tuple[str, ...] | No
             raise InputError("not a key of this part", file=path, field=f"{where}.{field}", expected=right)
     matrix = _matrix(got)
     settings = {key: got[key] for key in options if key in got}
-    with _placed(path, where):
+    with placed(path, where):
         if shape == "patches":
             ids = got.get("materials") or [DEFAULT_MATERIAL]
             chips = shapes.patches(len(ids), **settings)
@@ -194,15 +134,15 @@ def _light(table: dict, number: int, path: Path) -> Light:
     kind = table.get("kind", "point" if "position" in table else "directional")
     if kind not in LIGHT_KINDS:
         raise UnknownNameError("kind of light", str(kind), LIGHT_KINDS, file=path, field=f"{where}.kind")
-    got = _taken(table, LIGHT | LIGHT_KINDS[kind], path, where)
+    got = taken(table, LIGHT | LIGHT_KINDS[kind], path, where)
     named = got.get("spectrum", "D65")
-    with _placed(path, f"{where}.spectrum"):
+    with placed(path, f"{where}.spectrum"):
         if named.lower().endswith(".csv"):
             spectrum = _measured(path.parent / named, got.get("spectrum_column"))
         else:
             spectrum = illuminant(named)
     common = {"name": got.get("name", f"light {number}"), "spectrum_name": got.get("spectrum_column", named)}
-    with _placed(path, where):
+    with placed(path, where):
         if kind == "directional":
             direction = got.get("direction_to_light", np.array(DEFAULT_DIRECTION))
             light: Light = DirectionalLight(direction, spectrum, got.get("illuminance_lux", 1000.0), **common)
@@ -231,9 +171,9 @@ def _measured(file: Path, column: str | None) -> Spectrum:
 
 def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndarray) -> Camera:
     where = _where("camera", number, table)
-    got = _taken(table, CAMERA, path, where)
+    got = taken(table, CAMERA, path, where)
     got.setdefault("name", f"camera {number}" if number > 1 else "camera")
-    with _placed(path, where):
+    with placed(path, where):
         if "position" not in got:
             if "target" in got:
                 raise InputError("a camera with a target needs a place", field="position")
@@ -243,21 +183,21 @@ def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndar
 
 
 def _viewing(table: dict, path: Path, lights: list[Light], middle: np.ndarray) -> Viewing:
-    got = _taken(table, VIEWING, path, "viewing")
+    got = taken(table, VIEWING, path, "viewing")
     got.setdefault("reference_illuminance_lux", total_illuminance_lux(lights, middle))
     if got.get("adaptation", "Bradford") not in CONE_FROM_XYZ:
         raise UnknownNameError("adaptation", got["adaptation"], CONE_FROM_XYZ, file=path, field="viewing.adaptation")
-    with _placed(path, "viewing"):
+    with placed(path, "viewing"):
         return Viewing(**got)
 
 
 def _review(table: dict, path: Path, parts: list[str], known_ids: tuple[str, ...] | None) -> Review:
-    got = _taken(table, REVIEW, path, "review")
+    got = taken(table, REVIEW, path, "review")
     on = got.get("on", parts[0])
     if on not in parts:
         raise UnknownNameError("part", on, parts, file=path, field="review.on")
     review = Review(on, **{key: tuple(got[key]) for key in ("materials", "illuminants") if key in got})
-    with _placed(path, "review.illuminants"):
+    with placed(path, "review.illuminants"):
         for name in review.illuminants:
             illuminant(name)
     for pattern in review.materials:
@@ -269,50 +209,3 @@ def _review(table: dict, path: Path, parts: list[str], known_ids: tuple[str, ...
 def _where(kind: str, number: int, table: Mapping[str, Any]) -> str:
     name = table.get("name")
     return f"{kind} {number} ({name})" if isinstance(name, str) else f"{kind} {number}"
-
-
-def _taken(table: Mapping[str, Any], kinds: Mapping[str, str], path: Path, where: str) -> dict[str, Any]:
-    """The values of a table, each checked against its kind; a key that is not in `kinds` is an error."""
-    got = {}
-    for key, value in table.items():
-        if key not in kinds:
-            raise UnknownNameError("key", key, kinds, file=path, field=f"{where}.{key}")
-        if not _fits(value, kinds[key]):
-            expected = EXPECTED[kinds[key]]
-            raise InputError(
-                "wrong kind of value", file=path, field=f"{where}.{key}", found=repr(value), expected=expected
-            )
-        got[key] = np.array(value, dtype=np.float64) if kinds[key] == "vector" else value
-    return got
-
-
-def _fits(value: Any, kind: str) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
-    if kind == "text":
-        return isinstance(value, str) and bool(value)
-    if kind == "texts":
-        return isinstance(value, list) and bool(value) and all(isinstance(item, str) and item for item in value)
-    if kind == "count":
-        return isinstance(value, int) and number and value >= 1
-    vector = isinstance(value, list) and len(value) == 3 and all(_fits(item, "number") for item in value)
-    if kind == "vector":
-        return vector
-    if kind == "scale":
-        return (number and value != 0) or (vector and all(item != 0 for item in value))
-    return number
-
-
-@contextmanager
-def _placed(path: Path, where: str | None) -> Iterator[None]:
-    """Errors of what is built from a table get its file and place, unless they name a file of their own."""
-    try:
-        yield
-    except InputError as error:
-        if error.file is not None:
-            raise
-        field = ".".join(part for part in (where, error.field) if part) or None
-        if isinstance(error, UnknownNameError):
-            raise UnknownNameError(error.kind, error.name, error.known, file=path, field=field) from error
-        raise InputError(
-            error.problem, file=path, field=field, found=error.found, expected=error.expected, hint=error.hint
-        ) from error

@@ -1,13 +1,16 @@
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.lighting import scene_keys
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.scene import load_scene
+from metamer.materials.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+ROOT = Path(__file__).resolve().parents[2]
 
 
 class Ids:
@@ -140,11 +143,31 @@ def test_the_white_of_two_lights_is_mixed_by_their_illuminance(scene):
     assert loaded.viewing.reference_illuminance_lux == 400
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_every_example_loads_without_a_note(path):
-    loaded = load_scene(path)
+@pytest.fixture(scope="module")
+def shipped():
+    return Ids(*(source.id for source in read_sources(ROOT / "catalogs" / "shipped")))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_loads_without_a_note_and_its_materials_ship(path, shipped):
+    loaded = load_scene(path, shipped)
     assert loaded.notes == ()
     assert loaded.review is not None
+
+
+def test_the_scenes_of_the_manual_load(scene, shipped):
+    snippets = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "scene.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(snippets) == 2
+    for snippet in snippets:
+        assert scene(snippet, shipped).parts
+
+
+def test_the_manual_names_every_key():
+    manual = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
+    tables = [scene_keys.SCENE, scene_keys.VIEWING, scene_keys.PART, scene_keys.LIGHT, scene_keys.CAMERA]
+    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *scene_keys.LIGHT_KINDS.values()]
+    assert [key for table in tables for key in table if f"`{key}`" not in manual] == []
+    assert [shape for shape in scene_keys.SHAPES if f"`{shape}`" not in manual] == []
 
 
 @pytest.mark.parametrize(

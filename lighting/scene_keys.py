@@ -1,0 +1,119 @@
+"""The keys of `scene.toml`, what each may hold, and what is said when it holds something else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..spectral.errors import InputError, UnknownNameError
+
+TABLES = ("scene", "viewing", "part", "light", "camera", "review")
+SCENE = {"name": "text", "observer": "text"}
+VIEWING = {
+    "reference_illuminance_lux": "number",
+    "background_reflectance": "number",
+    "adaptation": "text",
+    "ocio_config": "text",
+    "display": "text",
+    "view": "text",
+}
+PART = {
+    "name": "text",
+    "shape": "text",
+    "mesh": "text",
+    "mesh_part": "text",
+    "crease_deg": "number",
+    "material": "text",
+    "materials": "texts",
+    "translate": "vector",
+    "rotate_deg": "vector",
+    "scale": "scale",
+}
+# What each generated shape can be told beside the keys of every part.
+SHAPES = {
+    "sphere": {"subdivisions": "count"},
+    "speed_shape": {"subdivisions": "count"},
+    "cloth": {"divisions": "count"},
+    "plane": {"width": "number", "depth": "number"},
+    "patches": {"gap": "number", "tilt_deg": "number"},
+}
+LIGHT = {"name": "text", "kind": "text", "spectrum": "text", "spectrum_column": "text"}
+LIGHT_KINDS = {
+    "directional": {"direction_to_light": "vector", "illuminance_lux": "number"},
+    "point": {"position": "vector", "intensity_cd": "number"},
+}
+CAMERA = {
+    "name": "text",
+    "position": "vector",
+    "target": "vector",
+    "up": "vector",
+    "projection": "text",
+    "vertical_fov_deg": "number",
+    "height": "number",
+    "width": "count",
+    "height_px": "count",
+    "samples": "count",
+    "near": "number",
+    "far": "number",
+}
+REVIEW = {"on": "text", "materials": "texts", "illuminants": "texts"}
+
+EXPECTED = {
+    "text": "text in quotes",
+    "texts": "a list of texts",
+    "number": "a finite number",
+    "count": "a whole number, at least 1",
+    "vector": "a list of three finite numbers",
+    "scale": "a number or a list of three, none of them 0",
+}
+
+
+def taken(table: Mapping[str, Any], kinds: Mapping[str, str], path: Path, where: str) -> dict[str, Any]:
+    """The values of a table, each checked against its kind; a key that is not in `kinds` is an error."""
+    got = {}
+    for key, value in table.items():
+        if key not in kinds:
+            raise UnknownNameError("key", key, kinds, file=path, field=f"{where}.{key}")
+        if not _fits(value, kinds[key]):
+            expected = EXPECTED[kinds[key]]
+            raise InputError(
+                "wrong kind of value", file=path, field=f"{where}.{key}", found=repr(value), expected=expected
+            )
+        got[key] = np.array(value, dtype=np.float64) if kinds[key] == "vector" else value
+    return got
+
+
+def _fits(value: Any, kind: str) -> bool:
+    number = type(value) in (int, float) and bool(np.isfinite(value))
+    if kind == "text":
+        return isinstance(value, str) and bool(value)
+    if kind == "texts":
+        return isinstance(value, list) and bool(value) and all(isinstance(item, str) and item for item in value)
+    if kind == "count":
+        return type(value) is int and value >= 1
+    vector = isinstance(value, list) and len(value) == 3 and all(_fits(item, "number") for item in value)
+    if kind == "vector":
+        return vector
+    if kind == "scale":
+        return (number and value != 0) or (vector and all(item != 0 for item in value))
+    return number
+
+
+@contextmanager
+def placed(path: Path, where: str | None) -> Iterator[None]:
+    """Errors of what is built from a table get its file and place, unless they name a file of their own."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        field = ".".join(part for part in (where, error.field) if part) or None
+        if isinstance(error, UnknownNameError):
+            raise UnknownNameError(error.kind, error.name, error.known, file=path, field=field) from error
+        raise InputError(
+            error.problem, file=path, field=field, found=error.found, expected=error.expected, hint=error.hint
+        ) from error
