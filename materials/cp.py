@@ -23,6 +23,8 @@ Factors = list[Float[np.ndarray, "_ R"]]
 
 # Share of a tensor's energy that compression may lose: plenty for a start, which is refined on the table itself.
 _ENERGY_LOST = 1e-8
+# Keeps a system without any data solvable; its reciprocal is far from overflow.
+_TINY = 1e-100
 
 
 def khatri_rao(factors: Factors) -> Float[np.ndarray, "N R"]:
@@ -75,7 +77,7 @@ def cp_als(
     unfolded = [np.moveaxis(tensor, mode, 0).reshape(tensor.shape[mode], -1) for mode in range(tensor.ndim)]
     energy = float(np.sum(tensor**2))
     rank = start[0].shape[1]
-    shift = ridge * energy ** ((tensor.ndim - 1) / tensor.ndim) * np.eye(rank)
+    shift = max(ridge * energy ** ((tensor.ndim - 1) / tensor.ndim), _TINY) * np.eye(rank)
 
     def swept(factors: Factors) -> tuple[Factors, float]:
         factors = list(factors)
@@ -100,17 +102,17 @@ class CompressedTable:
     """
 
     core: Float[np.ndarray, "..."]
-    bases: tuple[Float[np.ndarray, "n m"], ...]
-    roots: tuple[Float[np.ndarray, " n"], ...]
+    bases: tuple[Float[np.ndarray, "_ _"], ...]
+    roots: tuple[Float[np.ndarray, " _"], ...]
 
     @classmethod
-    def of(cls, tensor: Float[np.ndarray, "*grid S"], roots: tuple[Float[np.ndarray, " n"], ...]) -> CompressedTable:
+    def of(cls, tensor: Float[np.ndarray, "*grid S"], roots: tuple[Float[np.ndarray, " _"], ...]) -> CompressedTable:
         """Higher-order SVD of tensor (n_1 .. n_d, S) times the outer product of `roots`."""
         scaled = tensor * reduce(np.multiply.outer, roots)[..., None]
         core, bases = hosvd(scaled)
         return cls(core, tuple(bases), roots)
 
-    def decomposed(self, rank: int, seed: int, sweeps: int = 120, ridge: float = 1e-7) -> Factors:
+    def decomposed(self, rank: int, seed: int, sweeps: int = 120, ridge: float = 1e-6) -> Factors:
         """Factors of `rank` terms, expanded to the table; starts at random from `seed`."""
         generator = np.random.default_rng(seed)
         length = np.linalg.norm(self.core) ** (1.0 / self.core.ndim)
@@ -151,13 +153,13 @@ class WeightedTable:
             right = np.einsum("snr,sr->nr", self._targets[mode] @ rest, spectral)
             # Relative to each row: weights span many decades between the middle of a highlight and its tail.
             scale = ridge * np.trace(matrix, axis1=1, axis2=2) / rank
-            matrix += np.maximum(scale, np.finfo(float).tiny)[:, None, None] * np.eye(rank)
+            matrix += np.maximum(scale, _TINY)[:, None, None] * np.eye(rank)
             factors[mode] = np.linalg.solve(matrix, right[..., None])[..., 0]
         # The spectral mode shares one matrix among its rows: every node has one weight for all coefficients.
         last = factors[self.modes - 1]
         matrix = np.einsum("nrs,nr,ns->rs", pairs, last, last)
         right = np.einsum("snr,nr->sr", self._targets[self.modes - 1] @ rest, last)
-        shift = ridge * max(np.trace(matrix) / rank, np.finfo(float).tiny)
+        shift = ridge * max(np.trace(matrix) / rank, _TINY)
         factors[-1] = np.linalg.solve(matrix + shift * np.eye(rank), right.T).T
         left = (
             self.energy - 2.0 * float(np.sum(right * factors[-1])) + float(np.sum((factors[-1] @ matrix) * factors[-1]))

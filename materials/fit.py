@@ -29,7 +29,7 @@ RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 # The mean may be this share of the budget, which is for the 99th percentile.
 _MEAN_SHARE = 0.3
 # Lit from behind, where the protocol does not look, the 99th percentile may be this many times the budget.
-_BACK_SHARE = 3.0
+_BACK_SHARE = 4.0
 # Energy of the seen, observer-weighted spectra that their basis may lose.
 _SPECTRAL_LOST = 1e-10
 _PILOT = 1500
@@ -134,6 +134,10 @@ def _fit_lobe(
         raise InputError(
             "the BRDF is not finite", field=lobe.frame, found="NaN or infinity in its table", expected="numbers"
         )
+    sampled = SpectralBasis.sampled()
+    if not np.any(values):
+        nothing = tuple(np.zeros((axis.size, 1)) for axis in axes)
+        return FactorPack(lobe.frame, axes, nothing, np.zeros((1, len(WORKING_WAVELENGTHS_NM))), sampled), 0.0
     luminance = np.pi * (values @ (synthesis @ observed[:, 1]))
     if lobe.frame == "hd":
         luminance = luminance * np.maximum(node_directions(lobe.frame, axes)[0][..., 2], 0.0)
@@ -144,7 +148,7 @@ def _fit_lobe(
         spectral = factors[-1].T @ synthesis
         if not np.array_equal(lobe.brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM):
             spectral = spectral @ interpolation_matrix(lobe.brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
-        return FactorPack(lobe.frame, axes, tuple(factors[:-1]), spectral, SpectralBasis.sampled())
+        return FactorPack(lobe.frame, axes, tuple(factors[:-1]), spectral, sampled)
 
     best: tuple[float, FactorPack, float] | None = None
     stalled = 0
@@ -155,7 +159,7 @@ def _fit_lobe(
         score = max(error.p99, error.mean / _MEAN_SHARE, back.error(pack).p99 / _BACK_SHARE)
         stalled = 0 if best is None or score < 0.9 * best[0] else stalled + 1
         if best is None or score < best[0]:
-            best = score, pack, np.sqrt(max(left, 0.0) / whole.energy) if whole.energy > 0 else 0.0
+            best = score, pack, float(np.sqrt(max(left, 0.0) / whole.energy))
         # What is left after three vain attempts is the grid's error, which more terms cannot mend.
         if best[0] <= budget or stalled == 3:
             break

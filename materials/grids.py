@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from .brdf import Brdf, Frame
 from .directions import io_from_half_difference
@@ -117,19 +117,13 @@ def floored(weights: Float[np.ndarray, "*grid"], values: Float[np.ndarray, "*gri
     return np.maximum(weights, _UNSEEN * typical / (power + typical / weights.mean()))
 
 
-def separable_roots(weights: Float[np.ndarray, "*grid"]) -> tuple[Float[np.ndarray, " n"], ...]:
+def separable_roots(weights: Float[np.ndarray, "*grid"]) -> tuple[Float[np.ndarray, " _"], ...]:
     """Square roots of vectors whose outer product stands for the weights, bounded to a thousandth of their largest."""
     roots = []
     for mode in range(weights.ndim):
         root = np.sqrt(weights.mean(axis=tuple(k for k in range(weights.ndim) if k != mode)))
         roots.append(np.maximum(root / root.max(), 1e-3))
     return tuple(roots)
-
-
-def reached_sample(table_reached: Bool[np.ndarray, "*grid"], count: int) -> np.ndarray:
-    """Flat indices of about `count` nodes spread evenly over those that are reached."""
-    rows = np.flatnonzero(table_reached)
-    return rows[:: max(1, len(rows) // count)]
 
 
 def _edges(nodes: np.ndarray) -> np.ndarray:
