@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .shared import add_catalogue_option, add_renderer_option, catalogue_for
+from .shared import add_catalogue_option, add_renderer_option, catalogue_for, renderer_for
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -24,7 +24,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from ..lighting.scene import load_scene
-    from ..viewer.headless import create_renderer
     from ..viewer.picture import lit_by, render_picture, render_reference, render_spectral
 
     catalogue = catalogue_for(args.catalogue, args.jobs)
@@ -33,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
         notes = render_reference(scene, catalogue, args.output, args.camera)
     else:
         render = render_spectral if args.spectral else render_picture
-        with create_renderer(args.renderer) as renderer:
+        with renderer_for(args.renderer) as renderer:
             notes = render(scene, catalogue, args.output, args.camera, renderer)
     for note in (*scene.notes, *notes):
         print(note)

@@ -6,7 +6,15 @@ import argparse
 import time
 from pathlib import Path
 
-from .shared import add_catalogue_option, add_renderer_option, catalogue_for, comma_separated, progress_bar
+from .shared import (
+    add_catalogue_option,
+    add_renderer_option,
+    catalogue_for,
+    comma_separated,
+    progress_bar,
+    renderer_for,
+    shipped_scene,
+)
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -35,15 +43,13 @@ def run(args: argparse.Namespace) -> int:
 
     from ..lighting.scene import load_scene
     from ..spectral.processes import usable_cores
-    from ..viewer.headless import create_renderer
     from ..viewer.review import review
-    from .shared import shipped_scene
 
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
     catalogue = catalogue_for(args.catalogue, jobs)
     scene = load_scene(args.scene or shipped_scene(), catalogue)
-    renderer = create_renderer(args.renderer)
+    renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
     with progress_bar("Reviewing") as progress:
         result = review(

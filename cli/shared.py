@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
+    from ..viewer.renderer import Renderer
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
@@ -39,6 +40,18 @@ def add_renderer_option(command: argparse.ArgumentParser) -> None:
         default="auto",
         help="default: GL, else software, and it says so",
     )
+
+
+def renderer_for(choice: str) -> Renderer:
+    """The renderer asked for; "auto" falls back to software and says why."""
+    from ..viewer.headless import GLRenderer, SoftwareRenderer, create_renderer
+
+    if choice != "auto":
+        return GLRenderer() if choice == "gl" else SoftwareRenderer()
+    renderer, reason = create_renderer()
+    if reason is not None:
+        print(f"No OpenGL here, so the software path renders. {reason}")
+    return renderer
 
 
 def shipped_scene(name: str = "sphere") -> Path:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..lighting.reference import reference_image
-from ..lighting.scene import Scene
+from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue import Catalogue
 from ..spectral.errors import UsageError
 from ..spectral.formats.spectral_exr import write_spectral_exr
@@ -17,6 +17,8 @@ from ..spectral.illuminants import illuminant
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display import DisplayTransform
+from .display_gl import DisplayPass
+from .headless import GLRenderer
 from .png import write_png
 from .renderer import Renderer
 
@@ -28,13 +30,26 @@ def lit_by(scene: Scene, name: str | None) -> Scene:
     return scene if name is None else scene.with_illuminant(illuminant(name), name)
 
 
+def display_for(viewing: Viewing) -> DisplayTransform:
+    """The display transform that a scene asks for; what it leaves open keeps its default."""
+    chosen = {"display": viewing.display, "view": viewing.view, "config": viewing.ocio_config}
+    return DisplayTransform(
+        adaptation=viewing.adaptation, **{name: value for name, value in chosen.items() if value is not None}
+    )
+
+
+def display_pass(renderer: Renderer, display: DisplayTransform) -> DisplayPass | None:
+    """OCIO's own GLSL on the renderer's GPU; None (OCIO on the CPU) where the renderer has no GL."""
+    return DisplayPass(renderer.context, display) if isinstance(renderer, GLRenderer) else None
+
+
 def render_picture(
     scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer
 ) -> tuple[str, ...]:
     """Render factor packs to `output` (.exr: XYZ, .png: display-encoded); returns what has to be said of it."""
     packs = {name: catalogue.load(name).packs for name in scene.material_ids}
     xyz, coverage = renderer.render(scene, scene.camera(camera), packs)
-    return _write(scene, output, xyz, coverage, renderer.name)
+    return _write(scene, output, xyz, coverage, renderer.name, renderer)
 
 
 def render_reference(scene: Scene, catalogue: Catalogue, output: Path, camera: str | None) -> tuple[str, ...]:
@@ -66,17 +81,23 @@ def render_spectral(
 
 
 def _write(
-    scene: Scene, output: Path, xyz: Float[np.ndarray, "H W 3"], coverage: Float[np.ndarray, "H W"], renderer: str
+    scene: Scene,
+    output: Path,
+    xyz: Float[np.ndarray, "H W 3"],
+    coverage: Float[np.ndarray, "H W"],
+    made_by: str,
+    renderer: Renderer | None = None,
 ) -> tuple[str, ...]:
     white = scene.adopted_white()
     image = ColourImage(xyz, "xyz", white)
-    words = {"renderer": renderer, "observer": scene.observer.name}
+    words = {"renderer": made_by, "observer": scene.observer.name}
     if output.suffix.lower() == ".exr":
         write_xyz_exr(output, image, np.asarray(coverage), words)
         return ()
     if output.suffix.lower() != ".png":
         raise UsageError(f"{output}: pictures are written as .exr or .png")
-    display = DisplayTransform.for_viewing(scene.viewing)
-    rgb, notes = display.encode(image, coverage, white * scene.viewing.background_reflectance)
+    display = display_for(scene.viewing)
+    on = None if renderer is None else display_pass(renderer, display)
+    rgb, notes = display.encode(image, coverage, white * scene.viewing.background_reflectance, on)
     write_png(output, rgb, display=display.display, words=[f"{name}: {value}" for name, value in words.items()])
     return notes

@@ -29,6 +29,7 @@ from ..spectral.image import ColourImage
 from ..spectral.processes import worker_pool
 from ..spectral.spectrum import Spectrum
 from .display import DisplayTransform
+from .picture import display_for, display_pass
 from .png import quantise, write_png
 from .renderer import Renderer
 
@@ -112,7 +113,8 @@ def review(
     lights = _distinct_lights(scene, spectra)
     plan = plan_scene([record.packs for record in records.values()], lights, scene.observer, budget)
     packs = {name: tuple(p.in_basis(plan.basis) for p in record.packs) for name, record in records.items()}
-    display = _display(scene)
+    display = display_for(scene.viewing)
+    gpu = display_pass(renderer, display)
     geometry = visible_geometry(scene, view)
     rows: list[ReviewRow] = []
     checks: tuple[SelfCheck, ...] = ()
@@ -141,8 +143,8 @@ def review(
                 checks = checks or self_check(truth.values, white, share)
                 timer.lap("compare")
                 stem = f"{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}"
-                shown_rgb, notes = display.encode(sample, coverage, background)
-                truth_rgb, _ = display.encode(truth, geometry.coverage, background)
+                shown_rgb, notes = display.encode(sample, coverage, background, gpu)
+                truth_rgb, _ = display.encode(truth, geometry.coverage, background, gpu)
                 words = (f"{material_id} under {name}, {scene.observer.name}, Metamer {version}",)
                 write_png(pictures / f"{stem}.png", shown_rgb, display=display.display, words=words)
                 write_xyz_exr(
@@ -184,7 +186,7 @@ def review(
         plan,
         renderer.name,
         budget,
-        _chain(scene, view, plan, names, spectra, display),
+        _chain(scene, view, plan, names, spectra, display, "GPU" if gpu else "CPU"),
         version,
         checks=checks,
         title=f"Colour review: {scene.name}",
@@ -288,13 +290,6 @@ def _provenance(record: MaterialRecord) -> dict[str, str]:
     return words
 
 
-def _display(scene: Scene) -> DisplayTransform:
-    chosen = {"display": scene.viewing.display, "view": scene.viewing.view, "config": scene.viewing.ocio_config}
-    return DisplayTransform(
-        adaptation=scene.viewing.adaptation, **{name: value for name, value in chosen.items() if value is not None}
-    )
-
-
 def _chain(
     scene: Scene,
     view: Camera,
@@ -302,6 +297,7 @@ def _chain(
     names: Sequence[str],
     spectra: Sequence[Spectrum | None],
     display: DisplayTransform,
+    encoded_on: str,
 ) -> list[str]:
     """The colour chain from spectrum to display, a sentence each."""
     observer = scene.observer
@@ -321,4 +317,9 @@ def _chain(
         note = None if spectrum is None else spectrum.range_note(observer.wavelengths_nm)
         if note:
             words.append(f"{name} is {note}.")
-    return [*words, *display.describe(), *scene.notes]
+    return [
+        *words,
+        *display.describe(),
+        f"The display transform ran on the {encoded_on}, as OpenColorIO wrote it for it; PNG, 8 bits a channel.",
+        *scene.notes,
+    ]
