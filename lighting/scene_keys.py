@@ -95,11 +95,12 @@ def _fits(value: Any, kind: str) -> bool:
         return isinstance(value, list) and bool(value) and all(isinstance(item, str) and item for item in value)
     if kind == "count":
         return type(value) is int and value >= 1
-    vector = isinstance(value, list) and len(value) == 3 and all(_fits(item, "number") for item in value)
+    items: list[Any] = value if isinstance(value, list) else []
+    vector = len(items) == 3 and all(_fits(item, "number") for item in items)
     if kind == "vector":
         return vector
     if kind == "scale":
-        return (number and value != 0) or (vector and all(item != 0 for item in value))
+        return (number and value != 0) or (vector and all(item != 0 for item in items))
     return number
 
 
