@@ -308,7 +308,7 @@ def _chain(
         "Reference: Embree rays, the original data of each material at every wavelength, float64.",
         f"Sample: factor packs in a {plan.basis.name} basis of {plan.basis_size} coefficients, folded with light and "
         f"observer, {plan.precision}.",
-        f"Both: {view.samples} x {view.samples} sample points a pixel, averaged in linear XYZ; direct light with shadows, "
+        f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "
         "no interreflection.",
         "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "
         "that the material covers wholly and light reaches.",
