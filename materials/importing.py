@@ -189,8 +189,11 @@ def _fit_all(
         unfinished = len(futures) < len(pending) or not all(future.done() for future in futures)
         pool.shutdown(wait=not unfinished, cancel_futures=True)
         if unfinished:
-            for process in set(multiprocessing.active_children()) - others:
+            ours = set(multiprocessing.active_children()) - others
+            for process in ours:
                 process.terminate()
+            for process in ours:
+                process.join(timeout=5)
 
 
 def _result(future: Future[_Fitted]) -> _Fitted:
