@@ -15,7 +15,7 @@ review: $(VENV)/.installed
 
 test: $(VENV)/.installed-for-tests
 	@$(BIN)/metamer doctor --brief
-	$(BIN)/python -m pytest -n 2
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 
 bench: $(VENV)/.installed
 	$(BIN)/metamer bench all

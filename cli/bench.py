@@ -23,30 +23,15 @@ def run(args: argparse.Namespace) -> int:
     if args.what in ("basis", "all"):
         from ..calibration import basis_benchmark
 
-        figures["basis"] = basis_benchmark.measure()
-        _print(basis_benchmark.tables(figures["basis"]))
+        figures["basis"] = basis_benchmark.run()
+        print(basis_benchmark.report(figures["basis"]))
     if args.what in ("shading", "all"):
         from ..viewer import shading_benchmark
 
-        figures["shading"] = shading_benchmark.measure()
-        _print(shading_benchmark.tables(figures["shading"]))
+        figures["shading"] = shading_benchmark.run()
+        print(shading_benchmark.report(figures["shading"]))
     if args.json:
         with written_whole(args.json) as beside:
             beside.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
         print(args.json)
     return 0
-
-
-def _print(tables: list[tuple[str, list[str], list[list[str]]]]) -> None:
-    """Tables as (title, headings, rows)."""
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console()
-    for title, headings, rows in tables:
-        table = Table(title=title, title_justify="left")
-        for index, heading in enumerate(headings):
-            table.add_column(heading, justify="right" if index else "left")
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)

@@ -96,7 +96,11 @@ class SpectralBasis:
         return np.einsum("lj,...l,lk->...jk", self.analysis, reflectance, self.synthesis, optimize=True)
 
     def bispectral_operator(self, donaldson: Float[np.ndarray, "L L"]) -> Float[np.ndarray, "J J"]:
-        """A^T D B for a fluorescent surface; D[out, in] is its Donaldson matrix on `wavelengths_nm`."""
+        """A^T D B for a fluorescent surface; D[out, in] is its Donaldson matrix on `wavelengths_nm`.
+
+        It acts on coefficients of radiance. Coefficients of reflectance relative to a light s, as `fold` takes them,
+        need diag(1/s) D diag(s) instead: what a fluorescent surface sends out depends on the light that excites it.
+        """
         return self.analysis.T @ donaldson @ self.synthesis
 
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3 J"]:
