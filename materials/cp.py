@@ -81,6 +81,7 @@ def cp_als(
 
     def swept(factors: Factors) -> tuple[Factors, float]:
         factors = list(factors)
+        matrix = right = np.empty(0)
         gram = [factor.T @ factor for factor in factors]
         for mode, table in enumerate(unfolded):
             others = [factor for k, factor in enumerate(factors) if k != mode]
@@ -142,6 +143,7 @@ class WeightedTable:
         """One sweep over all modes; the factors and the weighted sum of squares that is left."""
         factors = list(factors)
         rank = factors[0].shape[1]
+        pairs = rest = np.empty(0)
         upper = np.triu_indices(rank)
         for mode in range(self.modes):
             rest = khatri_rao([factor for m, factor in enumerate(factors[:-1]) if m != mode])

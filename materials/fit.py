@@ -33,6 +33,7 @@ _BACK_SHARE = 4.0
 # Energy of the seen, observer-weighted spectra that their basis may lose.
 _SPECTRAL_LOST = 1e-10
 _PILOT = 1500
+_SWEEPS = 40
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,8 @@ def fit(
     """
     if not budget > 0:
         raise InputError("unusable budget", field="budget", found=budget, expected="a positive ΔE94")
+    if not ranks:
+        raise InputError("no ranks to try", field="ranks", found=0, expected="at least one number of terms")
     lobes = brdf.lobes()
     if axes is not None and len(lobes) != 1:
         raise InputError("one grid for several lobes", field="axes", found=len(lobes), expected="a BRDF of one lobe")
@@ -150,20 +153,20 @@ def _fit_lobe(
             spectral = spectral @ interpolation_matrix(lobe.brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
         return FactorPack(lobe.frame, axes, tuple(factors[:-1]), spectral, sampled)
 
-    best: tuple[float, FactorPack, float] | None = None
+    best_score, best = np.inf, (packed(compressed.decomposed(ranks[0], seed, 0)), 1.0)
     stalled = 0
     for rank in ranks:
-        factors, left = weighted_cp(whole, compressed.decomposed(rank, seed), 40)
+        factors, left = weighted_cp(whole, compressed.decomposed(rank, seed), _SWEEPS)
         pack = packed(factors)
         error = front.error(pack)
         score = max(error.p99, error.mean / _MEAN_SHARE, back.error(pack).p99 / _BACK_SHARE)
-        stalled = 0 if best is None or score < 0.9 * best[0] else stalled + 1
-        if best is None or score < best[0]:
-            best = score, pack, float(np.sqrt(max(left, 0.0) / whole.energy))
+        stalled = 0 if score < 0.9 * best_score else stalled + 1
+        if score < best_score:
+            best_score, best = score, (pack, float(np.sqrt(max(left, 0.0) / whole.energy)))
         # What is left after three vain attempts is the grid's error, which more terms cannot mend.
-        if best[0] <= budget or stalled == 3:
+        if best_score <= budget or stalled == 3:
             break
-    return best[1], best[2]
+    return best
 
 
 def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
