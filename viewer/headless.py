@@ -70,10 +70,6 @@ class GLRenderer(Renderer):
         self.name = describe(self.context)
         self._passes = Passes(self.context)
 
-    def release(self) -> None:
-        """Free everything on the GPU that is this renderer's; the next call would build the geometry again."""
-        super().release()
-
     def close(self) -> None:
         """Release everything, programs and (if it made it) the context included: the renderer is used up."""
         self.release()

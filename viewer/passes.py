@@ -133,13 +133,26 @@ class Passes:
         values: Mapping[str, object],
     ) -> None:
         """Add one layer to `target`, whose attachments are a picture each."""
+        made, everywhere = self._program("fullscreen.vert", "shade.frag", AXES=len(axes), SPECTRA=spectra)
+        self.draw_layer(made, everywhere, target, scissor, axes, samplers, values)
+
+    def draw_layer(
+        self,
+        made: moderngl.Program,
+        everywhere: moderngl.VertexArray,
+        target: moderngl.Framebuffer,
+        scissor: tuple[int, int, int, int],
+        axes: Sequence[tuple[float, ...]],
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Run a full-screen program that adds to what is in `target`."""
         context = self.context
         self._begin(target, target.size)
         context.enable_only(context.BLEND)
         context.blend_equation = context.FUNC_ADD
         context.blend_func = context.ONE, context.ONE
         target.scissor = scissor
-        made, everywhere = self._program("fullscreen.vert", "shade.frag", AXES=len(axes), SPECTRA=spectra)
         _set(made, {**values, "axes": list(axes)}, samplers)
         everywhere.render(context.TRIANGLES, vertices=3)
         target.scissor = None

@@ -7,15 +7,16 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_image, reference_images
 from metamer.materials.factors import FactoredBrdf
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import UnknownNameError
+from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.illuminants import illuminant
 from metamer.viewer.geometry import geometry_key, scene_geometry
 from metamer.viewer.headless import GLRenderer, create_renderer
 from metamer.viewer.software import SoftwareRenderer
 
-from . import scenes
-from .scenes import PACKS, illuminant
 
-BRDFS = {name: FactoredBrdf(packs) for name, packs in PACKS.items()}
+@pytest.fixture(scope="module")
+def brdfs(scenes):
+    return {name: FactoredBrdf(packs) for name, packs in scenes.PACKS.items()}
 
 
 @pytest.fixture(scope="module")
@@ -41,20 +42,20 @@ def worst(delta, reference, sample):
 
 
 ALL = {
-    "sphere": lambda: scenes.sphere_scene(),
-    "sharp lobe": lambda: scenes.sphere_scene("sharp"),
-    "anisotropic": lambda: scenes.sphere_scene("brushed"),
-    "cloth with shadows, perspective": lambda: scenes.cloth_scene(),
-    "lamp, sun and three parts": lambda: scenes.lamp_scene(),
-    "one sample a pixel": lambda: scenes.lamp_scene(samples=1),
+    "sphere": lambda scenes: scenes.sphere_scene(),
+    "sharp lobe": lambda scenes: scenes.sphere_scene("sharp"),
+    "anisotropic": lambda scenes: scenes.sphere_scene("brushed"),
+    "cloth with shadows, perspective": lambda scenes: scenes.cloth_scene(),
+    "lamp, sun and three parts": lambda scenes: scenes.lamp_scene(),
+    "one sample a pixel": lambda scenes: scenes.lamp_scene(samples=1),
 }
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_gl_equals_numpy_over_all_pixels(hardware, software, name):
-    scene = ALL[name]()
-    mine, coverage = software.render(scene, None, PACKS)
-    theirs, their_coverage = hardware.render(scene, None, PACKS)
+def test_gl_equals_numpy_over_all_pixels(scenes, hardware, software, name):
+    scene = ALL[name](scenes)
+    mine, coverage = software.render(scene, None, scenes.PACKS)
+    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
     np.testing.assert_array_equal(coverage, their_coverage)
     assert 0.05 < coverage.mean() <= 1.0
     seen = coverage > 0
@@ -67,10 +68,10 @@ def test_gl_equals_numpy_over_all_pixels(hardware, software, name):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_numpy_agrees_with_rays(software, name):
-    scene = ALL[name]()
-    mine, coverage = software.render(scene, None, PACKS)
-    reference, their_coverage = reference_image(scene, None, BRDFS)
+def test_numpy_agrees_with_rays(scenes, brdfs, software, name):
+    scene = ALL[name](scenes)
+    mine, coverage = software.render(scene, None, scenes.PACKS)
+    reference, their_coverage = reference_image(scene, None, brdfs)
     seen = their_coverage > 0
     delta = difference(reference, mine, scene)[seen]
     samples = scene.camera().samples
@@ -81,7 +82,7 @@ def test_numpy_agrees_with_rays(software, name):
     assert delta.mean() < 0.05
 
 
-def test_a_lambert_sphere_is_the_cosine(hardware, software):
+def test_a_lambert_sphere_is_the_cosine(scenes, hardware, software):
     scene = scenes.sphere_scene("white", size=48, samples=1)
     white = {"white": (scenes.lambert_pack(np.ones(scenes.BASIS.size)),)}
     light = scene.lights[0]
@@ -101,38 +102,38 @@ def test_a_lambert_sphere_is_the_cosine(hardware, software):
         np.testing.assert_allclose(xyz[lit] / xyz[lit, 1:2], np.broadcast_to(whites, xyz[lit].shape), rtol=1e-5)
 
 
-def test_several_illuminants_are_several_renders(hardware, software):
+def test_several_illuminants_are_several_renders(scenes, brdfs, hardware, software):
     scene = scenes.lamp_scene(size=32)
     spectra = [None, illuminant("A"), illuminant("FL11"), illuminant("D50"), illuminant("FL2")]
     for renderer in (software, hardware):
-        many = renderer.render_many(scene, None, PACKS, spectra)
+        many = renderer.render_many(scene, None, scenes.PACKS, spectra)
         assert len(many) == len(spectra)
         for spectrum, (xyz, coverage) in zip(spectra, many, strict=True):
             relit = scene if spectrum is None else scene.with_illuminant(spectrum)
-            one, one_coverage = renderer.render(scene, None, PACKS, lights=relit.lights)
+            one, one_coverage = renderer.render(scene, None, scenes.PACKS, lights=relit.lights)
             np.testing.assert_allclose(xyz, one, rtol=1e-5, atol=1e-7)
             np.testing.assert_array_equal(coverage, one_coverage)
-    reference = reference_images(scene, None, BRDFS, spectra)
+    reference = reference_images(scene, None, brdfs, spectra)
     for picture, (xyz, _) in zip(reference.xyz, many, strict=True):
         assert np.percentile(difference(picture, xyz, scene), 99) < 0.5
 
 
 @pytest.mark.parametrize("flip", [False, True])
-def test_the_nearer_part_is_seen_whatever_is_drawn_first(hardware, software, flip):
+def test_the_nearer_part_is_seen_whatever_is_drawn_first(scenes, hardware, software, flip):
     small = shapes.sphere(3, 0.4)
     lift = np.eye(4)
     lift[2, 3] = 2.0
     parts = [(shapes.sphere(4), "matt"), (small.transformed(lift), "red")]
     camera = scenes.sphere_scene(size=32).camera()
     scene = scenes.scene_of(parts[::-1] if flip else parts, [scenes.sun((0, 0, 1))], camera)
-    packs = PACKS | {"red": (scenes.lambert_pack(np.where(np.arange(81) > 45, 1.0, 0.0)),)}
+    packs = scenes.PACKS | {"red": (scenes.lambert_pack(np.where(np.arange(81) > 45, 1.0, 0.0)),)}
     for renderer in (software, hardware):
         xyz, _ = renderer.render(scene, None, packs)
         assert xyz[16, 16, 0] > 1.5 * xyz[16, 16, 1]
         assert xyz[16, 4, 0] < 1.3 * xyz[16, 4, 1]
 
 
-def test_parts_that_pass_through_each_other(hardware, software):
+def test_parts_that_pass_through_each_other(scenes, brdfs, hardware, software):
     """The line where two surfaces meet is decided alike, sample for sample."""
     plane = shapes.plane(3, 3)
     tilt = np.eye(4)
@@ -140,16 +141,16 @@ def test_parts_that_pass_through_each_other(hardware, software):
     parts = [(plane, "matt"), (plane.transformed(tilt), "gloss"), (shapes.sphere(4, 0.7), "sharp")]
     camera = Camera("c", (1, 4, 3), (0, 0, 0), vertical_fov_deg=40, width=64, height_px=64)
     scene = scenes.scene_of(parts, [scenes.sun(), scenes.lamp()], camera)
-    mine, coverage = software.render(scene, None, PACKS)
-    theirs, their_coverage = hardware.render(scene, None, PACKS)
+    mine, coverage = software.render(scene, None, scenes.PACKS)
+    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
     np.testing.assert_array_equal(coverage, their_coverage)
     delta = difference(mine, theirs, scene)
     assert delta.max() < 0.1, worst(delta, mine, theirs)
-    reference, _ = reference_image(scene, None, BRDFS)
+    reference, _ = reference_image(scene, None, brdfs)
     assert np.percentile(difference(reference, mine, scene), 99) < 1.0
 
 
-def test_a_camera_inside_the_scene(hardware, software):
+def test_a_camera_inside_the_scene(scenes, brdfs, hardware, software):
     """Triangles behind the camera, and a floor that runs under it."""
     camera = Camera("inside", (0, 0.3, 1.5), (0, 0.2, -1), vertical_fov_deg=70, width=48, height_px=32)
     back = np.eye(4)
@@ -157,52 +158,52 @@ def test_a_camera_inside_the_scene(hardware, software):
     parts = [(shapes.plane(12, 12), "matt"), (shapes.sphere(3, 0.5).transformed(back), "gloss"),
              (shapes.sphere(3, 0.5), "gloss")]  # fmt: skip
     scene = scenes.scene_of(parts, [scenes.sun(), scenes.lamp((0.5, 2.0, 0.5))], camera)
-    mine, coverage = software.render(scene, None, PACKS)
-    theirs, their_coverage = hardware.render(scene, None, PACKS)
+    mine, coverage = software.render(scene, None, scenes.PACKS)
+    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
     np.testing.assert_array_equal(coverage, their_coverage)
     assert difference(mine, theirs, scene).max() < 0.1
-    reference, reference_coverage = reference_image(scene, None, BRDFS)
+    reference, reference_coverage = reference_image(scene, None, brdfs)
     np.testing.assert_allclose(coverage, reference_coverage, atol=0.12)
     assert np.percentile(difference(reference, mine, scene), 99) < 0.5
 
 
-def test_nothing_visible_is_an_empty_picture(hardware, software):
+def test_nothing_visible_is_an_empty_picture(scenes, hardware, software):
     camera = Camera("away", (0, 0, 4), (0, 0, 8), vertical_fov_deg=30, width=16, height_px=12)
     scene = scenes.scene_of([(shapes.sphere(2), "gloss")], [scenes.sun()], camera)
     for renderer in (software, hardware):
-        xyz, coverage = renderer.render(scene, None, PACKS)
+        xyz, coverage = renderer.render(scene, None, scenes.PACKS)
         assert xyz.shape == (12, 16, 3) and xyz.dtype == coverage.dtype == np.float32
         assert not xyz.any() and not coverage.any()
 
 
-def test_a_light_below_the_horizon_gives_nothing(hardware, software):
+def test_a_light_below_the_horizon_gives_nothing(scenes, hardware, software):
     camera = Camera("top", (0, 3, 0.1), (0, 0, 0), vertical_fov_deg=30, width=16, height_px=16)
     scene = scenes.scene_of([(shapes.plane(4, 4), "gloss")], [scenes.sun((0.2, -0.5, 0.1))], camera)
     for renderer in (software, hardware):
-        xyz, coverage = renderer.render(scene, None, PACKS)
+        xyz, coverage = renderer.render(scene, None, scenes.PACKS)
         assert not xyz.any() and (coverage == 1.0).all()
 
 
-def test_the_back_of_an_open_surface_is_lit_like_its_front(hardware, software):
+def test_the_back_of_an_open_surface_is_lit_like_its_front(scenes, brdfs, hardware, software):
     """Turned over, the cloth scatters alike: both sides follow the policy of the reference."""
     cloth = shapes.cloth(40)
     camera = Camera("below", (0.3, -2.5, 2.0), (0, 0.3, 0), vertical_fov_deg=40, width=48, height_px=48)
     scene = scenes.scene_of([(cloth, "gloss")], [scenes.sun((0.3, -0.8, 0.4))], camera)
-    reference, _ = reference_image(scene, None, BRDFS)
+    reference, _ = reference_image(scene, None, brdfs)
     assert reference.max() > 0.2
     for renderer in (software, hardware):
-        xyz, _ = renderer.render(scene, None, PACKS)
+        xyz, _ = renderer.render(scene, None, scenes.PACKS)
         assert np.percentile(difference(reference, xyz, scene), 99) < 0.5
 
 
-def test_large_pictures_are_made_of_tiles(hardware, software, monkeypatch):
+def test_large_pictures_are_made_of_tiles(scenes, hardware, software, monkeypatch):
     scene = scenes.lamp_scene(size=40)
-    whole, coverage = software.render(scene, None, PACKS)
+    whole, coverage = software.render(scene, None, scenes.PACKS)
     monkeypatch.setattr("metamer.viewer.geometry.TILE_SAMPLES", 50)
     software.release()
     hardware.release()
-    tiled, tiled_coverage = software.render(scene, None, PACKS)
-    theirs, their_coverage = hardware.render(scene, None, PACKS)
+    tiled, tiled_coverage = software.render(scene, None, scenes.PACKS)
+    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
     software.release()
     hardware.release()
     np.testing.assert_array_equal(tiled_coverage, their_coverage)
@@ -211,18 +212,18 @@ def test_large_pictures_are_made_of_tiles(hardware, software, monkeypatch):
     assert np.percentile(difference(whole, tiled, scene), 99) < 0.05
 
 
-def test_geometry_is_kept_while_only_materials_change(software):
+def test_geometry_is_kept_while_only_materials_change(scenes, software):
     scene = scenes.lamp_scene(size=16)
-    software.render(scene, None, PACKS)
+    software.render(scene, None, scenes.PACKS)
     kept = software._prepared
-    software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, PACKS)
+    software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, scenes.PACKS)
     assert software._prepared is kept
     moved = scenes.lamp_scene(size=16)
-    software.render(moved, None, PACKS)
+    software.render(moved, None, scenes.PACKS)
     assert software._prepared is not kept
 
 
-def test_what_geometry_depends_on_changes_its_key():
+def test_what_geometry_depends_on_changes_its_key(scenes):
     scene = scenes.lamp_scene(size=16)
     key = geometry_key(scene, scene.camera())
     other = scenes.lamp_scene(size=17).camera()
@@ -232,24 +233,22 @@ def test_what_geometry_depends_on_changes_its_key():
     assert key != geometry_key(scenes.scene_of([(p.mesh, "matt") for p in scene.parts], lights, other), scene.camera())
 
 
-def test_a_missing_material_is_named(software):
+def test_a_missing_material_is_named(scenes, software):
     with pytest.raises(UnknownNameError, match="part part0"):
-        software.render(scenes.sphere_scene("glos", size=8), None, PACKS)
+        software.render(scenes.sphere_scene("glos", size=8), None, scenes.PACKS)
 
 
-def test_too_many_lights_are_refused():
-    from metamer.spectral.errors import InputError
-
+def test_too_many_lights_are_refused(scenes):
     scene = scenes.sphere_scene(size=8)
     crowd = scenes.scene_of([(part.mesh, "matt") for part in scene.parts], [scenes.sun()] * 25, scene.camera())
     with pytest.raises(InputError, match="too many lights"):
         scene_geometry(crowd, crowd.camera())
 
 
-def test_gl_objects_are_given_back(gl):
+def test_gl_objects_are_given_back(scenes, gl):
     renderer = GLRenderer(gl)
     scene = scenes.sphere_scene(size=16)
-    renderer.render(scene, None, PACKS)
+    renderer.render(scene, None, scenes.PACKS)
     textures = [renderer._prepared.windows[0].seen, *renderer._prepared.windows[0].lights[0]]
     renderer.close()
     assert all(type(texture.mglo).__name__ == "InvalidObject" for texture in textures)

@@ -1,8 +1,9 @@
 """Every shader that ships compiles, and a compiler's message names files."""
 
 import pytest
-from metamer.viewer import shaders
-from metamer.viewer.passes import PROGRAMS
+from metamer.viewer import passes, shaders, shading_benchmark
+
+PROGRAMS = (*passes.PROGRAMS, *shading_benchmark.PROGRAMS)
 
 
 @pytest.mark.parametrize(("vertex", "fragment", "sizes"), PROGRAMS)
