@@ -5,13 +5,15 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= review
+CATALOGUE ?= metamer-catalogue
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .PHONY: review test bench lint clean
 
 review: $(VENV)/.installed
 	@$(BIN)/metamer doctor --brief
-	$(BIN)/metamer review --out $(OUT)
+	$(BIN)/metamer catalogue import --into $(CATALOGUE)
+	$(BIN)/metamer review --catalogue $(CATALOGUE) --out $(OUT)
 
 test: $(VENV)/.installed-for-tests
 	@$(BIN)/metamer doctor --brief

@@ -53,8 +53,8 @@ def main(words: Sequence[str] | None = None) -> int:
     except MetamerError as reason:
         print(f"metamer: {reason}", file=sys.stderr)
         return reason.exit_code
-    except KeyboardInterrupt:
-        print("\nmetamer: interrupted; nothing half-written is left behind", file=sys.stderr)
+    except KeyboardInterrupt as reason:
+        print(f"\nmetamer: interrupted; nothing half-written is left behind. {reason}".rstrip(), file=sys.stderr)
         return 130
     except BrokenPipeError:
         # The reader of our output has left, as `head` does.

@@ -68,12 +68,16 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     if folder is None:
         folder = default_catalogue()
         if not folder.exists():
-            from ..materials.importing import import_sources
+            from ..materials.importing import ImportInterrupted, import_sources
             from .catalogue import import_progress, shipped_sources
 
             print(f"No catalogue at {folder} yet: importing the shipped materials.")
-            with ExitStack() as stack:
-                import_sources([shipped_sources()], folder, jobs=jobs, progress=import_progress(stack))
+            try:
+                with ExitStack() as stack:
+                    import_sources([shipped_sources()], folder, jobs=jobs, progress=import_progress(stack))
+            except ImportInterrupted:
+                print("The catalogue is incomplete; `metamer catalogue import` completes it.")
+                raise
     return Catalogue.open(folder)
 
 
