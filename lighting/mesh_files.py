@@ -40,6 +40,8 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         raise InputError("not a mesh format that is read", file=path, found=path.suffix, expected=", ".join(SUFFIXES))
     if path.suffix.lower() == ".glb":
         _check_glb_length(path)
+    if path.suffix.lower() == ".ply":
+        _check_ply_lines(path)
     try:
         loaded = trimesh.load(path, process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
@@ -160,3 +162,15 @@ def _check_glb_length(path: Path) -> None:
     declared = struct.unpack("<I", head[8:12])[0]
     if size < declared:
         raise InputError("the mesh file is cut short", file=path, found=f"{size} bytes", expected=f"{declared} bytes")
+
+
+def _check_ply_lines(path: Path) -> None:
+    """trimesh notices a binary PLY that ends early; of a text one it would return what is there."""
+    header, end, body = path.read_bytes().partition(b"end_header")
+    if not end or b"format ascii" not in header:
+        return
+    words = [line.split() for line in header.splitlines()]
+    declared = sum(int(w[2]) for w in words if len(w) == 3 and w[0] == b"element" and w[2].isdigit())
+    lines = sum(1 for line in body.splitlines() if line.strip())
+    if lines < declared:
+        raise InputError("the mesh file is cut short", file=path, found=f"{lines} lines", expected=f"{declared} lines")

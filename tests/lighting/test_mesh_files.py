@@ -132,6 +132,16 @@ def test_a_truncated_binary_file_is_an_input_error(suffix, share, cube):
         load_mesh(path)
 
 
+@pytest.mark.parametrize("lines", [1, 5, 12, 19])
+def test_a_truncated_text_ply_is_an_input_error(lines, tmp_path):
+    path = tmp_path / "cube.ply"
+    CUBE.export(path, encoding="ascii")
+    header, _, body = path.read_text().partition("end_header\n")
+    path.write_text(header + "end_header\n" + "".join(body.splitlines(keepends=True)[:lines]))
+    with pytest.raises(InputError, match=rf"(?s)cube\.ply: the mesh file is cut short.*{lines} lines.*20 lines"):
+        load_mesh(path)
+
+
 def test_an_obj_cut_inside_its_faces_or_vertices_is_an_input_error(tmp_path):
     path = tmp_path / "cut.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 9\n")
