@@ -1,10 +1,13 @@
 """Kriging over pairs of directions: a Gaussian process that knows the symmetries of an isotropic surface.
 
 Coordinates are functions of theta_h, theta_d, theta_i + theta_o and |theta_i - theta_o| only, so that what is
-interpolated has the mirror symmetry and the reciprocity of a physical BRDF by construction, on 1 N points rather than 4 N.
-The covariance is a sum of three Matern-5/2 functions: one over half/difference angles, where lobes are simple; one over
-the polar angles, where matt surfaces are; and one over the half and difference angle alone, which ties a lobe together
-for every azimuth. Rasmussen and Williams 2006, Gaussian Processes for Machine Learning: eq. (4.17) and section 2.7.
+interpolated has the mirror symmetry and the reciprocity of a physical BRDF by construction, without swapped copies of
+the data.
+
+The covariance is a sum of three Matern-5/2 functions: one over half/difference angles, where lobes are simple; one
+over the polar angles, where matt surfaces are; and one over half and difference angle alone, which ties a lobe
+together over its azimuths. Rasmussen and Williams 2006, Gaussian Processes for Machine Learning: eq. (4.17) and
+section 2.7.
 """
 
 from __future__ import annotations
@@ -18,7 +21,8 @@ from ..spectral.errors import InputError
 
 # Solving costs N^3; at this size it takes minutes and a gigabyte.
 LARGEST = 12000
-_BLOCK = 2048
+# Rows of the covariance worked on at once: they stay in the cache.
+_BLOCK = 128
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,6 @@ class PairAngles:
     def __getitem__(self, rows: slice | np.ndarray) -> PairAngles:
         return PairAngles(self.theta_i[rows], self.theta_o[rows], self.theta_h[rows], self.theta_d[rows])
 
-    def held(self, largest: float) -> PairAngles:
-        """Polar and difference angles no larger than `largest`; the half angle as it is."""
-        held = (np.minimum(angle, largest) for angle in (self.theta_i, self.theta_o))
-        return PairAngles(*held, self.theta_h, np.minimum(self.theta_d, largest))
-
 
 @dataclass(frozen=True)
 class Kernel:
@@ -50,20 +49,20 @@ class Kernel:
     nugget: variance of the measurement noise, in the same unit.
     """
 
-    lobe_unit: float = 0.02
-    lobe_half: float = 4.46
-    lobe_difference: float = 0.234
-    lobe_tilt: float = 1.72
-    polar_variance: float = 0.4
-    polar_sum: float = 0.6
-    polar_apart: float = 0.488
-    polar_difference: float = 2.49
-    polar_half: float = 1.15
-    ridge_variance: float = 0.2
-    ridge_unit: float = 0.012
-    ridge_half: float = 2.35
-    ridge_difference: float = 1.31
-    nugget: float = 4.8e-5
+    lobe_unit: float = 0.0213
+    lobe_half: float = 9.3
+    lobe_difference: float = 0.296
+    lobe_tilt: float = 2.18
+    polar_variance: float = 0.65
+    polar_sum: float = 0.925
+    polar_apart: float = 0.727
+    polar_difference: float = 4.19
+    polar_half: float = 0.985
+    ridge_variance: float = 0.256
+    ridge_unit: float = 0.0105
+    ridge_half: float = 3.64
+    ridge_difference: float = 0.988
+    nugget: float = 1.8e-5
 
     @property
     def array(self) -> Float[np.ndarray, " K"]:
@@ -80,15 +79,18 @@ class Kernel:
     def covariance(self, a: PairAngles, b: PairAngles) -> Float[np.ndarray, "N M"]:
         """Prior covariance of the value at every pair of `a` with that at every pair of `b`."""
         variances = (1.0, self.polar_variance, self.ridge_variance)
-        total = np.zeros((len(a), len(b)))
-        for variance, left, right in zip(variances, self._features(a), self._features(b), strict=True):
-            total += variance * _matern(left, right)
+        known = self._features(b)
+        total = np.empty((len(a), len(b)))
+        for start in range(0, len(a), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            parts = zip(variances, self._features(a[rows]), known, strict=True)
+            total[rows] = sum(variance * _matern(left, right) for variance, left, right in parts)
         return total
 
     def _features(self, at: PairAngles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         # (cos theta_i - cos theta_o) / 2 = sin theta_h sin theta_d cos phi_d: even in the exchange once squared.
         tilt = 0.5 * (np.cos(at.theta_i) - np.cos(at.theta_o))
-        apart = np.hypot(at.theta_i - at.theta_o, 0.1)
+        apart = np.hypot(at.theta_i - at.theta_o, 0.2)
         lobe = (
             np.arcsinh(at.theta_h / self.lobe_unit) / self.lobe_half,
             at.theta_d / self.lobe_difference,
@@ -139,6 +141,15 @@ def krige(kernel: Kernel, at: PairAngles, values: Float[np.ndarray, "N S"]) -> K
 
 def _matern(a: Float[np.ndarray, "N F"], b: Float[np.ndarray, "M F"]) -> Float[np.ndarray, "N M"]:
     """Matern covariance of smoothness 5/2 and unit scale (Rasmussen and Williams 2006, eq. 4.17)."""
-    squared = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2.0 * (a @ b.T)
-    distance = np.sqrt(5.0 * np.maximum(squared, 0.0))
-    return (1.0 + distance * (1.0 + distance / 3.0)) * np.exp(-distance)
+    distance = a @ b.T
+    distance *= -2.0
+    distance += np.sum(a * a, axis=1)[:, None]
+    distance += np.sum(b * b, axis=1)
+    np.maximum(distance, 0.0, out=distance)
+    distance *= 5.0
+    np.sqrt(distance, out=distance)
+    decay = np.exp(-distance)
+    distance *= 1.0 + distance / 3.0
+    distance += 1.0
+    distance *= decay
+    return distance

@@ -1,92 +1,39 @@
 """BRDFs known at scattered pairs of directions, made continuous.
 
-The interpolant works on log(f_r (cos theta_i cos theta_o)^a + ...), in which a lobe that spans five decades is smooth, by
-kriging in coordinates with the symmetries of an isotropic surface (`kriging`). What of a measurement contradicts
-reciprocity is modelled apart: a background that the instrument subtracted too much of is a constant radiance, and so
-a term -k(lambda) / cos(theta_i) in f_r. It is estimated from swapped pairs and recorded; by default it is kept, so that
-the BRDF follows the measurement, and `reciprocal` leaves it out.
+The interpolant works on log(f_r + floor) plus a multiple of log(cos theta_i cos theta_o), in which a lobe that spans
+five decades is smooth, by kriging in coordinates with the symmetries of an isotropic surface (`kriging`). What of a
+measurement contradicts reciprocity is modelled apart: a background that the instrument subtracted too much of is a
+constant radiance, and so a term -k(lambda) / cos(theta_i) in f_r. It is estimated from swapped pairs and recorded; by
+default it is kept, so that the BRDF follows the measurement, and `reciprocal` leaves it out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from ..spectral.errors import InputError
-from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix, validated_wavelengths
+from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from .brdf import Brdf, Lobe, eval_lit
 from .directions import half_difference, io_angles, io_from_half_difference
 from .kriging import Kernel, Kriging, PairAngles, krige
+from .measurement import ScatteredMeasurement, estimated_background
 
-# Directions are unit vectors to this.
-_UNIT = 1e-6
+__all__ = ["ScatteredBrdf", "ScatteredMeasurement", "estimated_background"]
+
 # Exponent a of the cosines: what a lobe gains towards grazing is taken out before interpolating, and put back.
-_COSINE_POWER = 0.27
+_COSINE_POWER = 0.56
 # Added before the logarithm, 1/sr: below it (1 % of a white diffuser or so) interpolation turns linear, as CIE L* does.
-_FLOOR = 0.008
-# Nodes of the dense table: theta_h (asinh-spaced from _FINE), theta_d, phi_d in [0, pi/2].
-_NODES = (112, 61, 13)
-_FINE = np.radians(1.0)
-# The background is estimated where specular lobes do not disturb the comparison of swapped pairs, from this many pairs.
-_CLEAR_OF_LOBE = np.radians(20.0)
-_ENOUGH_PAIRS = 30
-
-
-@dataclass(frozen=True, eq=False)
-class ScatteredMeasurement:
-    """f_r at scattered direction pairs, as measured.
-
-    Parameters
-    ----------
-    wavelengths_nm : (L,) ascending, nm, at the instrument's own sampling.
-    wi, wo : (N,3) unit vectors above the surface, z the normal; in any order.
-    values : (N,L) f_r in 1/sr, finite, not negative.
-    missing : (N,L) True where the reading dropped out; the value there means nothing.
-    name, description : what the file says of the sample.
-    notes : what was assumed in reading it, in words.
-    """
-
-    wavelengths_nm: Float[np.ndarray, " L"]
-    wi: Float[np.ndarray, "N 3"]
-    wo: Float[np.ndarray, "N 3"]
-    values: Float[np.ndarray, "N L"]
-    missing: Bool[np.ndarray, "N L"]
-    name: str = ""
-    description: str = ""
-    notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        validated_wavelengths(self.wavelengths_nm)
-        expected = (len(self.wi), len(self.wavelengths_nm))
-        if self.values.shape != expected or self.missing.shape != expected or self.wo.shape != self.wi.shape:
-            raise InputError("values do not fit the directions", field="values", found=self.values.shape,
-                             expected=f"{expected}, one row a direction pair")
-        for field, directions in (("wi", self.wi), ("wo", self.wo)):
-            lengths = np.linalg.norm(directions, axis=-1)
-            bad = ~((np.abs(lengths - 1) < _UNIT) & (directions[:, 2] > 0))
-            if bad.any():
-                raise InputError("not a direction above the surface", field=field, found=directions[bad][0].tolist(),
-                                 expected="a unit vector with z > 0")
-        measured = self.values[~self.missing]
-        if not (np.isfinite(measured).all() and (measured >= 0).all()):
-            bad = measured[~(measured >= 0) | ~np.isfinite(measured)][0]
-            raise InputError("unusable f_r", field="values", found=bad, expected="finite, >= 0, 1/sr")
-        if self.missing.all():
-            raise InputError("nothing was measured", field="missing", found="every value missing",
-                             expected="at least one direction pair")
-
-    def __len__(self) -> int:
-        return len(self.wi)
-
-    def subset(self, rows: np.ndarray) -> ScatteredMeasurement:
-        """The measurement at some of its direction pairs only."""
-        return ScatteredMeasurement(self.wavelengths_nm, self.wi[rows], self.wo[rows], self.values[rows],
-                                    self.missing[rows], self.name, self.description, self.notes)
+_FLOOR = 0.006
+# Nodes of the table: theta_h (asinh-spaced from _FINE), theta_d, phi_d in [0, pi/2]; refined by cubic splines.
+_NODES = (72, 33, 16)
+_REFINED = 3
+_FINE = np.radians(3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +50,9 @@ class ScatteredBrdf(Brdf):
     kernel : scales of the interpolation.
     reciprocal : leave the background out: the BRDF is then exactly reciprocal, and no longer what was measured.
 
-    Beyond the largest measured polar angle, polar and difference angles are held there while the half angle runs on,
-    so that a highlight keeps its shape; values never leave the measured range. Beyond the measured wavelengths the
-    end values are held. `notes` repeats this with the numbers of this material.
+    Beyond the largest measured polar angle the difference angle and the cosines' part are held while the half angle
+    runs on, so that a highlight keeps its shape, and values never leave the measured range. Beyond the measured
+    wavelengths the end values are held. `notes` repeats this with the numbers of this material.
     """
 
     NAME: ClassVar[str] = "scattered"
@@ -113,7 +60,7 @@ class ScatteredBrdf(Brdf):
 
     measurement: ScatteredMeasurement
     background: Float[np.ndarray, " L"]
-    kernel: Kernel = Kernel()
+    kernel: Kernel = field(default_factory=Kernel)
     reciprocal: bool = False
 
     @classmethod
@@ -145,8 +92,12 @@ class ScatteredBrdf(Brdf):
         """The BRDF that `parameters` came from."""
         missing = sorted({"measured_wavelengths_nm", "wi", "wo", "values", "missing", "background"} - set(parameters))
         if missing:
-            raise InputError("a scattered BRDF is not complete", field="parameters", found=sorted(parameters),
-                             expected=f"also {', '.join(missing)}")
+            raise InputError(
+                "a scattered BRDF is not complete",
+                field="parameters",
+                found=sorted(parameters),
+                expected=f"also {', '.join(missing)}",
+            )
         notes = str(parameters.get("measurement_notes", ""))
         measurement = ScatteredMeasurement(
             *(np.asarray(parameters[key], dtype=float) for key in ("measured_wavelengths_nm", "wi", "wo", "values")),
@@ -170,7 +121,7 @@ class ScatteredBrdf(Brdf):
         kept = "left out, so that the BRDF is reciprocal" if self.reciprocal else "kept, as it was measured"
         return (
             *self.measurement.notes,
-            f"beyond theta = {np.degrees(self._largest):.1f} deg polar and difference angles are held there",
+            f"beyond theta = {np.degrees(self._largest):.1f} deg the difference angle is held; f_r stays in its range",
             f"known from {low:g} to {high:g} nm; beyond, the end values are held",
             f"departure from reciprocity: up to {np.max(self.background):.5f} / cos(theta_i) 1/sr, {kept}",
         )
@@ -222,11 +173,11 @@ class ScatteredBrdf(Brdf):
         at, values = self._distinct
         lifted = values + self.background / np.cos(at.theta_i)[:, None] + _FLOOR
         lifted = np.log(_filled(lifted, self.measurement.wavelengths_nm)) + self._log_cosines(at)
-        return krige(self.kernel, at.held(self._largest), lifted), lifted.min(axis=0), lifted.max(axis=0)
+        return krige(self.kernel, at, lifted), lifted.min(axis=0), lifted.max(axis=0)
 
     def _log_cosines(self, at: PairAngles) -> Float[np.ndarray, "N 1"]:
-        held = at.held(self._largest)
-        return _COSINE_POWER * np.log(np.cos(held.theta_i) * np.cos(held.theta_o))[:, None]
+        cosines = (np.cos(np.minimum(angle, self._largest)) for angle in (at.theta_i, at.theta_o))
+        return _COSINE_POWER * np.log(np.prod(tuple(cosines), axis=0))[:, None]
 
     def _finished(self, logarithm: np.ndarray, at: PairAngles) -> np.ndarray:
         _, least, most = self._kriging
@@ -236,28 +187,29 @@ class ScatteredBrdf(Brdf):
         return np.maximum(values, 0.0)
 
     def _interpolated(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        at = _pair_angles(wi, wo)
-        return self._finished(self._kriging[0](at.held(self._largest)), at)
+        theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
+        held = _node_angles(theta_h, np.minimum(theta_d, self._largest), phi_d)
+        return self._finished(self._kriging[0](held), _pair_angles(wi, wo))
 
     @cached_property
     def _table(self) -> Float[np.ndarray, "H D P L"]:
-        """The logarithm at the nodes; those below the horizon continue it, so that cells at the horizon are whole."""
+        """The logarithm at the nodes, float32; those below the horizon continue it, so that cells there are whole."""
         theta_h = _FINE * np.sinh(np.linspace(0.0, np.arcsinh(0.5 * np.pi / _FINE), _NODES[0]))
-        theta_d, phi_d = np.linspace(0.0, 0.5 * np.pi, _NODES[1]), np.linspace(0.0, 0.5 * np.pi, _NODES[2])
+        theta_d, phi_d = np.linspace(0.0, self._largest, _NODES[1]), np.linspace(0.0, 0.5 * np.pi, _NODES[2])
         nodes = [angle.ravel() for angle in np.meshgrid(theta_h, theta_d, phi_d, indexing="ij")]
-        wi, wo = io_from_half_difference(*nodes)
-        theta_i, theta_o, _ = io_angles(wi, wo)
-        # The half and difference angles of the node itself: going through the directions would round them.
-        at = PairAngles(theta_i, theta_o, nodes[0], nodes[1]).held(self._largest)
-        return self._kriging[0](at).reshape(*_NODES, -1)
+        table = self._kriging[0](_node_angles(*nodes)).reshape(*_NODES, -1)
+        for axis in range(3):
+            # Even about both ends of the azimuth by symmetry.
+            table = _refined(table, axis, "clamped" if axis == 2 else "not-a-knot")
+        return table.astype(np.float32)
 
     def _looked_up(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
         # Exchange adds pi, mirroring changes the sign: a quarter turn holds everything.
         phi_d = np.mod(phi_d, np.pi)
         phi_d = np.minimum(phi_d, np.pi - phi_d)
-        places = np.arcsinh(theta_h / _FINE) / np.arcsinh(0.5 * np.pi / _FINE), theta_d / (0.5 * np.pi)
-        logarithm = _multilinear(self._table, (*places, phi_d / (0.5 * np.pi)))
+        half = np.arcsinh(theta_h / _FINE) / np.arcsinh(0.5 * np.pi / _FINE)
+        logarithm = _multilinear(self._table, (half, theta_d / self._largest, phi_d / (0.5 * np.pi)))
         theta_i, theta_o, _ = io_angles(wi, wo)
         return self._finished(logarithm, PairAngles(theta_i, theta_o, theta_h, theta_d))
 
@@ -277,51 +229,14 @@ class ScatteredBrdf(Brdf):
         return out
 
 
-def estimated_background(measurement: ScatteredMeasurement) -> Float[np.ndarray, " L"]:
-    """The k(lambda) >= 0 of f_r(i, o) - f_r(o, i) = -k (1/cos theta_i - 1/cos theta_o), 1/sr, by robust regression.
-
-    Swapped pairs are interpolated linearly in the logarithm between the measured ones. 0 at wavelengths where fewer
-    than 30 pairs can be compared.
-    """
-    from scipy.interpolate import LinearNDInterpolator
-    from scipy.spatial import QhullError
-
-    theta_i, theta_o, phi = io_angles(measurement.wi, measurement.wo)
-    usable = ~measurement.missing & (measurement.values > 0)
-    values = np.where(usable, measurement.values, 1.0)
-    out = np.zeros(len(measurement.wavelengths_nm))
-    order = np.lexsort((*values.T, phi, theta_o, theta_i))
-    try:
-        places = np.stack([theta_i, theta_o, 0.5 * phi], axis=-1)[order]
-        logarithms = np.where(usable, np.log(values), np.nan)[order]
-        swapped = np.exp(LinearNDInterpolator(places, logarithms)(places[:, [1, 0, 2]]))
-    except (QhullError, ValueError):
-        return out  # too few pairs, or all in one plane: nothing to compare
-    cosine_i, cosine_o = np.cos(theta_i[order]), np.cos(theta_o[order])
-    slope = 1.0 / cosine_i - 1.0 / cosine_o
-    theta_h = half_difference(measurement.wi, measurement.wo)[0][order]
-    for column in range(len(out)):
-        rows = np.isfinite(swapped[:, column]) & usable[order, column] & (theta_h > _CLEAR_OF_LOBE)
-        if rows.sum() >= _ENOUGH_PAIRS:
-            difference = swapped[rows, column] - values[order][rows, column]
-            out[column] = max(_robust_slope(slope[rows], difference), 0.0)
-    return out
-
-
-def _robust_slope(x: np.ndarray, y: np.ndarray) -> float:
-    """Slope of y = b x by iteratively reweighted least squares with Huber's weights."""
-    weights = np.ones_like(x)
-    slope = 0.0
-    for _ in range(20):
-        slope = float((weights * x) @ y / max((weights * x) @ x, 1e-300))
-        residual = np.abs(y - slope * x)
-        weights = np.minimum(1.0, 1.5 * np.median(residual) / np.maximum(residual, 1e-12))
-    return slope
-
-
 def _pair_angles(wi: np.ndarray, wo: np.ndarray) -> PairAngles:
     theta_i, theta_o, _ = io_angles(wi, wo)
     theta_h, theta_d, _, _ = half_difference(wi, wo)
+    return PairAngles(theta_i, theta_o, theta_h, theta_d)
+
+
+def _node_angles(theta_h: np.ndarray, theta_d: np.ndarray, phi_d: np.ndarray) -> PairAngles:
+    theta_i, theta_o, _ = io_angles(*io_from_half_difference(theta_h, theta_d, phi_d))
     return PairAngles(theta_i, theta_o, theta_h, theta_d)
 
 
@@ -335,6 +250,15 @@ def _filled(values: Float[np.ndarray, "N L"], wavelengths_nm: np.ndarray) -> Flo
     return out
 
 
+def _refined(table: np.ndarray, axis: int, ends: str) -> np.ndarray:
+    """`table` with _REFINED - 1 nodes more between each two along `axis`, by cubic splines."""
+    from scipy.interpolate import CubicSpline
+
+    places = np.arange(table.shape[axis], dtype=float)
+    finer = np.linspace(0.0, places[-1], _REFINED * (len(places) - 1) + 1)
+    return CubicSpline(places, table, axis=axis, bc_type=ends)(finer)
+
+
 def _multilinear(table: Float[np.ndarray, "H D P L"], places: tuple[np.ndarray, ...]) -> Float[np.ndarray, "N L"]:
     """Look-up at fractional places in [0, 1] of each axis."""
     flat = table.reshape(-1, table.shape[-1])
@@ -346,10 +270,10 @@ def _multilinear(table: Float[np.ndarray, "H D P L"], places: tuple[np.ndarray, 
         beyond.append(position - index)
     strides = (table.shape[1] * table.shape[2], table.shape[2], 1)
     corner = sum(index * stride for index, stride in zip(below, strides, strict=True))
-    out = np.zeros((len(places[0]), table.shape[-1]))
+    out = np.zeros((len(places[0]), table.shape[-1]), dtype=table.dtype)
     for offset in np.ndindex(2, 2, 2):
         share = np.ones(len(out))
         for step, fraction in zip(offset, beyond, strict=True):
             share = share * (fraction if step else 1.0 - fraction)
-        out += share[:, None] * flat[corner + int(np.dot(offset, strides))]
+        out += share[:, None].astype(table.dtype) * flat[corner + int(np.dot(offset, strides))]
     return out

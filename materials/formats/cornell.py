@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float
 from ...spectral.errors import InputError
 from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
-from ..scattered import ScatteredMeasurement
+from ..measurement import ScatteredMeasurement
 
 _LAYOUT = "a count, that many wavelengths in nm, then rows: theta_i phi_i theta_o phi_o and one f_r a wavelength"
 # Comments that only label the numbers below them.
@@ -135,7 +135,7 @@ def _count(path: Path, numbers: np.ndarray) -> int:
     return int(count)
 
 
-def _rows(path: Path, numbers: np.ndarray, lines: np.ndarray, count: int) -> Float[np.ndarray, "N 4+L"]:
+def _rows(path: Path, numbers: np.ndarray, lines: np.ndarray, count: int) -> Float[np.ndarray, "N W"]:
     width = 4 + count
     expected = f"{width} numbers a row: 4 angles and {count} values"
     if len(numbers) == 0:
