@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import MetamerError
 
@@ -49,7 +49,8 @@ def create_context() -> moderngl.Context:
     except ImportError as reason:
         raise NoGL((("moderngl", str(reason)),)) from reason
     attempts: list[tuple[str, str]] = []
-    for label, options in (("EGL", {"backend": "egl"}), ("default back end", {})):
+    ways: tuple[tuple[str, dict[str, Any]], ...] = (("EGL", {"backend": "egl"}), ("default back end", {}))
+    for label, options in ways:
         try:
             return moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
         except Exception as reason:  # a loader raises whatever it likes: all of it means "not this way"

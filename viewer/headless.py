@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..materials.factors import FactorPack
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
 from .geometry import SceneGeometry
-from .passes import MOST_SPECTRA, Passes, WindowBuffers
+from .passes import MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
-from .renderer import Layer, Renderer
+from .renderer import Layer, Renderer, Tile
 from .resources import (
     MOST_TRIANGLES,
     TRIANGLE_TEXELS,
@@ -41,13 +41,19 @@ def create_renderer() -> tuple[Renderer, NoGL | None]:
         return SoftwareRenderer(), reason
 
 
-@dataclass(frozen=True, eq=False)
-class _Prepared:
-    size: tuple[int, int]
+@dataclass(eq=False)
+class GLTile(Tile):
+    """A tile on the GPU.
+
+    seen : triangle number + 1 at each sample, 0 where there is none; `triangles` are those numbers.
+    lights : per light the textures of io angles, hd angles and azimuths.
+    """
+
+    triangles: WindowTriangles
+    first_face: Int[np.ndarray, "_"]
     samples: int
-    coverage: Float[np.ndarray, "H W"]
-    first_face: np.ndarray
-    windows: tuple[WindowBuffers, ...]
+    seen: moderngl.Texture
+    lights: tuple[tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture], ...]
     owner: Owner
 
 
@@ -80,71 +86,60 @@ class GLRenderer(Renderer):
     def __exit__(self, *_reason: object) -> None:
         self.close()
 
-    def _prepare(self, geometry: SceneGeometry) -> _Prepared:
-        camera = geometry.camera
-        owner = Owner(self.context)
-        blocks = np.zeros((camera.height_px, camera.width), dtype=np.float32)
-        windows = []
+    def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> GLTile:
+        if max(len(triangles.parent), len(geometry.lit)) >= MOST_TRIANGLES:
+            raise InputError("too many triangles", found=len(geometry.lit), expected=f"below {MOST_TRIANGLES}")
+        side = geometry.camera.samples
+        owner, scratch = Owner(self.context), Owner(self.context)
         try:
-            for window, triangles in geometry.windows():
-                if len(triangles.parent) >= MOST_TRIANGLES or len(geometry.lit) >= MOST_TRIANGLES:
-                    raise InputError("too many triangles", found=len(geometry.lit), expected=f"below {MOST_TRIANGLES}")
-                seen = self._passes.visibility(owner, window, triangles)
-                tile = Owner(self.context)
-                try:
-                    table = tile.table(triangle_texels(geometry, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
-                    lights = tuple(
-                        self._passes.light(owner, geometry, number, seen, table)
-                        for number in range(len(geometry.lights))
-                    )
-                finally:
-                    tile.release()
-                windows.append(WindowBuffers(window, triangles, seen, lights))
-                left, top, width, height = _pixels(window, camera.samples)
-                blocks[top : top + height, left : left + width] = _coverage(seen, camera.samples)
+            seen = self._passes.visibility(owner, window, triangles)
+            table = scratch.table(triangle_texels(geometry, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
+            numbers = range(len(geometry.lights))
+            lights = tuple(self._passes.light(owner, geometry, number, seen, table) for number in numbers)
+            coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
             raise
-        size = (camera.height_px, camera.width)
-        return _Prepared(size, camera.samples, blocks, geometry.first_face, tuple(windows), owner)
+        finally:
+            scratch.release()
+        place = window.left // side, window.top // side
+        return GLTile(*place, coverage, triangles, geometry.first_face, side, seen, lights, owner)
 
-    def _discard(self, prepared: _Prepared) -> None:
-        prepared.owner.release()
+    def _discard(self, tile: GLTile) -> None:
+        tile.owner.release()
 
-    def _shade(self, prepared: _Prepared, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M H W 3"]:
-        out = np.zeros((count, *prepared.size, 3), dtype=np.float32)
+    def _shade(self, tile: GLTile, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+        out = np.zeros((count, *tile.coverage.shape, 3), dtype=np.float32)
         scratch = Owner(self.context)
         try:
             tables = {id(layer.pack): _factor_table(scratch, layer.pack) for layer in layers}
             for start in range(0, count, MOST_SPECTRA):
-                spectra = min(MOST_SPECTRA, count - start)
-                for buffers in prepared.windows:
-                    left, top, width, height = _pixels(buffers.window, prepared.samples)
-                    pictures = self._shade_window(prepared, buffers, layers, tables, start, spectra)
-                    out[start : start + spectra, top : top + height, left : left + width] = pictures
+                stop = min(start + MOST_SPECTRA, count)
+                out[start:stop] = self._shade_some(tile, layers, tables, start, stop)
         finally:
             scratch.release()
         return out
 
-    def _shade_window(self, prepared, buffers: WindowBuffers, layers, tables, start: int, spectra: int) -> np.ndarray:
-        _, _, width, height = _pixels(buffers.window, prepared.samples)
+    def _shade_some(self, tile: GLTile, layers: Sequence[Layer], tables: dict, start: int, stop: int) -> np.ndarray:
+        """Pictures of the spectra `start` to `stop`, which share the look-ups."""
+        height, width = tile.coverage.shape
         owner = Owner(self.context)
         try:
-            pictures = [owner.texture((width, height), 4) for _ in range(spectra)]
+            pictures = [owner.texture((width, height), 4) for _ in range(start, stop)]
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
             for layer in layers:
-                ends = prepared.first_face[layer.part : layer.part + 2]
-                first, last = (int(end) for end in np.searchsorted(buffers.triangles.parent, ends))
-                box = _box(buffers.triangles, first, last, prepared.samples, (width, height))
+                ends = tile.first_face[layer.part : layer.part + 2]
+                first, last = (int(end) for end in np.searchsorted(tile.triangles.parent, ends))
+                box = _box(tile.triangles, first, last, tile.samples, (width, height))
                 if box is None:
                     continue
-                weights = weight_texels(layer.weights[:, 3 * start : 3 * (start + spectra)])
+                weights = weight_texels(layer.weights[:, 3 * start : 3 * stop])
                 table, axes = tables[id(layer.pack)]
-                io, hd, azimuth = buffers.lights[layer.light]
+                io, hd, azimuth = tile.lights[layer.light]
                 in_io = layer.pack.frame == "io"
                 samplers = {
-                    "seen": buffers.seen,
+                    "seen": tile.seen,
                     "angles": io if in_io else hd,
                     "azimuth": azimuth,
                     "factors": table,
@@ -152,11 +147,11 @@ class GLRenderer(Renderer):
                 }
                 values = {
                     "part": (first + 1, last),
-                    "samples": prepared.samples,
+                    "samples": tile.samples,
                     "rows": len(weights),
                     "azimuth_channel": 0 if in_io else 1,
                 }
-                self._passes.shade(target, box, spectra, axes, samplers, values)
+                self._passes.shade(target, box, stop - start, axes, samplers, values)
             return np.stack([_read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()
@@ -165,11 +160,6 @@ class GLRenderer(Renderer):
 def _factor_table(owner: Owner, pack: FactorPack) -> tuple[moderngl.Texture, list[tuple[float, ...]]]:
     texels, axes = factor_texels(pack)
     return owner.texture(texels.shape[1::-1], 4, texels.tobytes()), axes
-
-
-def _pixels(window: Window, samples: int) -> tuple[int, int, int, int]:
-    """Left, top, width and height of a window in pixels."""
-    return window.left // samples, window.top // samples, window.width // samples, window.height // samples
 
 
 def _box(

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -44,16 +43,6 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class WindowBuffers:
-    """What is kept of one window: the triangle at each sample, and per light its io and hd angles and azimuths."""
-
-    window: Window
-    triangles: WindowTriangles
-    seen: moderngl.Texture
-    lights: tuple[tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture], ...]
-
-
 class Passes:
     """The programs, compiled when first used."""
 
@@ -61,10 +50,12 @@ class Passes:
         self.context = context
         self.owner = resources.Owner(context)
         self._program = lru_cache(maxsize=None)(self._compiled)
+        self._everywhere: dict[moderngl.Program, moderngl.VertexArray] = {}
 
     def release(self) -> None:
         """Free the programs."""
         self._program.cache_clear()
+        self._everywhere.clear()
         self.owner.release()
 
     def visibility(self, owner: resources.Owner, window: Window, triangles: WindowTriangles) -> moderngl.Texture:
@@ -77,7 +68,7 @@ class Passes:
             self._begin(target, size)
             target.clear(depth=0.0)
             if len(triangles.parent):
-                made, _ = self._program("visibility.vert", "visibility.frag")
+                made = self._program("visibility.vert", "visibility.frag")
                 context.enable_only(context.DEPTH_TEST)
                 context.depth_func = ">"
                 _set(made, {"key_base": triangles.key_base, "key_shift": triangles.key_shift})
@@ -105,7 +96,7 @@ class Passes:
             tables = _shadow_tables(scratch, light.shadows)
             self._begin(scratch.keep(context.framebuffer([io, hd, azimuth])), seen.size)
             context.enable_only(context.NOTHING)
-            made, everywhere = self._program("fullscreen.vert", "light.frag", DIRECTIONAL=int(light.directional))
+            made, everywhere = self._full_screen("light.frag", DIRECTIONAL=int(light.directional))
             values = {
                 "eye": tuple(geometry.eye),
                 "perspective": geometry.perspective,
@@ -133,7 +124,7 @@ class Passes:
         values: Mapping[str, object],
     ) -> None:
         """Add one layer to `target`, whose attachments are a picture each."""
-        made, everywhere = self._program("fullscreen.vert", "shade.frag", AXES=len(axes), SPECTRA=spectra)
+        made, everywhere = self._full_screen("shade.frag", AXES=len(axes), SPECTRA=spectra)
         self.draw_layer(made, everywhere, target, scissor, axes, samplers, values)
 
     def draw_layer(
@@ -162,15 +153,17 @@ class Passes:
         target.scissor = None
         target.viewport = (0, 0, *size)
 
-    def _compiled(
-        self, vertex: str, fragment: str, **sizes: int
-    ) -> tuple[moderngl.Program, moderngl.VertexArray | None]:
-        """A program and, for full-screen ones, its vertex array without buffers."""
+    def _full_screen(self, fragment: str, **sizes: int) -> tuple[moderngl.Program, moderngl.VertexArray]:
+        """A program that runs at every pixel of its target, and its vertex array without buffers."""
+        made = self._program("fullscreen.vert", fragment, **sizes)
+        if made not in self._everywhere:
+            self._everywhere[made] = self.owner.keep(self.context.vertex_array(made, []))
+        return made, self._everywhere[made]
+
+    def _compiled(self, vertex: str, fragment: str, **sizes: int) -> moderngl.Program:
         for names in PROGRAMS:
             if names[:2] == (vertex, fragment) and all(names[2][key] == value for key, value in sizes.items()):
-                made = self.owner.keep(program(self.context, *names))
-                full_screen = vertex == "fullscreen.vert"
-                return made, self.owner.keep(self.context.vertex_array(made, [])) if full_screen else None
+                return self.owner.keep(program(self.context, *names))
         raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
 
 

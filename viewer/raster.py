@@ -172,7 +172,7 @@ def _cut(points, weights, parent, plane):
         t = d[:, a] / (d[:, a] - d[:, b])
         return values[:, a] + t[:, None] * (values[:, b] - values[:, a])
 
-    results = [(points[count == 3], weights[count == 3], parent[count == 3])]
+    results: list[tuple[np.ndarray, ...]] = [(points[count == 3], weights[count == 3], parent[count == 3])]
     one = count == 1
     if one.any():  # the inner corner comes first
         p, q, d, owner = turned(one, inside[one].argmax(axis=1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,8 +17,11 @@ from ..materials.factors import FactorPack
 from ..spectral.errors import UnknownNameError
 from ..spectral.spectrum import Spectrum
 from .geometry import SceneGeometry, geometry_key, scene_geometry
+from .raster import Window, WindowTriangles
 
 Picture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
+# Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
+KEPT_SAMPLES = 8_000_000
 # Folded bases that are kept: each costs an integral over the observer's wavelengths.
 _KEPT_FOLDS = 256
 
@@ -31,6 +34,18 @@ class Layer:
     light: int
     pack: FactorPack
     weights: Float[np.ndarray, "R M3"]
+
+
+@dataclass(eq=False)
+class Tile:
+    """What is worked out once for a window of the picture: renderers add to it.
+
+    left, top : its first pixel. coverage (h, w) : float32, of its pixels.
+    """
+
+    left: int
+    top: int
+    coverage: Float[np.ndarray, "h w"]
 
 
 class Renderer(ABC):
@@ -49,7 +64,8 @@ class Renderer(ABC):
     def __init__(self) -> None:
         self._key: tuple | None = None
         self._scene: Scene | None = None
-        self._prepared: Any = None
+        self._geometry: SceneGeometry | None = None
+        self._tiles: list[Any] = []
         self._folds: dict[tuple[int, int, int], tuple[object, np.ndarray]] = {}
 
     def render(
@@ -83,21 +99,58 @@ class Renderer(ABC):
         for part in scene.parts:
             if part.material_id not in packs:
                 raise UnknownNameError("material", part.material_id, packs, file=scene.path, field=f"part {part.name}")
-        prepared = self._geometry(scene, scene.camera() if camera is None else camera)
+        camera = scene.camera() if camera is None else camera
         layers = [
             Layer(number, index, pack, self._weights(scene, light, pack, illuminants))
             for number, part in enumerate(scene.parts)
             for index, light in enumerate(scene.lights)
             for pack in packs[part.material_id]
         ]
-        xyz = self._shade(prepared, layers, len(illuminants))
-        return [(picture, prepared.coverage) for picture in xyz]
+        xyz = np.zeros((len(illuminants), camera.height_px, camera.width, 3), dtype=np.float32)
+        coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
+        for tile in self.tiles(scene, camera):
+            height, width = tile.coverage.shape
+            place = slice(tile.top, tile.top + height), slice(tile.left, tile.left + width)
+            xyz[:, *place] = self._shade(tile, layers, len(illuminants))
+            coverage[place] = tile.coverage
+        return [(picture, coverage) for picture in xyz]
+
+    def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
+        """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
+        key = geometry_key(scene, camera)
+        if key != self._key:
+            self.release()
+            self._geometry = scene_geometry(scene, camera)
+            # Meshes are told apart by identity, which is theirs only while they live.
+            self._key, self._scene = key, scene
+        if self._tiles:
+            yield from self._tiles
+            return
+        geometry = self._geometry
+        assert geometry is not None
+        keep = geometry.size[0] * geometry.size[1] * len(geometry.lights) <= KEPT_SAMPLES
+        made, whole = [], False
+        try:
+            for window, triangles in geometry.windows():
+                tile = self._tile(geometry, window, triangles)
+                made.append(tile)
+                yield tile
+                if not keep:
+                    self._discard(made.pop())
+            whole = True
+        finally:
+            # A caller that stops half way leaves nothing behind, and no half a picture to be taken for a whole one.
+            if not whole:
+                for tile in made:
+                    self._discard(tile)
+        self._tiles = made
 
     def release(self) -> None:
         """Forget the kept geometry and free what it holds on a GPU."""
-        if self._prepared is not None:
-            self._discard(self._prepared)
-        self._key = self._scene = self._prepared = None
+        for tile in self._tiles:
+            self._discard(tile)
+        self._tiles = []
+        self._key = self._scene = self._geometry = None
 
     def __enter__(self) -> Renderer:
         return self
@@ -106,24 +159,15 @@ class Renderer(ABC):
         self.release()
 
     @abstractmethod
-    def _prepare(self, geometry: SceneGeometry) -> Any:
-        """Everything that does not depend on materials and spectra; has `coverage` (H, W) float32."""
+    def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> Any:
+        """Everything in a window that does not depend on materials and spectra, as a kind of `Tile`."""
 
     @abstractmethod
-    def _shade(self, prepared: Any, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M H W 3"]:
-        """The sum of all layers, float32, for each of `count` spectra."""
+    def _shade(self, tile: Any, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+        """The sum of all layers for each of `count` spectra."""
 
-    def _discard(self, prepared: Any) -> None:  # noqa: B027, for most renderers there is nothing to do
-        """Free what `_prepare` took and the garbage collector does not."""
-
-    def _geometry(self, scene: Scene, camera: Camera) -> Any:
-        key = geometry_key(scene, camera)
-        if key != self._key:
-            self.release()
-            self._prepared = self._prepare(scene_geometry(scene, camera))
-            # Meshes are told apart by identity, which is theirs only while they live.
-            self._key, self._scene = key, scene
-        return self._prepared
+    def _discard(self, tile: Any) -> None:  # noqa: B027, for most renderers there is nothing to do
+        """Free what `_tile` took and the garbage collector does not."""
 
     def _weights(
         self, scene: Scene, light: Light, pack: FactorPack, illuminants: Sequence[Spectrum | None]

@@ -24,7 +24,7 @@ class ShaderError(MetamerError):
 
 def shader_names() -> tuple[str, ...]:
     """Names of the shader files that ship, sorted."""
-    return tuple(sorted(file.name for file in files(__package__).joinpath("shaders").iterdir()))
+    return tuple(sorted(file.name for file in _folder().iterdir()))
 
 
 def source(name: str, defines: Mapping[str, int | float] | None = None) -> tuple[str, tuple[str, ...]]:
@@ -39,7 +39,7 @@ def source(name: str, defines: Mapping[str, int | float] | None = None) -> tuple
     seen: list[str] = []
 
     def lines_of(file: str, wanted_by: str) -> list[str]:
-        path = files(__package__).joinpath("shaders", file)
+        path = _folder().joinpath(file)
         if not path.is_file():
             raise ShaderError(f"{wanted_by}: there is no shader file {file!r}")
         number = len(seen)
@@ -80,6 +80,10 @@ def program(
         # moderngl heads its message with the stage; a linker's message has no places to map.
         names = vertex_files if "vertex_shader" in message.replace(" ", "_").lower() else fragment_files
         raise ShaderError(f"{vertex} + {fragment}: {with_file_names(message, names)}") from reason
+
+
+def _folder():
+    return files(__package__ or "").joinpath("shaders")
 
 
 def with_file_names(message: str, names: tuple[str, ...]) -> str:

@@ -141,10 +141,9 @@ def _ways(
 ) -> tuple[dict[str, _Way], float]:
     scene = _scene(size)
     context = renderer.context
-    prepared = renderer._geometry(scene, scene.camera())
-    buffers = prepared.windows[0]
-    _, hd, azimuth = buffers.lights[0]
-    lit = float(prepared.coverage.sum())
+    (tile,) = renderer.tiles(scene, scene.camera())
+    _, hd, azimuth = tile.lights[0]
+    lit = float(tile.coverage.sum())
 
     # A basis of 8 that the spectra lie in, so that every spectral way must give the same picture.
     rng = np.random.default_rng(seed)
@@ -154,12 +153,12 @@ def _ways(
     spectra = coefficients @ synthesis.T
     texels, axes = factor_texels(pack)
     shared = {
-        "seen": buffers.seen,
+        "seen": tile.seen,
         "angles": hd,
         "azimuth": azimuth,
         "factors": owner.texture(texels.shape[1::-1], 4, texels.tobytes()),
     }
-    values = {"samples": 1, "rows": texels.shape[0], "part": (1, len(buffers.triangles.parent)), "azimuth_channel": 1}
+    values = {"samples": 1, "rows": texels.shape[0], "part": (1, len(tile.triangles.parent)), "azimuth_channel": 1}
 
     def way(fragment: str, quads: int | None, tables: dict[str, np.ndarray]) -> _Way:
         picture = owner.texture((size, size), 4)

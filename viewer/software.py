@@ -13,7 +13,7 @@ from ..lighting.vectors import dot, orthonormal_frame, unit
 from ..materials.factors import FactorPack, FrameAngles, frame_angles
 from .geometry import LightGeometry, SceneGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles, rasterise
-from .renderer import Layer, Renderer
+from .renderer import Layer, Renderer, Tile
 from .shadows import visibility
 
 
@@ -21,7 +21,7 @@ from .shadows import visibility
 class Surface:
     """The N samples of a window that meet a surface, sorted by pixel.
 
-    pixel (N,) : row * width + column in the whole picture. face (N,) : triangle of the scene.
+    pixel (N,) : row * width + column in the window. face (N,) : triangle of the scene.
     position (N, 3) : in radii about the scene's centre. to_viewer (N, 3) : unit. frame (N, 3, 3) : rows tangent,
     bitangent and shading normal.
     """
@@ -55,11 +55,11 @@ class LitSamples:
         return self._angles[key]
 
 
-@dataclass(frozen=True, eq=False)
-class _Prepared:
-    size: tuple[int, int]
-    coverage: Float[np.ndarray, "H W"]
-    lit: dict[tuple[int, int], list[LitSamples]]
+@dataclass(eq=False)
+class SoftwareTile(Tile):
+    """A tile and, by part and light, the samples that are lit."""
+
+    lit: dict[tuple[int, int], LitSamples]
 
 
 class SoftwareRenderer(Renderer):
@@ -69,49 +69,42 @@ class SoftwareRenderer(Renderer):
         super().__init__()
         self.name = "software (numpy)"
 
-    def _prepare(self, geometry: SceneGeometry) -> _Prepared:
-        camera = geometry.camera
-        hits = np.zeros(camera.height_px * camera.width, dtype=np.int64)
-        parts = range(len(geometry.first_face) - 1)
-        lit: dict[tuple[int, int], list[LitSamples]] = {
-            (part, light): [] for part in parts for light in range(len(geometry.lights))
-        }
-        for window, triangles in geometry.windows():
-            surface = surface_samples(geometry, window, triangles)
-            hits += np.bincount(surface.pixel, minlength=len(hits))
-            for number, light in enumerate(geometry.lights):
-                which, wi, irradiance = _reached(geometry, number, light, surface)
-                wo = np.einsum("nij,nj->ni", surface.frame[which], surface.to_viewer[which])
-                part_of = np.searchsorted(geometry.first_face, surface.face[which], side="right") - 1
-                for part in parts:
-                    mine = part_of == part
-                    pixel = surface.pixel[which[mine]]
-                    lit[part, number].append(LitSamples(pixel, wi[mine], wo[mine], irradiance[mine]))
-        coverage = (hits / camera.samples**2).astype(np.float32).reshape(camera.height_px, camera.width)
-        return _Prepared((camera.height_px, camera.width), coverage, lit)
+    def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> SoftwareTile:
+        side = geometry.camera.samples
+        height, width = window.height // side, window.width // side
+        surface = surface_samples(geometry, window, triangles)
+        hits = np.bincount(surface.pixel, minlength=height * width).reshape(height, width)
+        lit = {}
+        for number, light in enumerate(geometry.lights):
+            which, wi, irradiance = _reached(geometry, number, light, surface)
+            wo = np.einsum("nij,nj->ni", surface.frame[which], surface.to_viewer[which])
+            part_of = np.searchsorted(geometry.first_face, surface.face[which], side="right") - 1
+            for part in range(len(geometry.first_face) - 1):
+                mine = part_of == part
+                lit[part, number] = LitSamples(surface.pixel[which[mine]], wi[mine], wo[mine], irradiance[mine])
+        coverage = (hits / side**2).astype(np.float32)
+        return SoftwareTile(window.left // side, window.top // side, coverage, lit)
 
-    def _shade(self, prepared: _Prepared, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M H W 3"]:
-        height, width = prepared.size
+    def _shade(self, tile: SoftwareTile, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+        height, width = tile.coverage.shape
         total = np.zeros((height * width, 3 * count))
         for layer in layers:
-            for samples in prepared.lit[layer.part, layer.light]:
-                if len(samples.pixel) == 0:
-                    continue
+            samples = tile.lit[layer.part, layer.light]
+            if len(samples.pixel):
                 values = layer.pack.geometry_at(samples.angles(layer.pack)) @ layer.weights
                 first = np.flatnonzero(np.diff(samples.pixel, prepend=-1))
                 total[samples.pixel[first]] += np.add.reduceat(values, first, axis=0)
-        return total.reshape(height, width, count, 3).transpose(2, 0, 1, 3).astype(np.float32)
+        return total.reshape(height, width, count, 3).transpose(2, 0, 1, 3)
 
 
 def surface_samples(geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> Surface:
     """Rasterise one window and interpolate to its samples; twin of `surface.glsl`."""
-    camera = geometry.camera
+    side = geometry.camera.samples
     seen = rasterise(triangles, window.width, window.height)
-    side = camera.samples
     blocks = (window.height // side, side, window.width // side, side)
     # By pixel, and within a pixel by row.
     line, column, sub_line, sub_column = np.nonzero(seen.reshape(blocks).transpose(0, 2, 1, 3) >= 0)
-    pixel = (line + window.top // side) * camera.width + column + window.left // side
+    pixel = line * blocks[2] + column
     row, column = line * side + sub_line, column * side + sub_column
     number = seen[row, column]
 

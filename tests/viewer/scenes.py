@@ -48,11 +48,30 @@ def lobe_pack(width: float = 0.12, anisotropic: bool = False) -> FactorPack:
     return FactorPack("hd", tuple(axes), tuple(factors), coat, BASIS)
 
 
+def woven_pack() -> FactorPack:
+    """f_r cos(theta_i) of a weave: anisotropic, io frame, one term for warp and one for weft."""
+    axes = (
+        Axis("theta_i", 46, QUARTER),
+        Axis("theta_o", 46, QUARTER),
+        Axis("phi", 91, TURN, periodic=True),
+        Axis("phi_i", 91, TURN, periodic=True),
+    )
+    theta_i, theta_o, phi, phi_i = (axis.nodes for axis in axes)
+    factors = (
+        np.stack([np.cos(theta_i), np.sin(2 * theta_i)], axis=1) / np.pi,
+        np.stack([np.ones_like(theta_o), np.sin(theta_o)], axis=1),
+        np.stack([1 + 0.2 * np.cos(phi), 0.5 + 0.5 * np.sin(phi)], axis=1),
+        np.stack([1 + 0.5 * np.cos(2 * phi_i), 0.5 + 0.4 * np.sin(phi_i)], axis=1),
+    )
+    return FactorPack("io", axes, factors, np.stack([spectrum(8), spectrum(9)]), BASIS)
+
+
 PACKS = {
     "matt": (lambert_pack(spectrum(1)),),
     "gloss": (lambert_pack(spectrum(2)), lobe_pack()),
     "sharp": (lambert_pack(0.3 * spectrum(3)), lobe_pack(0.02)),
     "brushed": (lobe_pack(0.2, anisotropic=True),),
+    "woven": (woven_pack(),),
 }
 
 

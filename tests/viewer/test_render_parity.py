@@ -44,7 +44,8 @@ def worst(delta, reference, sample):
 ALL = {
     "sphere": lambda scenes: scenes.sphere_scene(),
     "sharp lobe": lambda scenes: scenes.sphere_scene("sharp"),
-    "anisotropic": lambda scenes: scenes.sphere_scene("brushed"),
+    "anisotropic, hd": lambda scenes: scenes.sphere_scene("brushed"),
+    "anisotropic, io, cloth with uv": lambda scenes: scenes.cloth_scene("woven"),
     "cloth with shadows, perspective": lambda scenes: scenes.cloth_scene(),
     "lamp, sun and three parts": lambda scenes: scenes.lamp_scene(),
     "one sample a pixel": lambda scenes: scenes.lamp_scene(samples=1),
@@ -212,15 +213,30 @@ def test_large_pictures_are_made_of_tiles(scenes, hardware, software, monkeypatc
     assert np.percentile(difference(whole, tiled, scene), 99) < 0.05
 
 
+def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, software, monkeypatch):
+    scene = scenes.lamp_scene(size=24)
+    for renderer in (software, hardware):
+        renderer.release()
+        kept, coverage = renderer.render(scene, None, scenes.PACKS)
+        renderer.release()
+        monkeypatch.setattr("metamer.viewer.renderer.KEPT_SAMPLES", 0)
+        for _ in range(2):
+            again, again_coverage = renderer.render(scene, None, scenes.PACKS)
+            assert not renderer._tiles
+            np.testing.assert_array_equal(kept, again)
+            np.testing.assert_array_equal(coverage, again_coverage)
+        monkeypatch.undo()
+
+
 def test_geometry_is_kept_while_only_materials_change(scenes, software):
     scene = scenes.lamp_scene(size=16)
     software.render(scene, None, scenes.PACKS)
-    kept = software._prepared
+    (kept,) = software._tiles
     software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, scenes.PACKS)
-    assert software._prepared is kept
+    assert software._tiles[0] is kept
     moved = scenes.lamp_scene(size=16)
     software.render(moved, None, scenes.PACKS)
-    assert software._prepared is not kept
+    assert software._tiles[0] is not kept
 
 
 def test_what_geometry_depends_on_changes_its_key(scenes):
@@ -231,6 +247,26 @@ def test_what_geometry_depends_on_changes_its_key(scenes):
     assert key != geometry_key(scene, other)
     lights = (scenes.lamp((0, 2, 2)), scene.lights[1])
     assert key != geometry_key(scenes.scene_of([(p.mesh, "matt") for p in scene.parts], lights, other), scene.camera())
+
+
+def test_a_measured_mesh_of_88_000_triangles(scenes, hardware, software, brdfs, shared_data):
+    from metamer.lighting.mesh_files import load_mesh
+
+    mesh = load_mesh(shared_data / "meshes" / "shaderball.glb")
+    low, high = mesh.bounds
+    centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
+    camera = Camera(
+        "c", centre + np.array([1.2, 1.5, 3.0]) * radius, centre, vertical_fov_deg=36, width=96, height_px=96
+    )
+    lamp = scenes.lamp(centre + np.array([-1.0, 1.5, 1.0]) * radius, 2000 * radius**2)
+    scene = scenes.scene_of([(mesh, "gloss")], [scenes.sun(), lamp], camera)
+    mine, coverage = software.render(scene, None, scenes.PACKS)
+    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    np.testing.assert_array_equal(coverage, their_coverage)
+    delta = difference(mine, theirs, scene)
+    assert delta.max() < 0.1, worst(delta, mine, theirs)
+    reference, _ = reference_image(scene, None, brdfs)
+    assert np.percentile(difference(reference, mine, scene)[coverage > 0], 99) < 1.0
 
 
 def test_a_missing_material_is_named(scenes, software):
@@ -245,11 +281,25 @@ def test_too_many_lights_are_refused(scenes):
         scene_geometry(crowd, crowd.camera())
 
 
+def test_a_call_that_breaks_off_keeps_no_half_picture(scenes, software, monkeypatch):
+    monkeypatch.setattr("metamer.viewer.geometry.TILE_SAMPLES", 30)
+    software.release()
+    scene = scenes.sphere_scene(size=24)
+    turns = software.tiles(scene, scene.camera())
+    next(turns)
+    turns.close()
+    assert not software._tiles
+    _, coverage = software.render(scene, None, scenes.PACKS)
+    assert len(software._tiles) > 1 and coverage[12, 12] == 1.0
+    software.release()
+
+
 def test_gl_objects_are_given_back(scenes, gl):
     renderer = GLRenderer(gl)
     scene = scenes.sphere_scene(size=16)
     renderer.render(scene, None, scenes.PACKS)
-    textures = [renderer._prepared.windows[0].seen, *renderer._prepared.windows[0].lights[0]]
+    (tile,) = renderer._tiles
+    textures = [tile.seen, *tile.lights[0]]
     renderer.close()
     assert all(type(texture.mglo).__name__ == "InvalidObject" for texture in textures)
 
