@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz
+from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz, xyz_from_lab
 from ..spectral.errors import ComparisonError, InputError
 
 # A pixel on a silhouette compares two ways of anti-aliasing, not two colours.
@@ -165,15 +165,6 @@ def self_check(
         counted = compared_pixels(coverage, reference_xyz, sample) & np.isfinite(by_hand)
         checks.append(SelfCheck(label, float(by_hand[counted].mean()), found.mean))
     return tuple(checks)
-
-
-def xyz_from_lab(
-    lab: Float[np.ndarray, "*batch 3"], white_xyz: Float[np.ndarray, "3"]
-) -> Float[np.ndarray, "*batch 3"]:
-    """XYZ of CIELAB (CIE 015:2018, eq. 8.3-8.5 solved for XYZ); unclipped, used only to make known differences."""
-    y = (lab[..., 0] + 16.0) / 116.0
-    f = np.stack([y + lab[..., 1] / 500.0, y, y - lab[..., 2] / 200.0], axis=-1)
-    return white_xyz * np.where(f > 24.0 / 116.0, f**3, (f - 16.0 / 116.0) * 108.0 / 841.0)
 
 
 def verdict(statistics: DeltaEStatistics, budget: float) -> Literal["pass", "near", "over"]:

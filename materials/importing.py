@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import multiprocessing
-import os
-import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Future, as_completed
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,13 +14,11 @@ from typing import Literal
 import numpy as np
 
 from ..spectral.errors import InputError, MetamerError
-from ..spectral.files import written_whole
+from ..spectral.files import made_folder, written_whole
+from ..spectral.processes import usable_cores, worker_pool
 from .factors import FactorPack, FitError
-from .record import MARKER, SCHEMA, SUFFIX, MaterialRecord, make_folder, read_source_hash, rebuild, write_record
+from .record import MARKER, SCHEMA, SUFFIX, MaterialRecord, read_source_hash, rebuild, write_record
 from .sources import MaterialSource, Rejected, read_sources
-
-# Each process fits with one thread: the processes are the parallelism, and threads of theirs would only contend.
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 # ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
 DEFAULT_BUDGET = 0.5
@@ -137,7 +131,7 @@ def import_sources(
                     pending.append((material, source_hash))
         # The longest fits first, so that no process works alone at the end; more numbers are a fair guess at longer.
         pending.sort(key=lambda item: -sum(np.size(value) for value in item[0].parameters.values()))
-        for (material, source_hash), fitted in _fit_all(pending, budget, jobs or _cores()):
+        for (material, source_hash), fitted in _fit_all(pending, budget, jobs or usable_cores()):
             tell(_store(folder, material, source_hash, fitted))
     except KeyboardInterrupt:
         report = ImportReport(folder, tuple(outcomes), len(found) - len(outcomes))
@@ -176,24 +170,10 @@ def _fit_all(
         for item in pending:
             yield item, _fit_one(item[0], budget)
         return
-    others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
-    futures: dict[Future[_Fitted], tuple[MaterialSource, str]] = {}
-    try:
-        with _for_children():
-            futures.update((pool.submit(_fit_one, item[0], budget), item) for item in pending)
+    with worker_pool(jobs) as pool:
+        futures = {pool.submit(_fit_one, item[0], budget): item for item in pending}
         for future in as_completed(futures):
             yield futures[future], _result(future)
-    finally:
-        # Reached with work under way only on Ctrl-C or a broken pool: nobody waits for a fit that will not be kept.
-        unfinished = len(futures) < len(pending) or not all(future.done() for future in futures)
-        pool.shutdown(wait=not unfinished, cancel_futures=True)
-        if unfinished:
-            ours = set(multiprocessing.active_children()) - others
-            for process in ours:
-                process.terminate()
-            for process in ours:
-                process.join(timeout=5)
 
 
 def _result(future: Future[_Fitted]) -> _Fitted:
@@ -202,30 +182,6 @@ def _result(future: Future[_Fitted]) -> _Fitted:
     except BrokenExecutor:
         reason = "the process that fitted it ended abruptly, as it does when memory runs out; try --jobs 1"
         return _Fitted((), None, 0.0, reason)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@contextmanager
-def _for_children() -> Iterator[None]:
-    """Processes started here run one thread each and leave Ctrl-C to this one, which holds it back for the moment."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    masks = hasattr(signal, "pthread_sigmask")
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
-    try:
-        os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-        if masks:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _store(folder: Path, material: MaterialSource, source_hash: str, fitted: _Fitted) -> ImportOutcome:
@@ -263,7 +219,7 @@ def _path(folder: Path, material_id: str) -> Path:
 
 def _mark(folder: Path) -> None:
     """Make the folder and say in it that it is a catalogue."""
-    make_folder(folder)
+    made_folder(folder)
     if (folder / MARKER).exists():
         return
     strangers = [entry.name for entry in folder.iterdir()]

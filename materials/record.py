@@ -25,7 +25,7 @@ import numpy as np
 
 from ..spectral.basis import SpectralBasis
 from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.files import written_whole
+from ..spectral.files import made_folder, written_whole
 from .brdf import Brdf
 from .factors import Axis, FactorPack, FitError
 
@@ -121,7 +121,7 @@ def write_record(record: MaterialRecord, path: Path) -> None:
     """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file."""
     import h5py
 
-    make_folder(path.parent)
+    made_folder(path.parent)
     try:
         with written_whole(path) as beside:
             with h5py.File(beside, "w") as file:
@@ -131,15 +131,6 @@ def write_record(record: MaterialRecord, path: Path) -> None:
                 os.fsync(file.fileno())
     except OSError as reason:
         raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
-
-
-def make_folder(folder: Path) -> None:
-    """The folder and its parents; raises `InputError` where they cannot be made."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as reason:
-        hint = "name a folder that you may write to: --into FOLDER"
-        raise InputError("the folder cannot be made", file=folder, found=reason.strerror, hint=hint) from None
 
 
 def read_record(path: Path) -> MaterialRecord:

@@ -37,6 +37,13 @@ def lab_from_xyz(xyz: XYZ, white_xyz: White) -> Lab:
     return lab
 
 
+def xyz_from_lab(lab: Lab, white_xyz: White) -> XYZ:
+    """XYZ (...,3) of CIELAB (CIE 015:2018 eq. 8.3-8.5 solved for XYZ), unclipped."""
+    y = (lab[..., 0] + 16.0) / 116.0
+    f = np.stack([y + lab[..., 1] / 500.0, y, y - lab[..., 2] / 200.0], axis=-1)
+    return white_xyz * np.where(f > 24.0 / 116.0, f**3, (f - 16.0 / 116.0) * 108.0 / 841.0)
+
+
 def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of CIELAB pairs.
 

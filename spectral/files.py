@@ -30,7 +30,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
             "the folder cannot be written to",
             file=path.parent,
             found=reason.strerror,
-            hint="choose another output folder",
+            hint="name a folder that you may write to (--out, --into)",
         ) from None
     try:
         yield beside
@@ -73,7 +73,10 @@ def made_folder(path: str | Path) -> Path:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as reason:
         raise InputError(
-            "the folder cannot be made", file=path, found=reason.strerror, hint="choose another output folder"
+            "the folder cannot be made",
+            file=path,
+            found=reason.strerror,
+            hint="name a folder that you may write to (--out, --into)",
         ) from None
     with written_whole(path / ".writable"):
         pass

@@ -39,8 +39,11 @@ def worker_pool(
     finally:
         pool.shutdown(wait=finished, cancel_futures=True)
         if not finished:
-            for process in set(multiprocessing.active_children()) - others:
+            ours = set(multiprocessing.active_children()) - others
+            for process in ours:
                 process.terminate()
+            for process in ours:
+                process.join(timeout=5)
 
 
 def _awake() -> None:
