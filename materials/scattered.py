@@ -34,6 +34,8 @@ _FLOOR = 0.006
 _NODES = (72, 33, 16)
 _REFINED = 3
 _FINE = np.radians(3.0)
+# Half angle at which a highlight is taken off its base.
+_LEAST_HALF = np.radians(15.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +129,12 @@ class ScatteredBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """One lobe over half/difference angles."""
-        return (Lobe("hd", self),)
+        """A base without highlight over the polar angles, and the highlight over half/difference angles.
+
+        The base is the BRDF at a half angle that never falls below 15 degrees, the highlight the rest: it ends at
+        30 degrees. Their sum is exactly the whole; where a lacquer is darker in its highlight, that part is negative.
+        """
+        return (Lobe("io", _Part(self, base=True)), Lobe("hd", _Part(self, base=False)))
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
@@ -203,8 +209,10 @@ class ScatteredBrdf(Brdf):
             table = _refined(table, axis, "clamped" if axis == 2 else "not-a-knot")
         return table.astype(np.float32)
 
-    def _looked_up(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    def _looked_up(self, wi: np.ndarray, wo: np.ndarray, base: bool = False) -> np.ndarray:
         theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
+        if base:
+            theta_h = _without_highlight(theta_h)
         # Exchange adds pi, mirroring changes the sign: a quarter turn holds everything.
         phi_d = np.mod(phi_d, np.pi)
         phi_d = np.minimum(phi_d, np.pi - phi_d)
@@ -248,6 +256,40 @@ def _filled(values: Float[np.ndarray, "N L"], wavelengths_nm: np.ndarray) -> Flo
         line = np.interp(wavelengths_nm[~known], wavelengths_nm[known], np.log(values[index, known]))
         out[index, ~known] = np.exp(line)
     return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Part(Brdf):
+    """The base of a scattered BRDF, or what lies above it."""
+
+    whole: ScatteredBrdf
+    base: bool
+
+    isotropic = True
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.whole.wavelengths_nm
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        """f_r of this part, 1/sr."""
+        return eval_lit(self._evaluated, len(self.wavelengths_nm), wi, wo)
+
+    def _evaluated(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        whole = self.whole
+        base = whole._resampled(whole._looked_up(wi, wo, base=True))
+        if self.base:
+            return base
+        above = whole._resampled(whole._looked_up(wi, wo)) - base
+        above[half_difference(wi, wo)[0] >= 2.0 * _LEAST_HALF] = 0.0
+        return above
+
+
+def _without_highlight(theta_h: np.ndarray) -> np.ndarray:
+    """The half angle, bent so that it never falls below _LEAST_HALF; unchanged, and smooth, from twice that on."""
+    return np.where(theta_h < 2.0 * _LEAST_HALF, _LEAST_HALF + theta_h**2 / (4.0 * _LEAST_HALF), theta_h)
 
 
 def _refined(table: np.ndarray, axis: int, ends: str) -> np.ndarray:

