@@ -77,14 +77,11 @@ class GLRenderer(Renderer):
         self._passes = Passes(self.context)
 
     def close(self) -> None:
-        """Release everything, programs and (if it made it) the context included: the renderer is used up."""
+        """Release everything, programs and (if it made it) the context included."""
         self.release()
         self._passes.release()
         if self._owns_context:
             self.context.release()
-
-    def __exit__(self, *_reason: object) -> None:
-        self.close()
 
     def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> GLTile:
         if max(len(triangles.parent), len(geometry.lit)) >= MOST_TRIANGLES:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,8 +14,10 @@ from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
 from ..materials.factors import FactorPack
-from ..spectral.errors import UnknownNameError
+from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
+from ..spectral.wavelengths import interpolation_matrix
 from .geometry import SceneGeometry, geometry_key, scene_geometry
 from .raster import Window, WindowTriangles
 
@@ -24,6 +26,8 @@ Picture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
 KEPT_SAMPLES = 8_000_000
 # Folded bases that are kept: each costs an integral over the observer's wavelengths.
 _KEPT_FOLDS = 256
+# Wavelengths that are drawn at once, a multiple of three: bounds the memory of spectral pictures.
+_SPECTRAL_CHUNK = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,24 +100,86 @@ class Renderer(ABC):
 
         A spectrum replaces that of every light of the scene, at the same strength; None keeps the lights' own.
         """
+        camera = scene.camera() if camera is None else camera
+        xyz, coverage = self._drawn(
+            scene, camera, packs, len(illuminants), lambda light, pack: self._weights(scene, light, pack, illuminants)
+        )
+        return [(picture, coverage) for picture in xyz]
+
+    def render_spectra(
+        self,
+        scene: Scene,
+        camera: Camera | None,
+        packs: Mapping[str, tuple[FactorPack, ...]],
+        wavelengths_nm: Float[np.ndarray, "L"],
+    ) -> Float[np.ndarray, "H W L"]:
+        """Relative spectral radiance at `wavelengths_nm`, float32, premultiplied by coverage.
+
+        1 is the perfect diffuser that receives the reference illuminance from a light of equal energy. Under every
+        light that diffuser has Y = 1, where XYZ = sum v cmfs / sum y-bar over the observer's wavelengths and v is linear
+        between `wavelengths_nm` (`radiance_weights`). Lights are sampled there, linear between their own samples: a
+        line that is narrower than the step may be missed.
+
+        Raises
+        ------
+        UnknownNameError : a material of the scene is not in `packs`.
+        InputError : a light has no power at `wavelengths_nm`.
+        """
+        camera = scene.camera() if camera is None else camera
+        luminous = radiance_weights(scene.observer, wavelengths_nm)[1]
+        powers = {}
+        for light in scene.lights:
+            power = light.spectrum.resampled(wavelengths_nm).samples
+            if not luminous @ power > 0:
+                raise InputError(
+                    "the light sends nothing at these wavelengths",
+                    field=f"light {light.name}",
+                    found=light.spectrum_name or None,
+                    expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
+                )
+            powers[id(light)] = power / (luminous @ power)
+        values = np.empty((camera.height_px, camera.width, len(wavelengths_nm)), dtype=np.float32)
+        for start in range(0, len(wavelengths_nm), _SPECTRAL_CHUNK):
+            chosen = slice(start, min(start + _SPECTRAL_CHUNK, len(wavelengths_nm)))
+            count = -(-(chosen.stop - start) // 3)
+
+            def weights(light: Light, pack: FactorPack, chosen: slice = chosen, count: int = count) -> np.ndarray:
+                resample = interpolation_matrix(pack.basis.wavelengths_nm, wavelengths_nm)
+                radiance = (pack.basis.reconstruct(pack.spectral) @ resample.T * powers[id(light)])[:, chosen]
+                return np.pad(radiance, ((0, 0), (0, 3 * count - radiance.shape[1])))
+
+            # Three wavelengths take the places of X, Y and Z.
+            triples, _ = self._drawn(scene, camera, packs, count, weights)
+            flat = triples.transpose(1, 2, 0, 3).reshape(*values.shape[:2], 3 * count)
+            values[..., chosen] = flat[..., : chosen.stop - start]
+        return values
+
+    def _drawn(
+        self,
+        scene: Scene,
+        camera: Camera,
+        packs: Mapping[str, tuple[FactorPack, ...]],
+        count: int,
+        weights: Callable[[Light, FactorPack], Float[np.ndarray, "_ _"]],
+    ) -> tuple[Float[np.ndarray, "M H W 3"], Float[np.ndarray, "H W"]]:
+        """`count` pictures whose terms have the `weights` (R, 3 count) of each light and pack, and the coverage."""
         for part in scene.parts:
             if part.material_id not in packs:
                 raise UnknownNameError("material", part.material_id, packs, file=scene.path, field=f"part {part.name}")
-        camera = scene.camera() if camera is None else camera
         layers = [
-            Layer(number, index, pack, self._weights(scene, light, pack, illuminants))
+            Layer(number, index, pack, weights(light, pack))
             for number, part in enumerate(scene.parts)
             for index, light in enumerate(scene.lights)
             for pack in packs[part.material_id]
         ]
-        xyz = np.zeros((len(illuminants), camera.height_px, camera.width, 3), dtype=np.float32)
+        xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
         for tile in self.tiles(scene, camera):
             height, width = tile.coverage.shape
             place = slice(tile.top, tile.top + height), slice(tile.left, tile.left + width)
-            xyz[:, *place] = self._shade(tile, layers, len(illuminants))
+            xyz[:, *place] = self._shade(tile, layers, count)
             coverage[place] = tile.coverage
-        return [(picture, coverage) for picture in xyz]
+        return xyz, coverage
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -152,11 +218,15 @@ class Renderer(ABC):
         self._tiles = []
         self._key = self._scene = self._geometry = None
 
+    def close(self) -> None:
+        """Release everything; the renderer is used up."""
+        self.release()
+
     def __enter__(self) -> Renderer:
         return self
 
     def __exit__(self, *_reason: object) -> None:
-        self.release()
+        self.close()
 
     @abstractmethod
     def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> Any:
@@ -184,3 +254,9 @@ class Renderer(ABC):
             held = (pack.basis, spectrum, scene.observer)
             self._folds[key] = (held, pack.basis.fold(spectrum, scene.observer).T)
         return self._folds[key][1]
+
+
+def radiance_weights(observer: Observer, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "3 L"]:
+    """XYZ = weights @ relative radiance as `Renderer.render_spectra` makes it; equal energy of 1 has Y = 1."""
+    linear = interpolation_matrix(wavelengths_nm, observer.wavelengths_nm, "hold", "linear")
+    return observer.cmfs.T @ linear / observer.cmfs[:, 1].sum()

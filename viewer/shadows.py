@@ -183,15 +183,17 @@ def visibility(
     grid: ShadowGrid, points: Float[np.ndarray, "n 3"], own: Int[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
     """Share of a light that reaches each point, 0 to 1; `own` is the triangle it lies on, which never shades it."""
+    normals = np.cross(grid.corners[:, 1] - grid.corners[:, 0], grid.corners[:, 2] - grid.corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
     out = np.empty(len(points))
     for start in range(0, len(points), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        out[rows] = _visibility(grid, (points[rows] - grid.origin) @ grid.basis.T, own[rows])
+        out[rows] = _visibility(grid, (points[rows] - grid.origin) @ grid.basis.T, own[rows], normals[own[rows]])
     return out
 
 
-def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """`visibility` of points in view coordinates."""
+def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """`visibility` of points in view coordinates, with the normals of their own triangles."""
     size, row = grid.resolution, np.arange(len(points))
     if grid.directional:
         flat, face, depth = points[:, :2], 0, -points[:, 2]
@@ -202,7 +204,8 @@ def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray) -> np.nda
         face = 2 * axis + (points[row, axis] < 0.0)
     column, line = np.clip(np.floor((flat + 1.0) * (0.5 * size)), 0, size - 1).astype(np.int64).T
     cell = (face * size + line) * size + column
-    contact = _contact(grid, points, own)
+    to_light = None if grid.directional else -points / np.linalg.norm(points, axis=1)[:, None]
+    contact = CONTACT + ROUNDING / np.maximum(np.abs(_along(normals, to_light)), 1e-6)
     shade = np.zeros(len(points))
     entry, last = grid.first[cell], grid.first[cell + 1]
     waiting = np.flatnonzero(entry < last)
@@ -216,15 +219,6 @@ def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray) -> np.nda
         entry[waiting] += 1
         waiting = waiting[(entry[waiting] < last[waiting]) & (shade[waiting] < 1.0)]
     return 1.0 - shade
-
-
-def _contact(grid: ShadowGrid, points: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """Distance below which nothing casts a shadow on each point, by the light's angle to the triangle it lies on."""
-    a, b, c = np.moveaxis(grid.corners, 1, 0)
-    normals = np.cross(b - a, c - a)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
-    to_light = None if grid.directional else -points / np.linalg.norm(points, axis=1)[:, None]
-    return CONTACT + ROUNDING / np.maximum(np.abs(_along(normals[own], to_light)), 1e-6)
 
 
 def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.ndarray) -> np.ndarray:
