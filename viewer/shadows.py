@@ -182,7 +182,8 @@ def _cells(flat, margin, resolution):
 def visibility(
     grid: ShadowGrid, points: Float[np.ndarray, "n 3"], own: Int[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
-    """Share of a light that reaches each point, 0 to 1; `own` is the triangle it lies on, which never shades it."""
+    """Share of a light that reaches each point, 0 to 1; `own` is the triangle it lies on, which never shades it; -1
+    for a point in the air."""
     normals = np.cross(grid.corners[:, 1] - grid.corners[:, 0], grid.corners[:, 2] - grid.corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
     out = np.empty(len(points))
@@ -205,7 +206,8 @@ def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: 
     column, line = np.clip(np.floor((flat + 1.0) * (0.5 * size)), 0, size - 1).astype(np.int64).T
     cell = (face * size + line) * size + column
     to_light = None if grid.directional else -points / np.linalg.norm(points, axis=1)[:, None]
-    contact = CONTACT + ROUNDING / np.maximum(np.abs(_along(normals, to_light)), 1e-6)
+    cosine = np.where(own < 0, 1.0, np.abs(_along(normals, to_light)))
+    contact = CONTACT + ROUNDING / np.maximum(cosine, 1e-6)
     shade = np.zeros(len(points))
     entry, last = grid.first[cell], grid.first[cell + 1]
     waiting = np.flatnonzero(entry < last)
