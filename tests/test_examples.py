@@ -1,0 +1,143 @@
+"""What people read first runs as it stands: the numbered examples, and the Python of the README."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
+from metamer.materials.catalogue import Catalogue, MaterialRecord, Provenance, write_record
+from metamer.materials.fit import fit
+from metamer.materials.record import MARKER
+from metamer.spectral.formats.xyz_exr import read_xyz_exr
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+from metamer.spectral.spectrum import Spectrum
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "examples"
+LONGEST = 60
+RED = np.where(WORKING_WAVELENGTHS_NM < 590, 0.05, 0.6)
+
+
+def run(name, folder, *arguments):
+    """Standard output of an example, run by itself in `folder` with warnings as errors."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", EXAMPLES / name, *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONUTF8": "1", "TMPDIR": str(folder), "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        encoding="utf-8",
+        timeout=300,
+    )
+    assert done.returncode == 0 and not done.stderr, f"{name}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def number(pattern, text):
+    """The one group of `pattern` in `text`, as a number."""
+    found = re.search(pattern, text)
+    assert found, f"no {pattern} in\n{text}"
+    return float(found[1])
+
+
+def test_every_example_has_a_test_and_is_short():
+    scripts = sorted(EXAMPLES.glob("[0-9]*.py"))
+    tested = set(re.findall(r'run\("(\w+\.py)"', Path(__file__).read_text(encoding="utf-8")))
+    assert tested == {script.name for script in scripts}
+    assert [script.name[:2] for script in scripts] == [f"{number:02}" for number in range(1, len(scripts) + 1)]
+    for script in scripts:
+        text = script.read_text(encoding="utf-8")
+        assert text.startswith('"""') and len(text.splitlines()) < LONGEST, script.name
+
+
+def test_a_metameric_pair_is_one_colour_under_d65_and_two_elsewhere(tmp_path):
+    said = run("01_spectrum_to_colour.py", tmp_path)
+    assert number(r"1931_2 D65\s+ΔE94 ([\d.]+)", said) == 0.0
+    for light in ("1931_2 A", "1931_2 FL11", "1964_10 D65"):
+        assert number(rf"{light}\s+ΔE94 ([\d.]+)", said) > 0.5
+    # A green 6/12: Munsell value 6 lies near L* 61 under C, and this chip is a little darker.
+    assert number(r"1931_2 +D65 +L\* +([\d.]+)", said) == pytest.approx(57.4, abs=0.1)
+
+
+def test_balanced_basis_beats_peercy_at_every_size(tmp_path):
+    said = run("02_choose_a_basis.py", tmp_path)
+    rows = re.findall(r"^ *(\d+) +([\d.]+) +([\d.]+)$", said, re.M)
+    assert len(rows) == 7
+    assert all(float(balanced) < float(peercy) for _, balanced, peercy in rows), said
+    assert number(r"One light alone: J = 3, largest ΔE94 (\S+)", said) < 1e-9
+
+
+def test_more_terms_for_a_smaller_budget(tmp_path):
+    said = run("03_factor_a_brdf.py", tmp_path)
+    rows = re.findall(r"^ *([\d.]+) +io (\d+), hd (\d+) +([\d.]+) +([\d.]+)", said, re.M)
+    assert len(rows) == 3
+    for budget, _, _, _, p99 in rows[:2]:
+        assert float(p99) <= float(budget), said
+    reached = [float(p99) for *_, p99 in rows]
+    assert reached == sorted(reached, reverse=True), said
+    terms = [int(io) + int(hd) for _, io, hd, _, _ in rows]
+    assert terms == sorted(terms) and terms[0] < terms[-1], said
+    original = number(r"original ([\d.]+)", said)
+    assert number(r"packs ([\d.]+)", said) == pytest.approx(original, rel=0.02)
+
+
+def test_picture_and_truth_agree_and_both_files_are_there(tmp_path):
+    said = run("04_render_and_compare.py", tmp_path, "pictures")
+    assert number(r"max ([\d.]+)", said) < 1.0
+    assert (tmp_path / "pictures" / "picture.png").read_bytes().startswith(b"\x89PNG")
+    picture, coverage = read_xyz_exr(tmp_path / "pictures" / "picture.exr")
+    assert picture.values.shape == (96, 96, 3)
+    assert coverage is not None
+    # A disc of radius 1 in a view of height 2.2; a sphere of flat faces covers a little less.
+    assert coverage.mean() == pytest.approx(np.pi / 2.2**2, rel=0.01)
+
+
+def test_a_catalogue_of_two_materials(tmp_path):
+    said = run("05_build_a_catalogue.py", tmp_path, "made")
+    assert "2 imported" in said and "2 unchanged" in said
+    assert "nearest: fabric/rust-felt" in said
+    catalogue = Catalogue.open(tmp_path / "made" / "catalogue")
+    assert catalogue.ids() == ("fabric/grey-card", "fabric/rust-felt")
+    assert catalogue.verify() == dict.fromkeys(catalogue.ids())
+    assert catalogue.load("fabric/rust-felt").error.p99 < 1.0
+
+
+@pytest.fixture
+def tiny_catalogue(tmp_path):
+    """The catalogue that the README's Python opens, with the one material that it loads."""
+    grid = WORKING_WAVELENGTHS_NM
+    paint = AshikhminShirley(Spectrum.sampled(grid, RED), Spectrum.sampled(grid, np.full(grid.size, 0.04)), 25.0, 25.0)
+    packs = fit(paint, budget=5.0, ranks=(1,), pixels=16)
+    parameters = {"wavelengths_nm": grid, **paint.parameters()}
+    provenance = Provenance("made up for this test", "CC0 1.0", "analytic")
+    record = MaterialRecord(
+        "colorchecker/red-satin", "colorchecker", paint.NAME, parameters, provenance, packs.packs, packs.error
+    )
+    folder = tmp_path / "metamer-catalogue"
+    (folder / "colorchecker").mkdir(parents=True)
+    (folder / MARKER).write_text("")
+    write_record(record, folder / "colorchecker" / "red-satin.h5")
+    return tmp_path
+
+
+def test_python_of_the_readme(tiny_catalogue, monkeypatch):
+    snippets = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)
+    assert snippets
+    monkeypatch.chdir(tiny_catalogue)
+    known = {}
+    for snippet in snippets:
+        exec(compile(snippet, "README.md", "exec"), known)
+    # By hand, Ashikhmin and Shirley 2000, eq. 3 to 5: half angle 22.5 degrees, light at 45, seen along the normal.
+    half = np.pi / 8
+    fresnel = 0.04 + 0.96 * (1 - np.cos(half)) ** 5
+    gloss = np.pi * 26 / (8 * np.pi) * np.cos(half) ** 25 * fresnel / np.cos(half)
+    body = 28 / 23 * 0.96 * (1 - (1 - np.cos(np.pi / 4) / 2) ** 5) * (1 - 0.5**5)
+    weights = observer("1931_2").weights(illuminant("FL11"), WORKING_WAVELENGTHS_NM)
+    expected = weights @ (body * RED + gloss)
+    np.testing.assert_allclose(known["xyz"], expected, rtol=1e-9)
+    assert expected[0] > expected[1] > expected[2]
