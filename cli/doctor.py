@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-import sys
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
+
+from ..spectral.errors import MetamerError
 
 _LIBRARIES = ("numpy", "scipy", "colour-science", "moderngl", "opencolorio", "OpenEXR", "trimesh", "embreex", "h5py")
 
@@ -20,14 +21,18 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     checks: dict[str, Callable[[], str]] = {"renderer": _renderer, "display": _display, "reference": _reference}
+    code = 0
     for label, check in checks.items():
-        print(f"{label:>10}: {check()}")
+        try:
+            found = check()
+        except MetamerError as reason:
+            found, code = str(reason), reason.exit_code
+        print(f"{label:>10}: {found}")
     if not args.brief:
         print(f"{'python':>10}: {platform.python_version()} on {platform.platform()}, {os.cpu_count()} cores")
         for library in _LIBRARIES:
             print(f"{library:>14} {_version(library)}")
-    sys.stdout.flush()
-    return 0
+    return code
 
 
 def _renderer() -> str:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
+import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -38,6 +40,10 @@ def parser() -> argparse.ArgumentParser:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that has no Δ gets a question mark, not a traceback.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     command = parser()
     args = command.parse_args(words)
     if args.version:
@@ -49,7 +55,10 @@ def main(words: Sequence[str] | None = None) -> int:
         command.print_help()
         return 64
     try:
-        return args.run(args)
+        code = args.run(args)
+        # Here, and not while Python shuts down, a reader that has left can be forgiven.
+        sys.stdout.flush()
+        return code
     except MetamerError as reason:
         print(f"metamer: {reason}", file=sys.stderr)
         return reason.exit_code
@@ -57,8 +66,8 @@ def main(words: Sequence[str] | None = None) -> int:
         print(f"\nmetamer: interrupted; nothing half-written is left behind. {reason}".rstrip(), file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # The reader of our output has left, as `head` does.
-        sys.stderr.close()
+        # The reader of our output has left, as `head` does; what is still buffered goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
 
 

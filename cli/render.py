@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .shared import add_catalogue_option, add_renderer_option, catalogue_for, renderer_for
+from ..spectral.errors import UsageError
+from .shared import add_catalogue_option, add_renderer_option, catalogue_for, positive_count, renderer_for
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -16,7 +17,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--illuminant", metavar="NAME", help="in place of every light's own spectrum")
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for a missing catalogue's import")
+    command.add_argument(
+        "--jobs", type=positive_count, default=1, metavar="N", help="processes for a missing catalogue's import"
+    )
     add_catalogue_option(command)
     add_renderer_option(command)
     command.set_defaults(run=run)
@@ -24,8 +27,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from ..lighting.scene import load_scene
-    from ..viewer.picture import lit_by, render_picture, render_reference, render_spectral
+    from ..viewer.picture import check_output, lit_by, render_picture, render_reference, render_spectral
 
+    if args.reference and args.spectral:
+        raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")
+    # A wrong name is said now, not after the work.
+    check_output(args.output, args.spectral)
     catalogue = catalogue_for(args.catalogue, args.jobs)
     scene = lit_by(load_scene(args.scene, catalogue), args.illuminant)
     if args.reference:

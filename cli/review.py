@@ -11,6 +11,8 @@ from .shared import (
     add_renderer_option,
     catalogue_for,
     comma_separated,
+    positive_count,
+    positive_delta_e,
     progress_bar,
     renderer_for,
     shipped_scene,
@@ -29,10 +31,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--illuminants", type=comma_separated, metavar="A,B", help="default: those of the scene")
     command.add_argument("--materials", type=comma_separated, metavar="ID,ID", help="ids or patterns to sweep")
     command.add_argument(
-        "--budget", type=float, default=1.0, metavar="ΔE94", help="for the 99th percentile; default 1.0"
+        "--budget", type=positive_delta_e, default=1.0, metavar="ΔE94", help="for the 99th percentile; default 1.0"
     )
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
-    command.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core")
+    command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
     add_catalogue_option(command)
     add_renderer_option(command)
     command.set_defaults(run=run)
@@ -51,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     scene = load_scene(args.scene or shipped_scene(), catalogue)
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
-    with progress_bar("Reviewing") as progress:
+    with renderer, progress_bar("Reviewing") as progress:
         result = review(
             scene,
             catalogue,

@@ -22,6 +22,24 @@ def comma_separated(text: str) -> tuple[str, ...]:
     return words
 
 
+def positive_count(text: str) -> int:
+    """A number of processes."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a whole number, at least 1, not {text}")
+    return int(text)
+
+
+def positive_delta_e(text: str) -> float:
+    """A budget."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"a ΔE94 above 0, not {text}")
+    return number
+
+
 def add_catalogue_option(command: argparse.ArgumentParser) -> None:
     """`--catalogue`."""
     command.add_argument(

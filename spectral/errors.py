@@ -12,6 +12,16 @@ class MetamerError(Exception):
 
     exit_code = 4
 
+    def __reduce__(self) -> tuple:
+        # The default calls the class with the message alone, which not every one takes: it would end a worker process.
+        return _revived, (type(self), self.args, self.__dict__)
+
+
+def _revived(kind: type[MetamerError], args: tuple, state: dict) -> MetamerError:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
+
 
 class UsageError(MetamerError):
     """The command was called with words that do not fit together."""

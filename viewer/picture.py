@@ -10,6 +10,7 @@ from jaxtyping import Float
 from ..lighting.reference import reference_image
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue import Catalogue
+from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import UsageError
 from ..spectral.formats.spectral_exr import write_spectral_exr
 from ..spectral.formats.xyz_exr import write_xyz_exr
@@ -20,14 +21,24 @@ from .display import DisplayTransform
 from .display_gl import DisplayPass
 from .headless import GLRenderer
 from .png import write_png
-from .renderer import Renderer
+from .renderer import Renderer, radiance_weights
 
-SPECTRAL_UNITS = "relative, Y = 1 for the perfect diffuser"
+SPECTRAL_UNITS = "relative, 1 for the perfect diffuser under equal energy"
+#: ΔE94 of the diffuser from which on it is said that a light is coarser in a spectral picture than it was measured.
+SAID_FROM = 0.05
 
 
 def lit_by(scene: Scene, name: str | None) -> Scene:
     """The scene under a named illuminant, or as it is."""
     return scene if name is None else scene.with_illuminant(illuminant(name), name)
+
+
+def check_output(output: Path, spectral: bool = False) -> None:
+    """Raise `UsageError` where a picture cannot be written under that name."""
+    kinds = (".exr",) if spectral else (".exr", ".png")
+    if output.suffix.lower() not in kinds:
+        what = "spectra are" if spectral else "pictures are"
+        raise UsageError(f"{output}: {what} written as {' or '.join(kinds)}")
 
 
 def display_for(viewing: Viewing) -> DisplayTransform:
@@ -47,6 +58,7 @@ def render_picture(
     scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer
 ) -> tuple[str, ...]:
     """Render factor packs to `output` (.exr: XYZ, .png: display-encoded); returns what has to be said of it."""
+    check_output(output)
     packs = {name: catalogue.load(name).packs for name in scene.material_ids}
     xyz, coverage = renderer.render(scene, scene.camera(camera), packs)
     return _write(scene, output, xyz, coverage, renderer.name, renderer)
@@ -54,6 +66,7 @@ def render_picture(
 
 def render_reference(scene: Scene, catalogue: Catalogue, output: Path, camera: str | None) -> tuple[str, ...]:
     """The same picture by the slow truth: rays, every wavelength, the original data."""
+    check_output(output)
     brdfs = {name: catalogue.load(name).brdf() for name in scene.material_ids}
     xyz, coverage = reference_image(scene, scene.camera(camera), brdfs)
     return _write(scene, output, xyz, coverage, "reference")
@@ -64,19 +77,34 @@ def render_spectral(
 ) -> tuple[str, ...]:
     """Render spectra at the working wavelengths to a spectral EXR.
 
-    Values are relative spectral radiance: integrated with the observer at 1 nm, the perfect diffuser that receives the
-    reference illuminance has Y = 1.
+    Values are relative spectral radiance: 1 is the perfect diffuser that receives the reference illuminance from a
+    light of equal energy, and under any other light that diffuser has Y = 1 (`Renderer.render_spectra`).
     """
-    if output.suffix.lower() != ".exr":
-        raise UsageError(f"{output}: spectra are written as .exr")
+    check_output(output, spectral=True)
     packs = {name: catalogue.load(name).packs for name in scene.material_ids}
     values = renderer.render_spectra(scene, scene.camera(camera), packs, WORKING_WAVELENGTHS_NM)
+    notes = _thinned(scene, WORKING_WAVELENGTHS_NM)
     below = values < 0
-    notes = ()
     if below.any():
-        notes = (f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.",)
+        notes.append(f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.")
     image = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.where(below, 0.0, values), "emission")
     write_spectral_exr(output, image, SPECTRAL_UNITS)
+    return tuple(notes)
+
+
+def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
+    """What sampling the lights of a scene does to the colour of the perfect diffuser, where it can be seen."""
+    notes = []
+    to_xyz = radiance_weights(scene.observer, wavelengths_nm)
+    for light in scene.lights:
+        white = scene.observer.white(light.spectrum)
+        sampled = to_xyz @ light.spectrum.resampled(wavelengths_nm).samples
+        difference = float(delta_e_xyz(white, sampled / sampled[1], white))
+        if difference > SAID_FROM:
+            notes.append(
+                f"{light.spectrum_name or light.name} is finer than the {len(wavelengths_nm)} wavelengths of the "
+                f"picture: folding them shifts the perfect diffuser by ΔE94 {difference:.2f}."
+            )
     return notes
 
 
@@ -94,8 +122,6 @@ def _write(
     if output.suffix.lower() == ".exr":
         write_xyz_exr(output, image, np.asarray(coverage), words)
         return ()
-    if output.suffix.lower() != ".png":
-        raise UsageError(f"{output}: pictures are written as .exr or .png")
     display = display_for(scene.viewing)
     on = None if renderer is None else display_pass(renderer, display)
     rgb, notes = display.encode(image, coverage, white * scene.viewing.background_reflectance, on)

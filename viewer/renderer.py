@@ -116,7 +116,7 @@ class Renderer(ABC):
         """Relative spectral radiance at `wavelengths_nm`, float32, premultiplied by coverage.
 
         1 is the perfect diffuser that receives the reference illuminance from a light of equal energy. Under every
-        light that diffuser has Y = 1, where XYZ = sum v cmfs / sum y-bar over the observer's wavelengths and v is linear
+        light that diffuser has Y = 1, where XYZ = sum v cmfs / sum y-bar over the observer's wavelengths, v linear
         between `wavelengths_nm` (`radiance_weights`). Lights are sampled there, linear between their own samples: a
         line that is narrower than the step may be missed.
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..calibration.report import ReviewRow, review_row, status, write_report
-from ..calibration.statistics import SelfCheck, delta_e_map, delta_e_statistics, self_check
+from ..calibration.statistics import DeltaEStatistics, SelfCheck, delta_e_map, delta_e_statistics, self_check
 from ..lighting.camera import Camera
 from ..lighting.geometry import VisibleGeometry, visible_geometry
 from ..lighting.plan import ScenePlan, plan_scene
@@ -102,7 +102,7 @@ def review(
     """
     out = made_folder(out)
     pictures = made_folder(out / "pictures")
-    names = tuple(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,)))
+    names = tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
     spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
     view = scene.camera(camera)
     cases = _cases(scene, catalogue, materials)
@@ -120,6 +120,9 @@ def review(
     checks: tuple[SelfCheck, ...] = ()
     total = sum(len(case.judged) for case in cases) * len(names)
 
+    # Pictures of this run must never stand beside the figures of an earlier one, not even after Ctrl-C.
+    for figures_of_before in (out / "index.html", out / "review.json"):
+        figures_of_before.unlink(missing_ok=True)
     references = _references(cases, catalogue, view, spectra, geometry, jobs)
     for case, (reference_xyz, reference_seconds) in zip(cases, references, strict=True):
         timer = _Timer()
@@ -139,7 +142,7 @@ def review(
                 record = records[material_id]
                 share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
                 difference = delta_e_map(truth.values, sample.values, white, share)
-                statistics = delta_e_statistics(difference)
+                statistics = _statistics(difference, material_id, name)
                 checks = checks or self_check(truth.values, white, share)
                 timer.lap("compare")
                 stem = f"{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}"
@@ -207,6 +210,16 @@ def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) 
     patterns = materials or scene.review.materials
     ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match(pattern))
     return [_Case(scene.with_material(scene.review.on, material_id), (material_id,)) for material_id in ids]
+
+
+def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illuminant_name: str) -> DeltaEStatistics:
+    try:
+        return delta_e_statistics(difference)
+    except InputError as reason:
+        where = f"{material_id} under {illuminant_name}"
+        raise InputError(
+            reason.problem, field=where, found=reason.found, expected=reason.expected, hint=reason.hint
+        ) from None
 
 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
