@@ -131,8 +131,8 @@ class ScatteredBrdf(Brdf):
     def lobes(self) -> tuple[Lobe, ...]:
         """A base without highlight over the polar angles, and the highlight over half/difference angles.
 
-        The base is the BRDF at a half angle that never falls below 15 degrees, the highlight the rest: it ends at
-        30 degrees. Their sum is exactly the whole; where a lacquer is darker in its highlight, that part is negative.
+        The base is the BRDF at a half angle that never falls below 15 degrees, or the BRDF itself where that is less;
+        the highlight is the rest and ends at 30 degrees. Neither is negative and their sum is exactly the whole.
         """
         return (Lobe("io", _Part(self, base=True)), Lobe("hd", _Part(self, base=False)))
 
@@ -279,12 +279,9 @@ class _Part(Brdf):
 
     def _evaluated(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         whole = self.whole
-        base = whole._resampled(whole._looked_up(wi, wo, base=True))
-        if self.base:
-            return base
-        above = whole._resampled(whole._looked_up(wi, wo)) - base
-        above[half_difference(wi, wo)[0] >= 2.0 * _LEAST_HALF] = 0.0
-        return above
+        all_of_it = whole._resampled(whole._looked_up(wi, wo))
+        base = np.minimum(whole._resampled(whole._looked_up(wi, wo, base=True)), all_of_it)
+        return base if self.base else all_of_it - base
 
 
 def _without_highlight(theta_h: np.ndarray) -> np.ndarray:

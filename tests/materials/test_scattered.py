@@ -201,6 +201,16 @@ def test_zero_on_and_below_the_horizon(paint):
         assert not paint.eval(up, np.array(other)).any() and not paint.eval(np.array(other), up).any()
 
 
+def test_lobes_add_up_to_the_whole_and_are_not_negative(shifted):
+    wi, wo = hemisphere(1000, 24), hemisphere(1000, 25)
+    base, highlight = (lobe.brdf.eval(wi, wo) for lobe in shifted.lobes())
+    whole = shifted.eval(wi, wo)
+    assert base + highlight == pytest.approx(whole, rel=1e-12), worst(base + highlight, whole)
+    assert base.min() >= 0 and highlight.min() >= 0
+    far = half_difference(wi, wo)[0] > np.radians(30)
+    assert highlight[far].max() <= 1e-9 and [lobe.frame for lobe in shifted.lobes()] == ["io", "hd"]
+
+
 def test_rebuilt_from_its_parameters_bit_for_bit(shifted):
     rebuilt = ScatteredBrdf.from_parameters(shifted.parameters())
     wi, wo = hemisphere(300, 20), hemisphere(300, 21)
