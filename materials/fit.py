@@ -31,7 +31,7 @@ _MEAN_SHARE = 0.3
 # Lit from behind, where the protocol does not look, the 99th percentile may be this many times the budget.
 _BACK_SHARE = 4.0
 # Energy of the seen, observer-weighted spectra that their basis may lose.
-_SPECTRAL_LOST = 1e-10
+_SPECTRAL_LOST = 1e-8
 _PILOT = 1500
 _SWEEPS = 40
 
@@ -163,8 +163,8 @@ def _fit_lobe(
         stalled = 0 if score < 0.9 * best_score else stalled + 1
         if score < best_score:
             best_score, best = score, (pack, float(np.sqrt(max(left, 0.0) / whole.energy)))
-        # What is left after three vain attempts is the grid's error, which more terms cannot mend.
-        if best_score <= budget or stalled == 3:
+        # Near the budget, what is left after three vain attempts is the grid's error, which more terms cannot mend.
+        if best_score <= budget or (stalled >= 3 and best_score < 3.0 * budget):
             break
     return best
 
