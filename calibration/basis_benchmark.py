@@ -243,10 +243,16 @@ def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
 
 def report(measured: dict) -> str:
     """The result of `run` as plain text, columns under each other."""
-    lines = ["Largest ΔE94 over ColorChecker 24, CIE 1931 2 degree observer, each light's own white"]
-    for title, header, rows in tables(measured):
+    heading = "Largest ΔE94 over ColorChecker 24, CIE 1931 2 degree observer, each light's own white"
+    return f"{heading}\n\n{as_text(tables(measured))}"
+
+
+def as_text(found: list[tuple[str, list[str], list[list[str]]]]) -> str:
+    """Tables (title, header, rows) as plain text, an empty line between them."""
+    lines: list[str] = []
+    for title, header, rows in found:
         widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
-        lines += ["", title]
+        lines += [""] * bool(lines) + [title]
         for row in (header, ["-" * width for width in widths], *rows):
             cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
             lines.append("  ".join([row[0].ljust(widths[0]), *cells]).rstrip())

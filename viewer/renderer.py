@@ -116,9 +116,9 @@ class Renderer(ABC):
         """Relative spectral radiance at `wavelengths_nm`, float32, premultiplied by coverage.
 
         1 is the perfect diffuser that receives the reference illuminance from a light of equal energy. Under every
-        light that diffuser has Y = 1, where XYZ = sum v cmfs / sum y-bar over the observer's wavelengths, v linear
-        between `wavelengths_nm` (`radiance_weights`). Lights are sampled there, linear between their own samples: a
-        line that is narrower than the step may be missed.
+        light that diffuser has Y = 1, where XYZ is the integral of v times the colour-matching functions over that of
+        y-bar, v linear between `wavelengths_nm` (`radiance_weights`). Lights are sampled there, linear between their
+        own samples: a line that is narrower than the step may be missed.
 
         Raises
         ------
@@ -259,4 +259,5 @@ class Renderer(ABC):
 def radiance_weights(observer: Observer, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "3 L"]:
     """XYZ = weights @ relative radiance as `Renderer.render_spectra` makes it; equal energy of 1 has Y = 1."""
     linear = interpolation_matrix(wavelengths_nm, observer.wavelengths_nm, "hold", "linear")
-    return observer.cmfs.T @ linear / observer.cmfs[:, 1].sum()
+    weights = np.trapezoid(observer.cmfs[:, :, None] * linear[:, None], observer.wavelengths_nm, axis=0)
+    return weights / weights[1].sum()

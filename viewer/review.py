@@ -141,9 +141,9 @@ def review(
                 timer.lap("prepare")
                 record = records[material_id]
                 share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
-                difference = delta_e_map(truth.values, sample.values, white, share)
+                difference = delta_e_map(reference_xyz[index], sample.values, white, share)
                 statistics = _statistics(difference, material_id, name)
-                checks = checks or self_check(truth.values, white, share)
+                checks = checks or self_check(reference_xyz[index], white, share)
                 timer.lap("compare")
                 stem = f"{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}"
                 shown_rgb, notes = display.encode(sample, coverage, background, gpu)

@@ -1,0 +1,52 @@
+"""`metamer doctor`: what there is, and the line that installs what is missing."""
+
+import sys
+
+import pytest
+from metamer.viewer.context import INSTALL_LINE
+
+
+def test_without_gl_it_names_the_packages_and_the_line_that_installs_them(metamer, monkeypatch):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    code, out, _ = metamer("doctor", "--brief")
+    assert code == 0
+    assert "renderer: software (numpy)" in out
+    assert "METAMER_NO_GL is set" in out
+    assert INSTALL_LINE in out and "apt-get install libegl1 libgl1-mesa-dri" in out
+
+
+def test_with_gl_it_names_version_and_device(metamer, gl):
+    code, out, _ = metamer("doctor", "--brief")
+    assert code == 0
+    assert f"renderer: OpenGL {gl.version_code / 100:.1f}" in out
+    assert gl.info["GL_RENDERER"] in out
+
+
+@pytest.mark.parametrize("brief", [True, False])
+def test_display_and_reference_are_described(metamer, monkeypatch, brief):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    _, out, _ = metamer("doctor", *["--brief"] * brief)
+    assert "Un-tone-mapped" in out and "Embree rays" in out
+    assert ("colour-science" in out) is not brief
+
+
+def test_missing_library_is_named_with_its_install_line(metamer, monkeypatch):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    monkeypatch.setattr("metamer.cli.doctor._LIBRARIES", ("numpy", "no-such-library"))
+    _, out, _ = metamer("doctor")
+    assert "no-such-library missing: pip install no-such-library" in out
+
+
+def test_missing_embree_is_named(metamer, monkeypatch):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    monkeypatch.setitem(sys.modules, "embreex", None)
+    _, out, _ = metamer("doctor", "--brief")
+    assert "no Embree: pip install embreex" in out
+
+
+def test_unusable_display_configuration_does_not_hide_the_rest(metamer, monkeypatch, tmp_path):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    monkeypatch.setenv("OCIO", str(tmp_path / "missing.ocio"))
+    code, out, _ = metamer("doctor", "--brief")
+    assert code == 4
+    assert "missing.ocio" in out and "Embree rays" in out

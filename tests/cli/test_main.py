@@ -1,0 +1,88 @@
+"""The words of the command, its exit codes, and that it never answers with a traceback."""
+
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+
+import pytest
+from metamer.cli.main import COMMANDS
+from metamer.spectral.errors import ComparisonError, InputError, UsageError
+
+
+def test_version(metamer):
+    assert metamer("--version") == (0, f"metamer {version('metamer')}\n", "")
+
+
+def test_help_names_every_command(metamer):
+    code, out, _ = metamer("--help")
+    assert code == 0
+    assert set(COMMANDS) <= set(out.split())
+
+
+def test_no_words_show_the_help_and_count_as_wrong_usage(metamer):
+    code, out, _ = metamer()
+    assert code == 64
+    assert "review" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["paint"], "paint"),
+        (["review", "--illuminant-list", "D65"], "--illuminant-list"),
+        (["review", "--illuminants", ","], "names nothing"),
+        (["review", "--budget", "0"], "a ΔE94 above 0, not 0"),
+        (["review", "--budget", "nan"], "a ΔE94 above 0, not nan"),
+        (["review", "--budget", "inf"], "a ΔE94 above 0, not inf"),
+        (["review", "--budget", "small"], "a ΔE94 above 0, not small"),
+        (["review", "--jobs", "0"], "at least 1, not 0"),
+        (["review", "--jobs", "-2"], "--jobs"),
+        (["review", "--renderer", "mental-ray"], "mental-ray"),
+        (["render", "scene.toml"], "-o"),
+        (["bench", "everything"], "everything"),
+        (["catalogue"], "import"),
+    ],
+)
+def test_wrong_usage(metamer, words, said):
+    code, out, err = metamer(*words)
+    assert code == 64
+    assert said in err and "usage: metamer" in err
+    assert out == ""
+
+
+@pytest.mark.parametrize(
+    ("reason", "code"),
+    [
+        (InputError("is empty", file="a.csv"), 4),
+        (ComparisonError("two sizes"), 3),
+        (UsageError("a or b"), 64),
+        (KeyboardInterrupt(), 130),
+    ],
+)
+def test_exit_code_of_each_error(metamer, monkeypatch, reason, code):
+    def fail(_args):
+        raise reason
+
+    monkeypatch.setattr("metamer.cli.doctor.run", fail)
+    found, _, err = metamer("doctor")
+    assert found == code
+    assert (str(reason) or "interrupted") in err
+
+
+def test_terminal_without_greek_gets_a_question_mark():
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "120"}
+    done = subprocess.run(
+        [sys.executable, "-m", "metamer.cli.main", "review", "--help"], env=ascii_only, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "--budget ?E94" in done.stdout
+
+
+def test_reader_that_leaves_is_forgiven():
+    command = [sys.executable, "-m", "metamer.cli.main", "doctor", "--brief"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process.stdout.close()
+    err = process.stderr.read()
+    process.stderr.close()
+    assert (process.wait(), err) == (0, b"")

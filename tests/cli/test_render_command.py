@@ -1,0 +1,121 @@
+"""`metamer render`: a picture, a file that holds XYZ, a file that holds spectra, and what it refuses."""
+
+import numpy as np
+import pytest
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.formats.spectral_exr import read_spectral_exr
+from metamer.spectral.formats.xyz_exr import read_xyz_exr
+from PIL import Image
+
+
+@pytest.fixture
+def render(metamer, scene, tiny_catalogue, tmp_path):
+    """Renders the tiny scene in numpy to a file of that name; (code, stdout, stderr, path)."""
+
+    def run(name, *words):
+        path = tmp_path / name
+        options = ["--catalogue", tiny_catalogue, "--renderer", "software", "-o", path]
+        return *metamer("render", scene, *options, *words), path
+
+    return run
+
+
+def test_png(render):
+    code, said, _, path = render("ball.png")
+    assert code == 0
+    assert said.splitlines()[-1] == str(path)
+    with Image.open(path) as picture:
+        codes = np.asarray(picture)
+    assert codes.shape == (32, 32, 3) and codes.dtype == np.uint8
+    red, green, blue = codes[12, 12]
+    assert red > 1.5 * max(green, blue), codes[12, 12]
+    assert len(set(map(int, codes[0, 0]))) == 1, "the background is not neutral"
+
+
+def test_exr_and_its_reference(render):
+    code, _, _, path = render("ball.exr")
+    assert code == 0
+    fast, coverage = read_xyz_exr(path)
+    code, _, _, path = render("truth.exr", "--reference")
+    assert code == 0
+    slow, _ = read_xyz_exr(path)
+    np.testing.assert_allclose(fast.white_xyz, slow.white_xyz, atol=1e-6)
+    delta = delta_e_xyz(slow.values.astype(float), fast.values.astype(float), slow.white_xyz, "CIE 1994")
+    inside = coverage == 1
+    assert inside.sum() > 400
+    assert delta[inside].max() < 0.1
+    assert (fast.values != slow.values).any(), "the reference is the picture"
+
+
+def test_illuminant_replaces_that_of_every_light(render):
+    pictures = {name: read_xyz_exr(render(f"{name}.exr", "--illuminant", name)[3])[0] for name in ("D65", "A")}
+    assert pictures["A"].white_xyz[2] == pytest.approx(0.3558, abs=1e-3)
+    assert pictures["D65"].white_xyz[2] == pytest.approx(1.0888, abs=1e-3)
+    # A red surface is lighter under A.
+    assert pictures["A"].values[..., 1].mean() > 1.2 * pictures["D65"].values[..., 1].mean()
+
+
+def test_spectral(render):
+    code, _, _, path = render("ball.exr", "--spectral", "--illuminant", "A")
+    assert code == 0
+    spectrum = read_spectral_exr(path).spectrum
+    assert spectrum.quantity == "emission"
+    assert spectrum.samples.shape == (32, 32, 81)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("ball.jpg", [], "written as .exr or .png"),
+        ("ball", [], "written as .exr or .png"),
+        ("ball.jpg", ["--reference"], "written as .exr or .png"),
+        ("ball.png", ["--spectral"], "written as .exr"),
+        ("ball.exr", ["--spectral", "--reference"], "choose one"),
+    ],
+)
+def test_wrong_usage_is_said_before_any_work(render, monkeypatch, name, words, said):
+    monkeypatch.setattr("metamer.cli.render.catalogue_for", lambda *_: pytest.fail("a catalogue was opened"))
+    code, _, err, path = render(name, *words)
+    assert code == 64
+    assert said in err
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("ball.png", ["--illuminant", "D-65"], "nearest: D65"),
+        ("ball.png", ["--camera", "back"], "unknown camera"),
+        ("no/such/folder/ball.exr", [], "no such folder"),
+        ("no/such/folder/ball.png", [], "no such folder"),
+    ],
+)
+def test_bad_input(render, name, words, said):
+    code, _, err, path = render(name, *words)
+    assert code == 4
+    assert said in err, err
+    assert not path.exists()
+
+
+def test_material_that_the_catalogue_lacks(render, scene):
+    scene.write_text(scene.read_text().replace("matt-red", "matt-rde"), encoding="utf-8")
+    code, _, err, _ = render("ball.png")
+    assert code == 4
+    assert "nearest: tiny/matt-red" in err
+
+
+def test_missing_default_catalogue_is_made_from_the_shipped_materials(metamer, scene, tmp_path, monkeypatch):
+    asked = []
+
+    def import_sources(sources, folder, **options):
+        asked.append((sources, folder, options["jobs"]))
+        folder.mkdir()
+        (folder / "catalogue.toml").touch()
+
+    monkeypatch.setattr("metamer.materials.importing.import_sources", import_sources)
+    monkeypatch.setenv("METAMER_CATALOGUE", str(tmp_path / "made"))
+    code, said, err = metamer("render", scene, "-o", tmp_path / "ball.png", "--jobs", 3)
+    assert code == 4 and "tiny/matt-red" in err
+    assert f"No catalogue at {tmp_path / 'made'} yet: importing the shipped materials." in said
+    ((sources, folder, jobs),) = asked
+    assert [source.name for source in sources] == ["shipped"] and folder == tmp_path / "made" and jobs == 3

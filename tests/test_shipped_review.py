@@ -1,0 +1,90 @@
+"""Every shipped material under D65, A and FL11, as `metamer review` draws it: within the budget, row by row."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+LIGHTS = ("D65", "A", "FL11")
+MOST_P99, MOST_MEAN = 1.0, 0.3
+MOST_PAGE_BYTES = 25_000_000
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def reviewed(tmp_path_factory):
+    """(folder, review.json, ids in the catalogue) of the default scene, made by the command in its own processes."""
+    folder = tmp_path_factory.mktemp("shipped")
+    catalogue, out = folder / "catalogue", folder / "review"
+    for words in (
+        ["catalogue", "import", "--into", catalogue, "--jobs", "2"],
+        ["review", "--catalogue", catalogue, "--out", out, "--illuminants", ",".join(LIGHTS), "--jobs", "2"],
+    ):
+        command = [sys.executable, "-m", "metamer.cli.main", *map(str, words)]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, encoding="utf-8")
+        # 1 and 2 say that a row is off; the tests below say which.
+        assert done.returncode in (0, 1, 2), done.stdout + done.stderr
+    ids = {path.relative_to(catalogue).with_suffix("").as_posix() for path in catalogue.rglob("*.h5")}
+    return out, json.loads((out / "review.json").read_text(encoding="utf-8")), ids
+
+
+def test_every_material_and_light_has_its_row(reviewed):
+    _, document, ids = reviewed
+    rows = [(row["material"], row["illuminant"]) for row in document["results"]]
+    assert len(ids) == 82 and len(rows) == 246
+    assert set(rows) == {(material, light) for material in ids for light in LIGHTS}
+
+
+def test_every_row_is_within_the_budget(reviewed):
+    _, document, _ = reviewed
+    missed = [
+        (row["material"], row["illuminant"], row["delta_e94"])
+        for row in document["results"]
+        if row["delta_e94"]["p99"] > MOST_P99 or row["delta_e94"]["mean"] > MOST_MEAN or row["undefined_pixels"]
+    ]
+    assert not missed
+    assert document["status"] == "pass" and document["budget_delta_e94"] == MOST_P99
+
+
+def test_figures_are_those_of_two_pictures(reviewed):
+    """A row of zeros would mean that a picture was compared with itself; few pixels, that little was compared."""
+    _, document, _ = reviewed
+    for row in document["results"]:
+        assert row["delta_e94"]["mean"] > 1e-5, row
+        assert row["pixels"] > 20_000, row
+    assert all(check["passed"] for check in document["self_check"]) and len(document["self_check"]) >= 2
+
+
+def test_plan_says_what_it_chose_and_why(reviewed):
+    _, document, _ = reviewed
+    plan = document["plan"]
+    assert 3 < plan["basis_size"] <= 10
+    assert any("82 materials, 3 lights" in reason for reason in plan["reasons"])
+    assert any(f"J = {plan['basis_size']} is kept" in reason for reason in plan["reasons"])
+
+
+def test_files_are_there(reviewed):
+    out, document, _ = reviewed
+    for row in document["results"]:
+        for name in (row["image"], *row["files"].values()):
+            assert (out / name).stat().st_size > 1000, name
+
+
+def test_page_is_self_contained_and_not_too_large(reviewed):
+    out, document, _ = reviewed
+    page = (out / "index.html").read_text(encoding="utf-8")
+    assert len(page.encode()) < MOST_PAGE_BYTES
+    targets = set(re.findall(r"""(?:src|href|poster|action|srcset)\s*=\s*["']?([^"'\s>]+)""", page))
+    targets |= set(re.findall(r"""url\(\s*["']?([^"')]+)""", page))
+    outside = {t[:80] for t in targets if not t.startswith(("data:", "#", "pictures/", "review.json"))}
+    assert not outside
+    assert not re.search(r"(?:src|href|url\()\W{0,3}(?:https?:)?//", page)
+    assert "@import" not in page and "fetch(" not in page and "XMLHttpRequest" not in page
+    linked = {t for t in targets if t.startswith("pictures/")}
+    assert linked <= {name for row in document["results"] for name in (row["image"], *row["files"].values())}
+    assert all(row["material"] in page for row in document["results"])
