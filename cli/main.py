@@ -69,6 +69,10 @@ def main(words: Sequence[str] | None = None) -> int:
         # The reader of our output has left, as `head` does; what is still buffered goes nowhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as reason:
+        # A full disk, a folder where a file should go: the system's own words name the file.
+        print(f"metamer: {reason}", file=sys.stderr)
+        return 4
 
 
 if __name__ == "__main__":

@@ -86,5 +86,6 @@ class UnknownNameError(InputError):
             by_folded[hit] for hit in difflib.get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.4)
         ]
         expected = f"one of {len(self.known)} known names" if len(self.known) > 8 else ", ".join(self.known)
+        expected = expected or "a known name, but there are none here"
         hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
         super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)

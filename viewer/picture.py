@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -43,10 +44,13 @@ def check_output(output: Path, spectral: bool = False) -> None:
 
 def display_for(viewing: Viewing) -> DisplayTransform:
     """The display transform that a scene asks for; what it leaves open keeps its default."""
-    chosen = {"display": viewing.display, "view": viewing.view, "config": viewing.ocio_config}
-    return DisplayTransform(
-        adaptation=viewing.adaptation, **{name: value for name, value in chosen.items() if value is not None}
-    )
+    chosen: dict[str, Any] = {
+        "display": viewing.display,
+        "view": viewing.view,
+        "config": viewing.ocio_config,
+        "adaptation": viewing.adaptation,
+    }
+    return DisplayTransform(**{name: value for name, value in chosen.items() if value is not None})
 
 
 def display_pass(renderer: Renderer, display: DisplayTransform) -> DisplayPass | None:

@@ -131,7 +131,8 @@ def review(
         timer.lap("render", len(names))
         timer.seconds["reference"] = reference_seconds / len(names)
         for index, name in enumerate(names):
-            lit = case.scene if spectra[index] is None else case.scene.with_illuminant(spectra[index], name)
+            spectrum = spectra[index]
+            lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
             white = lit.adopted_white()
             background = white * scene.viewing.background_reflectance
             sample_xyz, coverage = pictures_xyz[index]
@@ -175,7 +176,7 @@ def review(
                         wavelengths_nm=wavelengths_nm,
                         reflectance=factor,
                         reflectance_label="Radiance factor, light at 45°, seen from 0°",
-                        swatch=_swatch(display, lit, spectra[index], wavelengths_nm, factor, white),
+                        swatch=_swatch(display, lit, spectrum, wavelengths_nm, factor, white),
                         white_xyz=white,
                         notes=notes,
                         provenance=_provenance(record),

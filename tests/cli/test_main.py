@@ -58,6 +58,7 @@ def test_wrong_usage(metamer, words, said):
         (ComparisonError("two sizes"), 3),
         (UsageError("a or b"), 64),
         (KeyboardInterrupt(), 130),
+        (OSError(28, "No space left on device", "a.exr"), 4),
     ],
 )
 def test_exit_code_of_each_error(metamer, monkeypatch, reason, code):

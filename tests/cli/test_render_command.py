@@ -97,6 +97,15 @@ def test_bad_input(render, name, words, said):
     assert not path.exists()
 
 
+@pytest.mark.parametrize("name", ["ball.png", "ball.exr"])
+def test_folder_of_that_name(render, tmp_path, name):
+    (tmp_path / name).mkdir()
+    code, _, err, _ = render(name)
+    assert code == 4
+    assert str(tmp_path / name) in err
+    assert not list(tmp_path.glob(".ball*")), "half a file is left"
+
+
 def test_material_that_the_catalogue_lacks(render, scene):
     scene.write_text(scene.read_text().replace("matt-red", "matt-rde"), encoding="utf-8")
     code, _, err, _ = render("ball.png")

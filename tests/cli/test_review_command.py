@@ -110,7 +110,7 @@ def test_unknown_name_on_the_command_line(review, words, said):
         ('"tiny/matt-red"', '"tiny/mat-red"', ["part 1 (ball).material", "nearest: tiny/matt-red"]),
         ('spectrum = "D65"', 'spectrum = "D66"', ["light 1.spectrum", "unknown illuminant", "D65"]),
         ('name = "Tiny"', 'observer = "1931_3"', ["scene.observer", "nearest: 1931_2"]),
-        ("samples = 2", "sampels = 2", ["unknown key", "camera 1 (front).sampels", "nearest: samples"]),
+        ("samples = 2", "sample = 2", ["unknown key", "camera 1 (front).sample", "nearest: samples"]),
         ('on = "ball"', 'on = "bell"', ["unknown part", "ball"]),
         ('"D65", "A"', '"D65", "AA"', ["review.illuminants", "'AA'"]),
         ('on = "ball"', 'on = "ball"\nmaterials = ["gold"]', ["review.materials", "'gold'"]),
@@ -202,6 +202,20 @@ def test_part_that_is_out_of_sight_is_named(review, scene, scene_text):
     code, _, err, _ = review()
     assert code == 4
     assert "tiny/copper under as lit: no pixel" in err
+
+
+def test_folder_where_a_file_should_go(review, tmp_path):
+    (tmp_path / "out" / "index.html").mkdir(parents=True)
+    code, _, err, _ = review("--materials", "tiny/matt-red", "--illuminants", "D65")
+    assert code == 4
+    assert str(tmp_path / "out" / "index.html") in err
+
+
+def test_empty_catalogue(review, tmp_path):
+    (tmp_path / "catalogue.toml").touch()
+    code, _, err, _ = review(catalogue=tmp_path)
+    assert code == 4
+    assert "unknown material" in err and "there are none here" in err
 
 
 def large(scene):
