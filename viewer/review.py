@@ -176,7 +176,7 @@ def review(
                         wavelengths_nm=wavelengths_nm,
                         reflectance=factor,
                         reflectance_label="Radiance factor, light at 45°, seen from 0°",
-                        swatch=_swatch(display, lit, spectrum, wavelengths_nm, factor, white),
+                        swatch=_swatch(display, lit, wavelengths_nm, factor, white),
                         white_xyz=white,
                         notes=notes,
                         provenance=_provenance(record),
@@ -279,13 +279,15 @@ def _reflectance_factor(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.nd
 def _swatch(
     display: DisplayTransform,
     scene: Scene,
-    spectrum: Spectrum | None,
     wavelengths_nm: np.ndarray,
     factor: np.ndarray,
     white: np.ndarray,
 ) -> tuple[int, int, int]:
-    light = scene.lights[0].spectrum if spectrum is None else spectrum
-    xyz = scene.observer.weights(light, wavelengths_nm) @ factor
+    """The colour of a radiance factor in the mixture of lights that `white` is the white of."""
+    middle = 0.5 * np.add(*scene.bounds)
+    strengths = [float(light.incident(middle)[1]) for light in scene.lights]
+    under_each = [scene.observer.weights(light.spectrum, wavelengths_nm) @ factor for light in scene.lights]
+    xyz = np.average(under_each, axis=0, weights=strengths)
     rgb, _ = display.encode(ColourImage(xyz[None, None], "xyz", white))
     red, green, blue = (int(code) for code in quantise(rgb)[0, 0])
     return red, green, blue

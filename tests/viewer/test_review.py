@@ -17,7 +17,9 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
+from metamer.spectral.image import ColourImage
 from metamer.viewer.context import NoGL
+from metamer.viewer.display import DisplayTransform
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.review import OWN_LIGHT, review
 from metamer.viewer.software import SoftwareRenderer
@@ -199,6 +201,18 @@ def test_scene_without_review_judges_each_material_over_its_own_pixels(scenes, c
     whole = compared_pixels(share, truth, pictures[0][0])
     assert judged < whole.sum()
     assert document["status"] == "pass"
+
+
+def test_swatch_is_seen_in_the_mixture_of_all_lights(scenes, catalogue, tmp_path):
+    """Half the light from A, half from D65: a swatch under the first alone would be far too warm for this white."""
+    suns = [scenes.sun(name=name) for name in ("A", "D65")]
+    scene = replace(scenes.sphere_scene("tiny/copper", size=24, samples=1), lights=tuple(suns))
+    found, _ = run(scene, catalogue, tmp_path)
+    (row,) = found.rows
+    weights = [scene.observer.weights(light.spectrum, row.wavelengths_nm) for light in suns]
+    xyz = 0.5 * (weights[0] + weights[1]) @ row.reflectance
+    rgb, _ = DisplayTransform().encode(ColourImage(xyz[None, None], "xyz", row.white_xyz))
+    np.testing.assert_allclose(row.swatch, 255 * rgb[0, 0], atol=0.5)
 
 
 def test_other_parts_keep_their_material(scenes, catalogue, tmp_path):
