@@ -25,7 +25,7 @@ from .tabulated import node_directions, tabulate
 
 __all__ = ["Fit", "FitError", "fit"]
 
-RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
+RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 # The mean may be this share of the budget, which is for the 99th percentile.
 _MEAN_SHARE = 0.3
 # Lit from behind, where the protocol does not look, the 99th percentile may be this many times the budget.

@@ -20,7 +20,7 @@ from jaxtyping import Float
 from ..spectral.errors import InputError
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from .brdf import Brdf, Lobe, eval_lit
-from .directions import half_difference, io_angles, io_from_half_difference
+from .directions import half_difference, io_angles, io_from_half_difference, spherical
 from .kriging import Kernel, Kriging, PairAngles, krige
 from .measurement import ScatteredMeasurement, estimated_background
 
@@ -34,8 +34,12 @@ _FLOOR = 0.006
 _NODES = (72, 33, 16)
 _REFINED = 3
 _FINE = np.radians(3.0)
-# Half angle at which a highlight is taken off its base.
-_LEAST_HALF = np.radians(15.0)
+# Look-ups stop at the largest measured polar angle; nodes go on this far, so that the cells there are whole, but not
+# up to the horizon.
+_MARGIN = np.radians(6.0)
+_STEEPEST = np.radians(89.0)
+# Azimuths of the difference vector that stand for its circle: midpoints of the quarter turn that symmetry leaves.
+_RING = tuple((np.arange(6) + 0.5) * np.pi / 12.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +56,9 @@ class ScatteredBrdf(Brdf):
     kernel : scales of the interpolation.
     reciprocal : leave the background out: the BRDF is then exactly reciprocal, and no longer what was measured.
 
-    Beyond the largest measured polar angle the difference angle and the cosines' part are held while the half angle
-    runs on, so that a highlight keeps its shape, and values never leave the measured range. Beyond the measured
-    wavelengths the end values are held. `notes` repeats this with the numbers of this material.
+    Polar angles beyond the largest measured one are held at it. Towards the light's own direction, closer than the
+    smallest measured difference angle, the BRDF settles on the mean around that angle. Values never leave the measured
+    range; beyond the measured wavelengths the end values are held. `notes` repeats this with this material's numbers.
     """
 
     NAME: ClassVar[str] = "scattered"
@@ -123,18 +127,16 @@ class ScatteredBrdf(Brdf):
         kept = "left out, so that the BRDF is reciprocal" if self.reciprocal else "kept, as it was measured"
         return (
             *self.measurement.notes,
-            f"beyond theta = {np.degrees(self._largest):.1f} deg the difference angle is held; f_r stays in its range",
+            f"polar angles beyond {np.degrees(self._largest):.1f} deg are held there; f_r stays in its range",
+            f"difference angles below {np.degrees(self._smallest):.1f} deg (viewer beside the light) are unmeasured: "
+            "f_r settles on the mean around that angle",
             f"known from {low:g} to {high:g} nm; beyond, the end values are held",
             f"departure from reciprocity: up to {np.max(self.background):.5f} / cos(theta_i) 1/sr, {kept}",
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """A base without highlight over the polar angles, and the highlight over half/difference angles.
-
-        The base is the BRDF at a half angle that never falls below 15 degrees, or the BRDF itself where that is less;
-        the highlight is the rest and ends at 30 degrees. Neither is negative and their sum is exactly the whole.
-        """
-        return (Lobe("io", _Part(self, base=True)), Lobe("hd", _Part(self, base=False)))
+        """The whole, over half and difference angles: paints are lobes on a base too faint to pay for a frame."""
+        return (Lobe("hd", self),)
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
@@ -182,20 +184,54 @@ class ScatteredBrdf(Brdf):
         return krige(self.kernel, at, lifted), lifted.min(axis=0), lifted.max(axis=0)
 
     def _log_cosines(self, at: PairAngles) -> Float[np.ndarray, "N 1"]:
-        cosines = (np.cos(np.minimum(angle, self._largest)) for angle in (at.theta_i, at.theta_o))
-        return _COSINE_POWER * np.log(np.prod(tuple(cosines), axis=0))[:, None]
+        return _COSINE_POWER * np.log(np.cos(at.theta_i) * np.cos(at.theta_o))[:, None]
+
+    @cached_property
+    def _smallest(self) -> float:
+        """Smallest measured difference angle: instruments cannot look along their own light."""
+        at, _ = self._distinct
+        return float(at.theta_d.min())
+
+    def _held(self, wi: np.ndarray, wo: np.ndarray, margin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """The pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths as they are."""
+        most = min(self._largest + margin, _STEEPEST)
+        theta_i, theta_o, phi = io_angles(wi, wo)
+        beyond = np.maximum(theta_i, theta_o) > most
+        if beyond.any():
+            wi, wo = wi.copy(), wo.copy()
+            wi[beyond] = spherical(np.minimum(theta_i[beyond], most), np.zeros(beyond.sum()))
+            wo[beyond] = spherical(np.minimum(theta_o[beyond], most), phi[beyond])
+        return wi, wo
+
+    def _logarithm(self, wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:
+        """The kriged logarithm at held pairs; towards the light's own direction, where nothing is measured, it settles
+        on the mean around the smallest measured difference angle. No peak is invented there."""
+        theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
+        interpolate, _, _ = self._kriging
+
+        def at(half: np.ndarray, difference: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+            return interpolate(_pair_angles(*self._held(*io_from_half_difference(half, difference, azimuth), _MARGIN)))
+
+        least = self._smallest
+        out = at(theta_h, np.maximum(theta_d, least), phi_d)
+        inside = np.flatnonzero(theta_d < least)
+        if len(inside):
+            half, back = np.unique(theta_h[inside], return_inverse=True)
+            ring = [at(half, np.full_like(half, least), np.full_like(half, azimuth)) for azimuth in _RING]
+            mean = np.mean(ring, axis=0)[back]
+            out[inside] = mean + ((theta_d[inside] / least) ** 2)[:, None] * (out[inside] - mean)
+        return out
 
     def _finished(self, logarithm: np.ndarray, at: PairAngles) -> np.ndarray:
         _, least, most = self._kriging
         values = np.exp(np.clip(logarithm, least, most) - self._log_cosines(at)) - _FLOOR
         if not self.reciprocal:
-            values -= self.background / np.cos(np.minimum(at.theta_i, self._largest))[:, None]
+            values -= self.background / np.cos(at.theta_i)[:, None]
         return np.maximum(values, 0.0)
 
     def _interpolated(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
-        held = _node_angles(theta_h, np.minimum(theta_d, self._largest), phi_d)
-        return self._finished(self._kriging[0](held), _pair_angles(wi, wo))
+        wi, wo = self._held(wi, wo)
+        return self._finished(self._logarithm(wi, wo), _pair_angles(wi, wo))
 
     @cached_property
     def _table(self) -> Float[np.ndarray, "H D P L"]:
@@ -203,23 +239,21 @@ class ScatteredBrdf(Brdf):
         theta_h = _FINE * np.sinh(np.linspace(0.0, np.arcsinh(0.5 * np.pi / _FINE), _NODES[0]))
         theta_d, phi_d = np.linspace(0.0, self._largest, _NODES[1]), np.linspace(0.0, 0.5 * np.pi, _NODES[2])
         nodes = [angle.ravel() for angle in np.meshgrid(theta_h, theta_d, phi_d, indexing="ij")]
-        table = self._kriging[0](_node_angles(*nodes)).reshape(*_NODES, -1)
+        table = self._logarithm(*io_from_half_difference(*nodes)).reshape(*_NODES, -1)
         for axis in range(3):
             # Even about both ends of the azimuth by symmetry.
             table = _refined(table, axis, "clamped" if axis == 2 else "not-a-knot")
-        return table.astype(np.float32)
+        return np.ascontiguousarray(table, dtype=np.float32)
 
-    def _looked_up(self, wi: np.ndarray, wo: np.ndarray, base: bool = False) -> np.ndarray:
+    def _looked_up(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        wi, wo = self._held(wi, wo)
+        at = _pair_angles(wi, wo)
         theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
-        if base:
-            theta_h = _without_highlight(theta_h)
         # Exchange adds pi, mirroring changes the sign: a quarter turn holds everything.
         phi_d = np.mod(phi_d, np.pi)
         phi_d = np.minimum(phi_d, np.pi - phi_d)
         half = np.arcsinh(theta_h / _FINE) / np.arcsinh(0.5 * np.pi / _FINE)
-        logarithm = _multilinear(self._table, (half, theta_d / self._largest, phi_d / (0.5 * np.pi)))
-        theta_i, theta_o, _ = io_angles(wi, wo)
-        return self._finished(logarithm, PairAngles(theta_i, theta_o, theta_h, theta_d))
+        return self._finished(_multilinear(self._table, (half, theta_d / self._largest, phi_d / (0.5 * np.pi))), at)
 
     @cached_property
     def _resampling(self) -> tuple[np.ndarray, np.ndarray]:
@@ -243,11 +277,6 @@ def _pair_angles(wi: np.ndarray, wo: np.ndarray) -> PairAngles:
     return PairAngles(theta_i, theta_o, theta_h, theta_d)
 
 
-def _node_angles(theta_h: np.ndarray, theta_d: np.ndarray, phi_d: np.ndarray) -> PairAngles:
-    theta_i, theta_o, _ = io_angles(*io_from_half_difference(theta_h, theta_d, phi_d))
-    return PairAngles(theta_i, theta_o, theta_h, theta_d)
-
-
 def _filled(values: Float[np.ndarray, "N L"], wavelengths_nm: np.ndarray) -> Float[np.ndarray, "N L"]:
     """Readings that dropped out (NaN), interpolated along the wavelengths in the logarithm, ends held."""
     out = values.copy()
@@ -256,37 +285,6 @@ def _filled(values: Float[np.ndarray, "N L"], wavelengths_nm: np.ndarray) -> Flo
         line = np.interp(wavelengths_nm[~known], wavelengths_nm[known], np.log(values[index, known]))
         out[index, ~known] = np.exp(line)
     return out
-
-
-@dataclass(frozen=True, eq=False)
-class _Part(Brdf):
-    """The base of a scattered BRDF, or what lies above it."""
-
-    whole: ScatteredBrdf
-    base: bool
-
-    isotropic = True
-
-    @property
-    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.whole.wavelengths_nm
-
-    def eval(
-        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
-    ) -> Float[np.ndarray, "... L"]:
-        """f_r of this part, 1/sr."""
-        return eval_lit(self._evaluated, len(self.wavelengths_nm), wi, wo)
-
-    def _evaluated(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        whole = self.whole
-        all_of_it = whole._resampled(whole._looked_up(wi, wo))
-        base = np.minimum(whole._resampled(whole._looked_up(wi, wo, base=True)), all_of_it)
-        return base if self.base else all_of_it - base
-
-
-def _without_highlight(theta_h: np.ndarray) -> np.ndarray:
-    """The half angle, bent so that it never falls below _LEAST_HALF; unchanged, and smooth, from twice that on."""
-    return np.where(theta_h < 2.0 * _LEAST_HALF, _LEAST_HALF + theta_h**2 / (4.0 * _LEAST_HALF), theta_h)
 
 
 def _refined(table: np.ndarray, axis: int, ends: str) -> np.ndarray:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.materials.directions import half_difference, io_angles, spherical
+from metamer.materials.directions import half_difference, io_angles, io_from_half_difference, spherical
 from metamer.materials.formats.cornell import read_cornell
 from metamer.materials.measurement import ScatteredMeasurement, estimated_background
 from metamer.materials.scattered import ScatteredBrdf
@@ -201,14 +201,34 @@ def test_zero_on_and_below_the_horizon(paint):
         assert not paint.eval(up, np.array(other)).any() and not paint.eval(np.array(other), up).any()
 
 
-def test_lobes_add_up_to_the_whole_and_are_not_negative(shifted):
-    wi, wo = hemisphere(1000, 24), hemisphere(1000, 25)
-    base, highlight = (lobe.brdf.eval(wi, wo) for lobe in shifted.lobes())
-    whole = shifted.eval(wi, wo)
-    assert base + highlight == pytest.approx(whole, rel=1e-12), worst(base + highlight, whole)
-    assert base.min() >= 0 and highlight.min() >= 0
-    far = half_difference(wi, wo)[0] > np.radians(30)
-    assert highlight[far].max() <= 1e-9 and [lobe.frame for lobe in shifted.lobes()] == ["io", "hd"]
+def test_one_lobe_over_half_and_difference_angles(shifted):
+    (lobe,) = shifted.lobes()
+    assert lobe.frame == "hd" and lobe.brdf is shifted
+
+
+def test_steeper_than_measured_is_held(paint):
+    """Nothing grows on its own beyond the last measured polar angle: 80 degrees here, 79 on the other side."""
+    phi = np.linspace(0.0, np.pi, 7)
+    at, beyond = (spherical(np.full(7, np.radians(angle)), phi) for angle in (80.0, 89.0))
+    for angle in (10.0, 50.0, 80.0):
+        wi = spherical(np.full(7, np.radians(angle)), 0.0 * phi)
+        found, edge = paint.eval(wi, beyond), paint.eval(wi, at)
+        assert found == pytest.approx(edge, rel=1e-6), worst(found, edge)
+
+
+def test_no_peak_is_invented_towards_the_light():
+    """An instrument that cannot look along its own light leaves a hole; it is filled with its rim, never above it."""
+    told = measured()
+    brdf = ScatteredBrdf.from_measurement(told.subset(half_difference(told.wi, told.wo)[1] > np.radians(8.0)))
+    theta, phi = np.meshgrid(np.radians([30.0, 45.0, 60.0, 70.0]), np.radians(np.arange(0.0, 360.0, 30.0)))
+    theta, phi = theta.ravel(), phi.ravel()
+    rim = brdf.eval(*io_from_half_difference(theta, np.full(theta.shape, np.radians(9.0)), phi))
+    for degrees in (0.0, 2.0, 5.0):
+        hole = brdf.eval(*io_from_half_difference(theta, np.full(theta.shape, np.radians(degrees)), phi))
+        for half in np.unique(theta):
+            at = theta == half
+            assert hole[at].max() <= 1.1 * rim[at].max(), np.degrees(half)
+            assert hole[at].min() >= 0.9 * rim[at].min(), np.degrees(half)
 
 
 def test_rebuilt_from_its_parameters_bit_for_bit(shifted):
