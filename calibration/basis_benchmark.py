@@ -21,6 +21,7 @@ from ..spectral.shapes import Wavelengths
 from ..spectral.spectrum import Spectrum
 from ..spectral.tables import colour_science
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from .text_tables import TextTable, text_tables
 
 #: The lights that a basis is made for.
 LIGHTS = ("D65", "A", *(f"FL{number}" for number in range(1, 13)))
@@ -214,7 +215,7 @@ def run(sizes: Sequence[int] = SIZES, spectra: int = 100_000) -> dict:
     }
 
 
-def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
+def tables(measured: dict) -> list[TextTable]:
     """The result of `run` as tables of text: title, header, rows."""
     lights = list(next(iter(measured["sampling"].values())))
     found = [
@@ -244,16 +245,4 @@ def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
 def report(measured: dict) -> str:
     """The result of `run` as plain text, columns under each other."""
     heading = "Largest ΔE94 over ColorChecker 24, CIE 1931 2 degree observer, each light's own white"
-    return f"{heading}\n\n{as_text(tables(measured))}"
-
-
-def as_text(found: list[tuple[str, list[str], list[list[str]]]]) -> str:
-    """Tables (title, header, rows) as plain text, an empty line between them."""
-    lines: list[str] = []
-    for title, header, rows in found:
-        widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
-        lines += [""] * bool(lines) + [title]
-        for row in (header, ["-" * width for width in widths], *rows):
-            cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-            lines.append("  ".join([row[0].ljust(widths[0]), *cells]).rstrip())
-    return "\n".join(lines)
+    return f"{heading}\n\n{text_tables(tables(measured))}"

@@ -19,17 +19,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from ..calibration import basis_benchmark
-
     figures = {}
     if args.what in ("basis", "all"):
+        from ..calibration import basis_benchmark
+
         figures["basis"] = basis_benchmark.run()
         print(basis_benchmark.report(figures["basis"]))
     if args.what in ("shading", "all"):
         from ..viewer import shading_benchmark
 
         figures["shading"] = shading_benchmark.run()
-        print(basis_benchmark.as_text(shading_benchmark.tables(figures["shading"])))
+        print(shading_benchmark.report(figures["shading"]))
     if args.json:
         with written_whole(args.json) as beside:
             beside.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")

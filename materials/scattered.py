@@ -193,7 +193,7 @@ class ScatteredBrdf(Brdf):
         return float(at.theta_d.min())
 
     def _held(self, wi: np.ndarray, wo: np.ndarray, margin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """The pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths as they are."""
+        """The pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths stay."""
         most = min(self._largest + margin, _STEEPEST)
         theta_i, theta_o, phi = io_angles(wi, wo)
         beyond = np.maximum(theta_i, theta_o) > most

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..calibration.text_tables import TextTable, text_tables
 from ..lighting import shapes
 from ..lighting.camera import Camera
 from ..lighting.lights import DirectionalLight
@@ -99,10 +100,7 @@ def run(size: int = 1024, rank: int = 16, repeats: int = 21, seed: int = 0, rend
             renderer.close()
 
 
-measure = run
-
-
-def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
+def tables(measured: dict) -> list[TextTable]:
     """(title, header, rows) for people."""
     rows = [
         [name, f"{value:.1f}", f"{value / measured['megapixels']:.1f}", f"{measured['over_rgb'][name]:.2f}"]
@@ -114,6 +112,11 @@ def tables(measured: dict) -> list[tuple[str, list[str], list[list[str]]]]:
         f"folded / RGB = {measured['folded_over_rgb']:.3f}, {verdict} the bar of {measured['bar']}"
     )
     return [(title, ["way", "ms", "ms a megapixel", "of RGB only"], rows)]
+
+
+def report(measured: dict) -> str:
+    """The result of `run` as plain text."""
+    return text_tables(tables(measured))
 
 
 def _pack(rank: int, seed: int) -> FactorPack:

@@ -1,13 +1,9 @@
 """The basis benchmark at a small size, so that it keeps working, and its shape, which is documented."""
 
 import json
-import runpy
-from pathlib import Path
 
 import pytest
 from metamer.calibration.basis_benchmark import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, report, run, tables
-
-BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "basis.py"
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +43,3 @@ def test_report_keeps_columns_under_each_other(measured):
     first, second = lines[start + 3], lines[start + 4]
     assert len(first) == len(second) and first.rindex(".") == second.rindex(".")
     assert not any(line.endswith(" ") for line in lines)
-
-
-def test_command_prints_and_writes(measured, tmp_path, capsys, monkeypatch):
-    benchmark = runpy.run_path(str(BENCHMARK))
-    monkeypatch.setattr("metamer.calibration.basis_benchmark.run", lambda *_: measured)
-    benchmark["main"](["--json", str(tmp_path / "figures.json")])
-    assert "balanced" in capsys.readouterr().out
-    assert json.loads((tmp_path / "figures.json").read_text())["one_bounce"]["balanced"]["8"] <= 0.30

@@ -1,13 +1,9 @@
 """The shading benchmark at a small size, so that it keeps working; no figure is judged here."""
 
 import json
-import runpy
-from pathlib import Path
 
 import pytest
 from metamer.viewer.shading_benchmark import CARRIED, FOLDED, RGB, SAMPLED, run, tables
-
-BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "shading.py"
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +29,3 @@ def test_every_spectral_way_gives_the_same_picture(measured):
 def test_tables_have_as_many_cells_as_columns(measured):
     for title, header, rows in tables(measured):
         assert rows and all(len(row) == len(header) for row in rows), title
-
-
-def test_command_prints_and_writes(measured, tmp_path, capsys, monkeypatch):
-    benchmark = runpy.run_path(str(BENCHMARK))
-    monkeypatch.setattr("metamer.viewer.shading_benchmark.run", lambda *_: measured)
-    benchmark["main"](["--json", str(tmp_path / "figures.json")])
-    assert FOLDED in capsys.readouterr().out
-    assert json.loads((tmp_path / "figures.json").read_text())["rank"] == 6
