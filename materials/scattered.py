@@ -22,6 +22,7 @@ from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from .brdf import Brdf, Lobe, eval_lit
 from .directions import half_difference, io_angles, io_from_half_difference, spherical
 from .kriging import Kernel, Kriging, PairAngles, krige
+from .lookup import multilinear, refined
 from .measurement import ScatteredMeasurement, estimated_background
 
 __all__ = ["ScatteredBrdf", "ScatteredMeasurement", "estimated_background"]
@@ -106,7 +107,10 @@ class ScatteredBrdf(Brdf):
             )
         notes = str(parameters.get("measurement_notes", ""))
         measurement = ScatteredMeasurement(
-            *(np.asarray(parameters[key], dtype=float) for key in ("measured_wavelengths_nm", "wi", "wo", "values")),
+            np.asarray(parameters["measured_wavelengths_nm"], dtype=float),
+            np.asarray(parameters["wi"], dtype=float),
+            np.asarray(parameters["wo"], dtype=float),
+            np.asarray(parameters["values"], dtype=float),
             np.asarray(parameters["missing"]).astype(bool),
             str(parameters.get("name", "")),
             str(parameters.get("description", "")),
@@ -242,7 +246,7 @@ class ScatteredBrdf(Brdf):
         table = self._logarithm(*io_from_half_difference(*nodes)).reshape(*_NODES, -1)
         for axis in range(3):
             # Even about both ends of the azimuth by symmetry.
-            table = _refined(table, axis, "clamped" if axis == 2 else "not-a-knot")
+            table = refined(table, axis, _REFINED, "clamped" if axis == 2 else "not-a-knot")
         return np.ascontiguousarray(table, dtype=np.float32)
 
     def _looked_up(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -253,7 +257,7 @@ class ScatteredBrdf(Brdf):
         phi_d = np.mod(phi_d, np.pi)
         phi_d = np.minimum(phi_d, np.pi - phi_d)
         half = np.arcsinh(theta_h / _FINE) / np.arcsinh(0.5 * np.pi / _FINE)
-        return self._finished(_multilinear(self._table, (half, theta_d / self._largest, phi_d / (0.5 * np.pi))), at)
+        return self._finished(multilinear(self._table, (half, theta_d / self._largest, phi_d / (0.5 * np.pi))), at)
 
     @cached_property
     def _resampling(self) -> tuple[np.ndarray, np.ndarray]:
@@ -284,33 +288,4 @@ def _filled(values: Float[np.ndarray, "N L"], wavelengths_nm: np.ndarray) -> Flo
         known = np.isfinite(values[index])
         line = np.interp(wavelengths_nm[~known], wavelengths_nm[known], np.log(values[index, known]))
         out[index, ~known] = np.exp(line)
-    return out
-
-
-def _refined(table: np.ndarray, axis: int, ends: str) -> np.ndarray:
-    """`table` with _REFINED - 1 nodes more between each two along `axis`, by cubic splines."""
-    from scipy.interpolate import CubicSpline
-
-    places = np.arange(table.shape[axis], dtype=float)
-    finer = np.linspace(0.0, places[-1], _REFINED * (len(places) - 1) + 1)
-    return CubicSpline(places, table, axis=axis, bc_type=ends)(finer)
-
-
-def _multilinear(table: Float[np.ndarray, "H D P L"], places: tuple[np.ndarray, ...]) -> Float[np.ndarray, "N L"]:
-    """Look-up at fractional places in [0, 1] of each axis."""
-    flat = table.reshape(-1, table.shape[-1])
-    below, beyond = [], []
-    for place, size in zip(places, table.shape[:3], strict=True):
-        position = np.clip(place, 0.0, 1.0) * (size - 1)
-        index = np.minimum(position.astype(np.intp), size - 2)
-        below.append(index)
-        beyond.append(position - index)
-    strides = (table.shape[1] * table.shape[2], table.shape[2], 1)
-    corner = sum(index * stride for index, stride in zip(below, strides, strict=True))
-    out = np.zeros((len(places[0]), table.shape[-1]), dtype=table.dtype)
-    for offset in np.ndindex(2, 2, 2):
-        share = np.ones(len(out))
-        for step, fraction in zip(offset, beyond, strict=True):
-            share = share * (fraction if step else 1.0 - fraction)
-        out += share[:, None].astype(table.dtype) * flat[corner + int(np.dot(offset, strides))]
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,26 +12,24 @@ from jaxtyping import Float
 
 from ..calibration.report import ReviewRow, review_row, status, write_report
 from ..calibration.statistics import DeltaEStatistics, SelfCheck, delta_e_map, delta_e_statistics, self_check
-from ..lighting.camera import Camera
 from ..lighting.geometry import VisibleGeometry, visible_geometry
 from ..lighting.plan import ScenePlan, plan_scene
-from ..lighting.reference import reference_images
 from ..lighting.scene import Scene
 from ..materials.brdf import Brdf
 from ..materials.catalogue import Catalogue
 from ..materials.directions import spherical
-from ..materials.record import MaterialRecord
 from ..spectral.errors import InputError
 from ..spectral.files import made_folder
 from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant
 from ..spectral.image import ColourImage
-from ..spectral.processes import worker_pool
 from ..spectral.spectrum import Spectrum
 from .display import DisplayTransform
 from .picture import display_for, display_pass
 from .png import quantise, write_png
+from .references import references
 from .renderer import Renderer
+from .review_words import colour_chain, provenance_words
 
 #: Word for "each light as the scene has it" where an illuminant is asked for.
 OWN_LIGHT = "as lit"
@@ -101,7 +99,7 @@ def review(
     progress : called with (rows done, rows in all, material).
     """
     out = made_folder(out)
-    pictures = made_folder(out / "pictures")
+    made_folder(out / "pictures")
     names = tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
     spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
     view = scene.camera(camera)
@@ -123,13 +121,14 @@ def review(
     # Pictures of this run must never stand beside the figures of an earlier one, not even after Ctrl-C.
     for figures_of_before in (out / "index.html", out / "review.json"):
         figures_of_before.unlink(missing_ok=True)
-    references = _references(cases, catalogue, view, spectra, geometry, jobs)
-    for case, (reference_xyz, reference_seconds) in zip(cases, references, strict=True):
+    truths = references([case.scene for case in cases], catalogue, view, spectra, geometry, jobs)
+    for case, (reference_xyz, reference_seconds) in zip(cases, truths, strict=True):
         timer = _Timer()
         shown = {name: packs[name] for name in case.scene.material_ids}
         pictures_xyz = renderer.render_many(case.scene, view, shown, spectra)
         timer.lap("render", len(names))
         timer.seconds["reference"] = reference_seconds / len(names)
+        curves = {material_id: _radiance_factor(records[material_id].brdf()) for material_id in case.judged}
         for index, name in enumerate(names):
             spectrum = spectra[index]
             lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
@@ -140,38 +139,32 @@ def review(
             truth = ColourImage(reference_xyz[index], "xyz", white)
             for material_id in case.judged:
                 timer.lap("prepare")
-                record = records[material_id]
                 share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
                 difference = delta_e_map(reference_xyz[index], sample.values, white, share)
                 statistics = _statistics(difference, material_id, name)
                 checks = checks or self_check(reference_xyz[index], white, share)
                 timer.lap("compare")
-                stem = f"{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}"
                 shown_rgb, notes = display.encode(sample, coverage, background, gpu)
                 truth_rgb, _ = display.encode(truth, geometry.coverage, background, gpu)
+                image = f"pictures/{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}.png"
+                said = {"illuminant": name, "observer": scene.observer.name, "material": material_id}
                 words = (f"{material_id} under {name}, {scene.observer.name}, Metamer {version}",)
-                write_png(pictures / f"{stem}.png", shown_rgb, display=display.display, words=words)
-                write_xyz_exr(
-                    pictures / f"{stem}.exr",
-                    sample,
-                    coverage,
-                    {"illuminant": name, "observer": scene.observer.name, "material": material_id},
-                )
-                wavelengths_nm, factor = _reflectance_factor(record.brdf())
+                write_png(out / image, shown_rgb, display=display.display, words=words)
+                exr = image.removesuffix("png") + "exr"
+                write_xyz_exr(out / exr, sample, coverage, said)
                 timer.lap("write")
+                wavelengths_nm, factor = curves[material_id]
                 rows.append(
                     review_row(
-                        material_id,
-                        name,
-                        scene.observer.name,
+                        **said,
                         statistics=statistics,
                         picture=quantise(shown_rgb),
                         reference=quantise(truth_rgb),
                         delta_e=difference,
                         budget=budget,
                         rows=total,
-                        image=f"pictures/{stem}.png",
-                        files={"XYZ EXR": f"pictures/{stem}.exr"},
+                        image=image,
+                        files={"XYZ EXR": exr},
                         seconds={step: timer.seconds[step] for step in ("render", "reference", "compare", "write")},
                         wavelengths_nm=wavelengths_nm,
                         reflectance=factor,
@@ -179,7 +172,7 @@ def review(
                         swatch=_swatch(display, lit, wavelengths_nm, factor, white),
                         white_xyz=white,
                         notes=notes,
-                        provenance=_provenance(record),
+                        provenance=provenance_words(records[material_id]),
                     )
                 )
                 if progress is not None:
@@ -190,7 +183,7 @@ def review(
         plan,
         renderer.name,
         budget,
-        _chain(scene, view, plan, names, spectra, display, "GPU" if gpu else "CPU"),
+        colour_chain(scene, view, plan, names, spectra, display, "GPU" if gpu else "CPU"),
         version,
         checks=checks,
         title=f"Colour review: {scene.name}",
@@ -229,39 +222,6 @@ def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[S
     return list({(s.wavelengths_nm.tobytes(), s.values.tobytes()): s for s in found}.values())
 
 
-# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material.
-_worker: dict = {}
-
-
-def _start_worker(folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry) -> None:
-    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry)
-
-
-def _reference(case: _Case) -> tuple[Float[np.ndarray, "M H W 3"], float]:
-    start = time.perf_counter()
-    brdfs = {name: _worker["catalogue"].load(name).brdf() for name in case.scene.material_ids}
-    found = reference_images(case.scene, _worker["view"], brdfs, _worker["spectra"], geometry=_worker["geometry"])
-    return found.xyz, time.perf_counter() - start
-
-
-def _references(
-    cases: Sequence[_Case],
-    catalogue: Catalogue,
-    view: Camera,
-    spectra: Sequence[Spectrum | None],
-    geometry: VisibleGeometry,
-    jobs: int,
-) -> Iterator[tuple[Float[np.ndarray, "M H W 3"], float]]:
-    """References in the order of the cases; several processes where there is more than one job."""
-    shared = (catalogue.folder, view, spectra, geometry)
-    if min(jobs, len(cases)) <= 1:
-        _start_worker(*shared)
-        yield from map(_reference, cases)
-        return
-    with worker_pool(min(jobs, len(cases)), _start_worker, shared) as pool:
-        yield from pool.map(_reference, cases)
-
-
 def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:
     """(H,W) share of each pixel that shows a material."""
     wearing = [index for index, part in enumerate(scene.parts) if part.material_id == material_id]
@@ -270,7 +230,7 @@ def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Floa
     return hits.reshape(geometry.rows, geometry.width) / geometry.samples
 
 
-def _reflectance_factor(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
+def _radiance_factor(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
     """pi f_r at 45:0, the geometry that most colour instruments have; 1 is the perfect diffuser."""
     wi, wo = spherical(np.pi / 4, 0.0), spherical(0.0, 0.0)
     return brdf.wavelengths_nm, np.pi * brdf.eval(wi, wo)
@@ -291,51 +251,3 @@ def _swatch(
     rgb, _ = display.encode(ColourImage(xyz[None, None], "xyz", white))
     red, green, blue = (int(code) for code in quantise(rgb)[0, 0])
     return red, green, blue
-
-
-def _provenance(record: MaterialRecord) -> dict[str, str]:
-    said = record.provenance
-    words = {"Source": said.source, "Licence": said.licence, "Kind": said.kind, "Model": record.model}
-    if said.geometry:
-        words["Geometry"] = said.geometry
-    if said.notes:
-        words["Notes"] = said.notes
-    words["Terms"] = str(sum(pack.spectral.shape[0] for pack in record.packs))
-    if record.error is not None:
-        words["Fit"] = f"ΔE94 mean {record.error.mean:.2f}, p99 {record.error.p99:.2f} ({record.error.protocol})"
-    return words
-
-
-def _chain(
-    scene: Scene,
-    view: Camera,
-    plan: ScenePlan,
-    names: Sequence[str],
-    spectra: Sequence[Spectrum | None],
-    display: DisplayTransform,
-    encoded_on: str,
-) -> list[str]:
-    """The colour chain from spectrum to display, a sentence each."""
-    observer = scene.observer
-    lights = ", ".join(names)
-    words = [
-        f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
-        f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
-        "Reference: Embree rays, the original data of each material at every wavelength, float64.",
-        f"Sample: factor packs in a {plan.basis.name} basis of {plan.basis_size} coefficients, folded with light and "
-        f"observer, {plan.precision}.",
-        f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "
-        "no interreflection.",
-        "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "
-        "that the material covers wholly and light reaches.",
-    ]
-    for name, spectrum in zip(names, spectra, strict=True):
-        note = None if spectrum is None else spectrum.range_note(observer.wavelengths_nm)
-        if note:
-            words.append(f"{name} is {note}.")
-    return [
-        *words,
-        *display.describe(),
-        f"The display transform ran on the {encoded_on}, as OpenColorIO wrote it for it; PNG, 8 bits a channel.",
-        *scene.notes,
-    ]

@@ -1,0 +1,56 @@
+"""The references of a review, computed by several processes: they cost far more than the pictures."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ..lighting.camera import Camera
+from ..lighting.geometry import VisibleGeometry
+from ..lighting.reference import reference_images
+from ..lighting.scene import Scene
+from ..materials.catalogue import Catalogue
+from ..spectral.processes import worker_pool
+from ..spectral.spectrum import Spectrum
+
+#: Pictures (M,H,W,3) float64, one for each spectrum, and the seconds that they took together.
+Reference = tuple[Float[np.ndarray, "M H W 3"], float]
+
+# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material.
+_worker: dict = {}
+
+
+def references(
+    scenes: Sequence[Scene],
+    catalogue: Catalogue,
+    view: Camera,
+    spectra: Sequence[Spectrum | None],
+    geometry: VisibleGeometry,
+    jobs: int,
+) -> Iterator[Reference]:
+    """References of scenes that differ in materials only, in their order, each under all `spectra`.
+
+    `geometry` is what `view` sees of any of them. With one job, or one scene, everything happens in this process.
+    """
+    shared = (catalogue.folder, view, spectra, geometry)
+    if min(jobs, len(scenes)) <= 1:
+        _start_worker(*shared)
+        yield from map(_reference, scenes)
+        return
+    with worker_pool(min(jobs, len(scenes)), _start_worker, shared) as pool:
+        yield from pool.map(_reference, scenes)
+
+
+def _start_worker(folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry) -> None:
+    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry)
+
+
+def _reference(scene: Scene) -> Reference:
+    start = time.perf_counter()
+    brdfs = {name: _worker["catalogue"].load(name).brdf() for name in scene.material_ids}
+    found = reference_images(scene, _worker["view"], brdfs, _worker["spectra"], geometry=_worker["geometry"])
+    return found.xyz, time.perf_counter() - start

@@ -1,0 +1,61 @@
+"""What a review says in words: where materials come from, and the colour chain from spectrum to display."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..lighting.camera import Camera
+from ..lighting.plan import ScenePlan
+from ..lighting.scene import Scene
+from ..materials.record import MaterialRecord
+from ..spectral.spectrum import Spectrum
+from .display import DisplayTransform
+
+
+def provenance_words(record: MaterialRecord) -> dict[str, str]:
+    """Where a material comes from and how far off its fit is, by label."""
+    said = record.provenance
+    words = {"Source": said.source, "Licence": said.licence, "Kind": said.kind, "Model": record.model}
+    if said.geometry:
+        words["Geometry"] = said.geometry
+    if said.notes:
+        words["Notes"] = said.notes
+    words["Terms"] = str(sum(pack.spectral.shape[0] for pack in record.packs))
+    if record.error is not None:
+        words["Fit"] = f"ΔE94 mean {record.error.mean:.2f}, p99 {record.error.p99:.2f} ({record.error.protocol})"
+    return words
+
+
+def colour_chain(
+    scene: Scene,
+    view: Camera,
+    plan: ScenePlan,
+    names: Sequence[str],
+    spectra: Sequence[Spectrum | None],
+    display: DisplayTransform,
+    encoded_on: str,
+) -> list[str]:
+    """The colour chain from spectrum to display, a sentence each."""
+    observer = scene.observer
+    lights = ", ".join(names)
+    words = [
+        f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
+        f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
+        "Reference: Embree rays, the original data of each material at every wavelength, float64.",
+        f"Sample: factor packs in a {plan.basis.name} basis of {plan.basis_size} coefficients, folded with light and "
+        f"observer, {plan.precision}.",
+        f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "
+        "no interreflection.",
+        "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "
+        "that the material covers wholly and light reaches.",
+    ]
+    for name, spectrum in zip(names, spectra, strict=True):
+        note = None if spectrum is None else spectrum.range_note(observer.wavelengths_nm)
+        if note:
+            words.append(f"{name} is {note}.")
+    return [
+        *words,
+        *display.describe(),
+        f"The display transform ran on the {encoded_on}, as OpenColorIO wrote it for it; PNG, 8 bits a channel.",
+        *scene.notes,
+    ]
