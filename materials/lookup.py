@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 
 def refined(table: np.ndarray, axis: int, times: int, ends: str) -> np.ndarray:
-    """`table` with `times` - 1 more nodes between each two along `axis`, by cubic splines; `ends` as scipy names them."""
+    """`table` with `times` - 1 more nodes between each two of an axis, by cubic splines; `ends` as scipy has them."""
     from scipy.interpolate import CubicSpline
 
     places = np.arange(table.shape[axis], dtype=float)
