@@ -94,16 +94,17 @@ def _parts(table: dict, number: int, path: Path, known_ids: tuple[str, ...] | No
             right = "material" if field == "materials" else "materials, one id a patch"
             raise InputError("not a key of this part", file=path, field=f"{where}.{field}", expected=right)
     matrix = _matrix(got)
+    default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
     with placed(path, where):
         if shape == "patches":
-            ids = got.get("materials") or [DEFAULT_MATERIAL]
+            ids = got.get("materials") or [default]
             chips = shapes.patches(len(ids), **settings)
             made = [(f"{name}/{k}", chip, id_) for k, (chip, id_) in enumerate(zip(chips, ids, strict=True), 1)]
         elif shape is not None:
-            made = [(name, getattr(shapes, shape)(**settings), got.get("material", DEFAULT_MATERIAL))]
+            made = [(name, getattr(shapes, shape)(**settings), got.get("material", default))]
         else:
-            made = [(name, _file_mesh(path.parent / got["mesh"], got), got.get("material", DEFAULT_MATERIAL))]
+            made = [(name, _file_mesh(path.parent / got["mesh"], got), got.get("material", default))]
     for part_name, mesh, material in made:
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")

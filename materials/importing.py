@@ -209,7 +209,8 @@ def _source_hash(material: MaterialSource, budget: float) -> str:
 @cache
 def _code_hash(model: str) -> str:
     here = Path(__file__).parent
-    own = ("scattered", "kriging", "measurement", "lookup") if model == "scattered" else (f"analytic/{model}", "analytic/model")
+    measured = ("scattered", "kriging", "measurement", "lookup")
+    own = measured if model == "scattered" else (f"analytic/{model}", "analytic/model")
     return hashlib.sha256(b"".join((here / f"{module}.py").read_bytes() for module in (*FIT_CODE, *own))).hexdigest()
 
 
