@@ -50,7 +50,10 @@ def _renderer() -> str:
 def _display() -> str:
     from ..viewer.display import DisplayTransform
 
-    return "; ".join(DisplayTransform().describe())
+    import PyOpenColorIO as ocio
+
+    transform = DisplayTransform()
+    return f"OpenColorIO {ocio.__version__}, {transform.config_name}, {transform.display}, {transform.view}"
 
 
 def _reference() -> str:
