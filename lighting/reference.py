@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..materials.brdf import Brdf
+from ..materials.fluorescent import FluorescentBrdf
 from ..spectral.errors import UnknownNameError
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
@@ -89,20 +90,36 @@ def reference_images(
 
 
 class _Weights:
-    """(L, 3 M) matrices of each light for each grid of wavelengths, made once."""
+    """(L, 3 M) matrices of each light for each grid of wavelengths, and (3 M,) emission, made once."""
 
     def __init__(self, scene: Scene, illuminants: Sequence[Spectrum | None]) -> None:
         self._scene, self._illuminants = scene, illuminants
         self.count = len(illuminants)
         self._made: dict[tuple[int, bytes], np.ndarray] = {}
+        self._emitted: dict[tuple[int, str], np.ndarray] = {}
 
     def of(self, number: int, light: Light, wavelengths_nm: np.ndarray) -> np.ndarray:
         key = (number, wavelengths_nm.tobytes())
         if key not in self._made:
-            spectra = [light.spectrum if other is None else other for other in self._illuminants]
-            rows = [self._scene.observer.weights(spectrum, wavelengths_nm) for spectrum in spectra]
+            rows = [self._scene.observer.weights(spectrum, wavelengths_nm) for spectrum in self._spectra(light)]
             self._made[key] = np.concatenate(rows).T
         return self._made[key]
+
+    def emitted(self, number: int, light: Light, material_id: str, brdf: FluorescentBrdf) -> np.ndarray:
+        """XYZ of what a fluorescent material sends out at new wavelengths, at every one that the observer sees."""
+        key = (number, material_id)
+        if key not in self._emitted:
+            eye = self._scene.observer
+            parts = []
+            for spectrum in self._spectra(light):
+                sent = brdf.bispectral.emission(spectrum, eye.wavelengths_nm)
+                xyz = np.trapezoid(sent[:, None] * eye.cmfs, eye.wavelengths_nm, axis=0)
+                parts.append(xyz / eye.luminous(spectrum))
+            self._emitted[key] = np.concatenate(parts)
+        return self._emitted[key]
+
+    def _spectra(self, light: Light) -> list[Spectrum]:
+        return [light.spectrum if other is None else other for other in self._illuminants]
 
 
 def _shade(
@@ -119,7 +136,11 @@ def _shade(
             values = np.empty((len(mine), folding.shape[1]))
             for start in range(0, len(mine), block):
                 rows = mine[start : start + block]
-                values[start : start + block] = brdf.eval(lit.wi[rows], geometry.wo[lit.sample[rows]]) @ folding
+                wi, wo = lit.wi[rows], geometry.wo[lit.sample[rows]]
+                values[start : start + block] = brdf.eval(wi, wo) @ folding
+                if isinstance(brdf, FluorescentBrdf):
+                    emitted = weights.emitted(number, light, part.material_id, brdf)
+                    values[start : start + block] += brdf.emission_factor(wi, wo)[:, None] * emitted
             scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
             values *= scale[:, None]
             pixel = geometry.pixel[lit.sample[mine]]

@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from .errors import InputError
 from .shapes import Wavelengths
-from .wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
+from .wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix, validated_wavelengths
 
 if TYPE_CHECKING:
     from .observers import Observer
@@ -98,8 +98,8 @@ class SpectralBasis:
     def bispectral_operator(self, donaldson: Float[np.ndarray, "L L"]) -> Float[np.ndarray, "J J"]:
         """A^T D B for a fluorescent surface; D[out, in] is its Donaldson matrix on `wavelengths_nm`.
 
-        It acts on coefficients of radiance. Coefficients of reflectance relative to a light s, as `fold` takes them,
-        need diag(1/s) D diag(s) instead: what a fluorescent surface sends out depends on the light that excites it.
+        It acts on coefficients of *radiance*, in a basis made for radiances (`radiance_basis`), not on coefficients of
+        reflectance relative to a light, as `fold` takes them. Direct light needs neither: `Bispectral.fold`.
         """
         return self.analysis.T @ donaldson @ self.synthesis
 
@@ -109,6 +109,13 @@ class SpectralBasis:
         The light meets the observer at its own resolution before either meets the basis.
         """
         return observer.weights(light, self.wavelengths_nm) @ self.synthesis
+
+    def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "J L"]:
+        """What each coefficient sends out at `wavelengths_nm` under `light`: pi times the radiance of a diffuse
+        surface, in the light's own unit. The light is linear between its samples.
+        """
+        resample = interpolation_matrix(self.wavelengths_nm, wavelengths_nm)
+        return (resample @ self.synthesis).T * light.resampled(wavelengths_nm).samples
 
     @classmethod
     def sampled(cls, wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM) -> SpectralBasis:

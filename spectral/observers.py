@@ -65,11 +65,7 @@ class Observer:
                 expected="two wavelengths or more",
                 hint="write a line as three samples 1 nm apart: 0, 1, 0",
             )
-        grid = np.union1d(self.wavelengths_nm, light.wavelengths_nm)
-        grid = grid[(grid >= self.wavelengths_nm[0]) & (grid <= self.wavelengths_nm[-1])]
-        power = interpolation_matrix(light.wavelengths_nm, grid, "hold", "linear") @ light.samples
-        functions = interpolation_matrix(self.wavelengths_nm, grid, "zero", "linear") @ self.cmfs
-        folded = (power * _trapezoid(grid))[:, None] * functions
+        grid, folded = self._folded(light)
         luminous = folded[:, 1].sum()
         if not luminous > 0:
             raise InputError(
@@ -80,6 +76,23 @@ class Observer:
                 hint="switch the light off in the scene instead",
             )
         return (folded / luminous).T @ interpolation_matrix(wavelengths_nm, grid, "hold")
+
+    def luminous(self, light: Spectrum) -> float:
+        """Integral of y-bar times `light`, which `weights` divides by: in the light's unit times nm, not lm."""
+        return float(self._folded(light)[1][:, 1].sum())
+
+    def sensitivity(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "3 L"]:
+        """Matrix with integral of cmf times v = sensitivity @ v, v linear between `wavelengths_nm`, zero beyond."""
+        functions = self.cmfs * _trapezoid(self.wavelengths_nm)[:, None]
+        return functions.T @ interpolation_matrix(wavelengths_nm, self.wavelengths_nm, "zero", "linear")
+
+    def _folded(self, light: Spectrum) -> tuple[np.ndarray, np.ndarray]:
+        """Wavelengths that the light or the observer is tabulated at, and light x cmf x step (n,3) there."""
+        grid = np.union1d(self.wavelengths_nm, light.wavelengths_nm)
+        grid = grid[(grid >= self.wavelengths_nm[0]) & (grid <= self.wavelengths_nm[-1])]
+        power = interpolation_matrix(light.wavelengths_nm, grid, "hold", "linear") @ light.samples
+        functions = interpolation_matrix(self.wavelengths_nm, grid, "zero", "linear") @ self.cmfs
+        return grid, (power * _trapezoid(grid))[:, None] * functions
 
     def white(self, light: Spectrum) -> White:
         """XYZ (3,) of the perfect diffuser under `light`, Y = 1."""

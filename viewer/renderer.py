@@ -137,15 +137,15 @@ class Renderer(ABC):
                     found=light.spectrum_name or None,
                     expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
                 )
-            powers[id(light)] = power / (luminous @ power)
+            powers[id(light)] = float(luminous @ power)
         values = np.empty((camera.height_px, camera.width, len(wavelengths_nm)), dtype=np.float32)
         for start in range(0, len(wavelengths_nm), _SPECTRAL_CHUNK):
             chosen = slice(start, min(start + _SPECTRAL_CHUNK, len(wavelengths_nm)))
             count = -(-(chosen.stop - start) // 3)
 
             def weights(light: Light, pack: FactorPack, chosen: slice = chosen, count: int = count) -> np.ndarray:
-                resample = interpolation_matrix(pack.basis.wavelengths_nm, wavelengths_nm)
-                radiance = (pack.basis.reconstruct(pack.spectral) @ resample.T * powers[id(light)])[:, chosen]
+                sent = pack.basis.radiance(light.spectrum, wavelengths_nm) / powers[id(light)]
+                radiance = (pack.spectral @ sent)[:, chosen]
                 return np.pad(radiance, ((0, 0), (0, 3 * count - radiance.shape[1])))
 
             # Three wavelengths take the places of X, Y and Z.

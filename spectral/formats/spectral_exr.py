@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ..bispectral import Bispectral
 from ..errors import InputError
 from ..illuminants import illuminant
 from ..observers import observer
@@ -42,6 +43,18 @@ class SpectralImage:
     spectrum: Spectrum
     reradiation: Float[np.ndarray, "H W L L"] | None = None
     units: str | None = None
+
+    def bispectral(self, row: int, column: int) -> Bispectral:
+        """The Donaldson matrix of one pixel; an ordinary reflectance where the file holds no re-radiation.
+
+        The layout leaves the unit of re-radiation open. It is taken as power in a band for power in a band, as
+        `Bispectral` has it; a file in other units sends out more than it takes in and is refused, or nearly nothing.
+        """
+        grid = self.spectrum.wavelengths_nm
+        if self.reradiation is None:
+            pixel = Spectrum.sampled(grid, self.spectrum.samples[row, column], self.spectrum.quantity)
+            return Bispectral.diagonal(pixel)
+        return Bispectral(grid, grid, self.reradiation[row, column])
 
 
 def write_spectral_exr(path: str | Path, image: Spectrum, units: str = "W.m^-2.sr^-1.nm^-1") -> None:

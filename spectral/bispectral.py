@@ -1,0 +1,268 @@
+"""Fluorescent surfaces: what is absorbed at one wavelength and sent out at a longer one.
+
+A Donaldson matrix D (Donaldson 1954; ASTM E2153) sends a light s to the radiance D s. The diagonal is an ordinary
+reflectance and is treated as one. The rest is a sum over *bands of excitation*: entry [out, in] is spectral power at
+`out` per unit of mean spectral power in the band around `in`. Power, not photons: a matrix of photon counts becomes one
+of power when entry [out, in] is multiplied by lambda_in / lambda_out (`from_photons`).
+
+What leaves a fluorescent surface is no multiple of the light, wavelength by wavelength: where the light is dark,
+radiance over light is infinite. So no reflectance is made of it here. For light that arrives directly,
+
+    XYZ = cmf^T D s / (y-bar . s)
+
+is three numbers a surface and light (`Bispectral.fold`), exact, with the light at its own resolution; for light that
+arrives over other surfaces, see `radiance_basis`, whose coefficients are of radiance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from .errors import InputError
+from .observers import Observer
+from .shapes import Wavelengths
+from .spectrum import Spectrum, check_values
+from .wavelengths import interpolation_matrix, validated_wavelengths
+
+#: Largest emission at a wavelength shorter than the absorbed one that passes for noise of the measurement.
+ANTI_STOKES_TOLERANCE = 1e-3
+# Gauss-Legendre nodes of an interval from 0 to 1: two are exact for the product of two straight lines.
+_GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Bispectral:
+    """A Donaldson matrix with its two wavelength axes.
+
+    Parameters
+    ----------
+    wavelengths_in_nm : (Li,) of the absorbed light, ascending, two or more.
+    wavelengths_out_nm : (Lo,) of what leaves; each is also one of `wavelengths_in_nm`, where the diagonal is.
+    matrix : (Lo,Li) power for power, band for band (see the module's text); >= 0, the diagonal at most 1.
+
+    Emission is linear between samples and none beyond them; each band of excitation weighs the light by a tent over
+    the neighbouring wavelengths, the outermost two go on for half a step. What excites outside `wavelengths_in_nm`
+    was not measured and counts as nothing.
+
+    Raises
+    ------
+    InputError
+        Not finite, negative, a reflectance above 1, emission at wavelengths shorter than absorbed by more than
+        `ANTI_STOKES_TOLERANCE`, or more power out of a band than into it.
+
+    Examples
+    --------
+    >>> dye = Bispectral([400.0, 500.0, 600.0], [400.0, 500.0, 600.0], [[0.2, 0, 0], [0.3, 0.5, 0], [0, 0, 0.9]])
+    >>> dye.reflectance.samples.tolist(), dye.power_yield.tolist()
+    ([0.2, 0.5, 0.9], [0.5, 0.5, 0.9])
+    """
+
+    wavelengths_in_nm: object
+    wavelengths_out_nm: object
+    matrix: object
+
+    def __post_init__(self) -> None:
+        into, out = (
+            validated_wavelengths(getattr(self, f), field=f) for f in ("wavelengths_in_nm", "wavelengths_out_nm")
+        )
+        matrix = np.array(self.matrix, dtype=np.float64)
+        if matrix.shape != (out.size, into.size) or into.size < 2:
+            raise InputError(
+                "a Donaldson matrix does not fit its wavelengths",
+                field="matrix",
+                found=f"shape {matrix.shape}",
+                expected=f"({out.size}, {into.size}): rows are what leaves, columns two or more bands that excite",
+            )
+        object.__setattr__(self, "wavelengths_in_nm", into)
+        object.__setattr__(self, "wavelengths_out_nm", out)
+        object.__setattr__(self, "matrix", matrix)
+        missing = out[~np.isin(out, into)]
+        if missing.size:
+            raise InputError(
+                "no reflectance where light leaves",
+                field="wavelengths_out_nm",
+                found=f"{missing[0]:g} nm",
+                expected="each among wavelengths_in_nm",
+            )
+        _check_entries(matrix, into, out)
+        check_values(self._diagonal, out, "reflectance", field="diagonal")
+        power = self.power_yield
+        if power.max() > 1.0 + 1e-6:
+            raise InputError(
+                "more power leaves than arrives",
+                field="matrix",
+                found=f"{power.max():.4g} of the light at {into[power.argmax()]:g} nm",
+                expected="at most 1",
+                hint="photon counts need `from_photons`, values per nm the width of a band",
+            )
+
+    @classmethod
+    def from_photons(cls, wavelengths_in_nm: object, wavelengths_out_nm: object, matrix: object) -> Bispectral:
+        """From a matrix that counts photons, out of a band per photon into it."""
+        into, out = np.asarray(wavelengths_in_nm, np.float64), np.asarray(wavelengths_out_nm, np.float64)
+        return cls(into, out, np.asarray(matrix, np.float64) * into / out[:, None])
+
+    @classmethod
+    def diagonal(cls, reflectance: Spectrum) -> Bispectral:
+        """An ordinary surface as a Donaldson matrix: nothing changes its wavelength."""
+        grid = reflectance.wavelengths_nm
+        if reflectance.quantity != "reflectance" or reflectance.values.ndim != 1:
+            raise InputError(
+                "not one reflectance",
+                field="reflectance",
+                found=f"{reflectance.quantity} of shape {reflectance.values.shape}",
+                expected="one reflectance spectrum",
+            )
+        return cls(grid, grid, np.diag(reflectance.samples))
+
+    @cached_property
+    def _own_column(self) -> np.ndarray:
+        return np.searchsorted(_axis(self.wavelengths_in_nm), _axis(self.wavelengths_out_nm))
+
+    @cached_property
+    def _diagonal(self) -> np.ndarray:
+        return _axis(self.matrix)[np.arange(len(self._own_column)), self._own_column]
+
+    @cached_property
+    def reflectance(self) -> Spectrum:
+        """The part that keeps its wavelength."""
+        return Spectrum.sampled(self.wavelengths_out_nm, self._diagonal, "reflectance")
+
+    @cached_property
+    def reradiation(self) -> Float[np.ndarray, "Lo Li"]:
+        """The part that changes its wavelength: the matrix without its diagonal."""
+        shifted = _axis(self.matrix).copy()
+        shifted[np.arange(len(self._own_column)), self._own_column] = 0.0
+        return shifted
+
+    @cached_property
+    def power_yield(self) -> Float[np.ndarray, " Li"]:
+        """Share of the power of each band of excitation that leaves again, at any wavelength."""
+        return self._yield(np.ones_like)
+
+    @cached_property
+    def photon_yield(self) -> Float[np.ndarray, " Li"]:
+        """Share of the photons of each band that leave again; above 1 the measurement is in doubt."""
+        return self._yield(lambda wavelengths: wavelengths)
+
+    def _yield(self, weight) -> np.ndarray:
+        into, out = _axis(self.wavelengths_in_nm), _axis(self.wavelengths_out_nm)
+        ratio = (band_widths(out) * weight(out))[:, None] / (band_widths(into) * weight(into))
+        found = (self.reradiation * ratio).sum(axis=0)
+        found[self._own_column] += self._diagonal
+        return found
+
+    def without_emission(self) -> Bispectral:
+        """The same surface with its fluorescence taken away: the diagonal alone."""
+        return Bispectral.diagonal(self.reflectance)
+
+    def excitation(self, light: Spectrum) -> Float[np.ndarray, " Li"]:
+        """Mean spectral power of `light` in each band, integrated exactly at the light's own resolution.
+
+        The light is linear between its samples and held beyond them, as everywhere: a lamp that sends no ultraviolet
+        needs zeros there, not an early end.
+        """
+        if light.quantity != "emission" or light.values.ndim != 1:
+            raise InputError("not a light", field="light", found=light.quantity, expected="one emission spectrum")
+        source, into = light.wavelengths_nm, _axis(self.wavelengths_in_nm)
+        ends = _outer_edges(into)
+        knots = np.union1d(source[(source > ends[0]) & (source < ends[1])], np.append(into, ends))
+        steps = np.diff(knots)[:, None]
+        at = (knots[:-1, None] + steps * _GAUSS).ravel()
+        power = interpolation_matrix(source, at, "hold", "linear") @ light.samples
+        tents = interpolation_matrix(into, at, "hold", "linear")
+        return (power * np.repeat(0.5 * steps.ravel(), 2)) @ tents / band_widths(into)
+
+    def emission(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
+        """Spectral power sent out at other wavelengths than it came in, in the light's own unit."""
+        spread = interpolation_matrix(_axis(self.wavelengths_out_nm), wavelengths_nm, "zero", "linear")
+        return spread @ (self.reradiation @ self.excitation(light))
+
+    def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
+        """D s: all that leaves, pi times the radiance of a diffuse surface, in the light's own unit."""
+        kept = interpolation_matrix(_axis(self.wavelengths_out_nm), wavelengths_nm) @ self._diagonal
+        return kept * light.resampled(wavelengths_nm).samples + self.emission(light, wavelengths_nm)
+
+    def fold_emission(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
+        """XYZ of the part that changes its wavelength; Y of the perfect diffuser under `light` is 1."""
+        sensitivity = observer.sensitivity(_axis(self.wavelengths_out_nm))
+        return sensitivity @ (self.reradiation @ self.excitation(light)) / observer.luminous(light)
+
+    def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
+        """XYZ = cmf^T D s of the surface under `light`; Y of the perfect diffuser is 1, and this one may exceed it."""
+        kept = observer.weights(light, _axis(self.wavelengths_out_nm)) @ self._diagonal
+        return kept + self.fold_emission(light, observer)
+
+    def on(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "L L"]:
+        """The Donaldson matrix on one common grid; on the surface's own it is `matrix` itself.
+
+        Bands of the grid share out the excitation, so that D @ s is `radiance` wherever the grid resolves s.
+        """
+        into, out = _axis(self.wavelengths_in_nm), _axis(self.wavelengths_out_nm)
+        if np.array_equal(wavelengths_nm, into) and np.array_equal(wavelengths_nm, out):
+            return _axis(self.matrix).copy()
+        kept = interpolation_matrix(out, wavelengths_nm) @ self._diagonal
+        low, high = _outer_edges(into)
+        share = np.where((wavelengths_nm < low) | (wavelengths_nm > high), 0.0, band_widths(wavelengths_nm))
+        share[(wavelengths_nm == low) | (wavelengths_nm == high)] *= 0.5
+        tents = interpolation_matrix(into, wavelengths_nm, "hold", "linear") * share[:, None] / band_widths(into)
+        spread = interpolation_matrix(out, wavelengths_nm, "zero", "linear")
+        return np.diag(kept) + spread @ self.reradiation @ tents.T
+
+
+def fluorophore(
+    reflectance: Spectrum,
+    absorption: Float[np.ndarray, " L"],
+    emission: Float[np.ndarray, " L"],
+    photon_yield: float,
+) -> Bispectral:
+    """A dye in a matt base: share `absorption` (L,) of the light is taken, `photon_yield` of those photons come back.
+
+    They are spread over `emission` (L,), of any scale, on the uniform wavelengths of `reflectance`. Emission at or
+    below the absorbed wavelength is left out, and the rest carries the yield: a pure substance with one fluorescent
+    state (Kasha's rule), as in Glassner 1995, eq. 6.
+    """
+    grid = reflectance.wavelengths_nm
+    spread = np.tril(np.repeat(np.asarray(emission, np.float64)[:, None], grid.size, axis=1), -1)
+    total = spread.sum(axis=0)
+    spread = np.divide(spread, total, out=np.zeros_like(spread), where=total > 0)
+    photons = photon_yield * spread * np.asarray(absorption, np.float64)
+    return Bispectral.from_photons(grid, grid, photons + np.diag(reflectance.samples))
+
+
+def band_widths(wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
+    """Width in nm of the band around each sample, from midpoint to midpoint; the outermost are symmetric."""
+    steps = np.diff(wavelengths_nm)
+    return 0.5 * (np.append(steps[0], steps) + np.append(steps, steps[-1]))
+
+
+def _outer_edges(wavelengths_nm: np.ndarray) -> tuple[float, float]:
+    steps = np.diff(wavelengths_nm)
+    return float(wavelengths_nm[0] - 0.5 * steps[0]), float(wavelengths_nm[-1] + 0.5 * steps[-1])
+
+
+def _axis(values: object) -> np.ndarray:
+    """A field after `__post_init__` has made it an array."""
+    assert isinstance(values, np.ndarray)
+    return values
+
+
+def _check_entries(matrix: np.ndarray, into: np.ndarray, out: np.ndarray) -> None:
+    def refuse(problem: str, bad: np.ndarray, expected: str, hint: str | None = None) -> None:
+        if bad.any():
+            row, column = np.argwhere(bad)[0]
+            found = f"{matrix[row, column]:g} from {into[column]:g} to {out[row]:g} nm"
+            raise InputError(problem, field="matrix", found=found, expected=expected, hint=hint)
+
+    refuse("re-radiation is not a number", ~np.isfinite(matrix), "finite values")
+    refuse("re-radiation is negative", matrix < 0, ">= 0", "subtract the dark reading properly")
+    refuse(
+        "light leaves at a shorter wavelength than it was absorbed at",
+        (out[:, None] < into) & (matrix > ANTI_STOKES_TOLERANCE),
+        f"at most {ANTI_STOKES_TOLERANCE:g}",
+        "rows are what leaves, columns what is absorbed; transpose the matrix",
+    )

@@ -1,0 +1,71 @@
+"""Few numbers for light on its way between surfaces, fluorescent ones among them: coefficients of radiance.
+
+A fluorescent surface is linear in the light that reaches it, but not wavelength by wavelength, so that light cannot be
+left out of the coefficients and multiplied in at the end, as `SpectralBasis.fold` does. Coefficients of reflectance
+relative to a light s would need the operator diag(1/s) D diag(s), which does not exist where s is dark. Coefficients
+of *radiance* need nothing of the kind: c = A^T v for a radiance v, A^T D B for a surface D, and an observer reads off
+cmf^T B c. A light enters once, at its own resolution, and a diagonal D is an ordinary surface.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from .basis import SpectralBasis
+from .shapes import Wavelengths
+
+# Radiances, and views of them, that a basis is made from: more say nothing new and cost an SVD.
+_MOST = 4096
+
+
+def radiance_basis(
+    surfaces: Float[np.ndarray, "n L L"],
+    lights: Float[np.ndarray, "m L"],
+    sensitivity: Float[np.ndarray, "3 L"],
+    wavelengths_nm: Wavelengths,
+    *,
+    bounces: int = 2,
+    size: int | None = None,
+) -> SpectralBasis:
+    """Balanced basis of the radiances that leave up to `bounces` surfaces, as they are seen over the surfaces to come.
+
+    The rows that `SpectralBasis.balanced` takes are what has been: D s, D' D s, ..., each light s at Y = 1. Its columns
+    are what may follow: the observer, D^T cmf, ..., so that both together are one path of at most `bounces` surfaces.
+    This is balanced truncation of a linear system (Moore 1981). The first surface is not in the columns: its D s is
+    known exactly (`Bispectral.radiance`) and enters as coefficients A^T D s; directly seen surfaces need no basis at
+    all (`Bispectral.fold`).
+
+    Parameters
+    ----------
+    surfaces : Donaldson matrices [out, in] on `wavelengths_nm` (`Bispectral.on`); ordinary ones are diagonal.
+    lights : spectral power on `wavelengths_nm`, of any scale; steps fine enough for their lines, such as 1 nm.
+    sensitivity : `Observer.sensitivity(wavelengths_nm)`.
+    bounces : surfaces on a path, 1 or more.
+    size : J; default and upper bound is the numerical rank.
+    """
+    powers = lights / (lights @ sensitivity[1])[:, None]
+    generator = np.random.default_rng(1)
+    been = _paths(powers, surfaces, bounces, generator)[1:]
+    to_come = _paths(sensitivity, np.swapaxes(surfaces, 1, 2), bounces - 1, generator)
+    rows, columns = np.concatenate(been), np.concatenate(to_come)
+    return SpectralBasis.balanced(rows, columns.T, size, wavelengths_nm)
+
+
+def radiance_operators(basis: SpectralBasis, surfaces: Float[np.ndarray, "n L L"]) -> Float[np.ndarray, "n J J"]:
+    """A^T D B of each surface: what one more bounce does to coefficients of radiance."""
+    return np.stack([basis.bispectral_operator(surface) for surface in surfaces])
+
+
+def _paths(start: np.ndarray, surfaces: np.ndarray, bounces: int, generator: np.random.Generator) -> list[np.ndarray]:
+    """What becomes of the rows of `start` after 0, 1, ..., `bounces` surfaces; at most `_MOST` rows of each."""
+    steps = [start]
+    for _ in range(bounces):
+        last = steps[-1]
+        chosen = (
+            last[generator.choice(len(last), max(1, _MOST // len(surfaces)), replace=False)]
+            if (len(last) * len(surfaces) > _MOST)
+            else last
+        )
+        steps.append(np.concatenate([chosen @ surface.T for surface in surfaces]))
+    return steps
