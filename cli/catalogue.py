@@ -25,12 +25,18 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         nargs="*",
         type=Path,
         metavar="SRC",
-        help="source folder, family description (.toml) or measured file (.brdf); default: the shipped materials",
+        help="source folder, family description (.toml) or measured file (.brdf, .binary); default: what ships",
     )
     bring.add_argument("--into", type=Path, metavar="CAT", help=_CATALOGUE_HELP)
     bring.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one a core)")
     bring.add_argument(
         "--budget", type=_budget, default=0.5, metavar="D", help="ΔE94 that a fit aims at (default: 0.5)"
+    )
+    bring.add_argument(
+        "--uplift",
+        default="mallett-yuksel",
+        metavar="METHOD",
+        help="how spectra are made for RGB measurements: mallett-yuksel (default), jakob-hanika or smits",
     )
     bring.add_argument("--dry-run", action="store_true", help="say what would be imported, and write nothing")
 
@@ -86,6 +92,7 @@ def _import(args: argparse.Namespace) -> int:
                 budget=args.budget,
                 dry_run=args.dry_run,
                 progress=import_progress(stack),
+                uplift=args.uplift,
             )
     except ImportInterrupted as interrupted:
         console.print(f"Interrupted. {interrupted.report.sentence}.", markup=False, highlight=False, soft_wrap=True)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from jaxtyping import Float
+
+if TYPE_CHECKING:
+    from .factors import Axis
 
 Frame = Literal["io", "hd"]
 
@@ -45,10 +48,14 @@ class Brdf(abc.ABC):
 
 @dataclass(frozen=True)
 class Lobe:
-    """One part of a BRDF: "io" for incident/outgoing angles, "hd" for half/difference angles."""
+    """One part of a BRDF: "io" for incident/outgoing angles, "hd" for half/difference angles.
+
+    axes : the grid to tabulate it on, where the data have one of their own; None lets the fit choose.
+    """
 
     frame: Frame
     brdf: Brdf
+    axes: tuple[Axis, ...] | None = None
 
 
 def eval_lit(

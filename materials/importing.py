@@ -16,6 +16,7 @@ import numpy as np
 from ..spectral.errors import InputError, MetamerError
 from ..spectral.files import made_folder, written_whole
 from ..spectral.processes import usable_cores, worker_pool
+from ..spectral.upsampling import DEFAULT_METHOD
 from .factors import FactorPack, FitError
 from .record import MARKER, SCHEMA, SUFFIX, MaterialRecord, read_source_hash, rebuild, write_record
 from .sources import MaterialSource, Rejected, read_sources
@@ -24,6 +25,11 @@ from .sources import MaterialSource, Rejected, read_sources
 DEFAULT_BUDGET = 0.5
 # The code that every fit depends on, beside that of its model: when it changes, materials are fitted again.
 FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "tabulated")
+# Models that are no formula, and the code that each of them depends on.
+MEASURED_CODE = {
+    "scattered": ("scattered", "kriging", "measurement", "lookup"),
+    "merl": ("merl", "lookup", "../spectral/upsampling"),
+}
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,7 @@ def import_sources(
     budget: float = DEFAULT_BUDGET,
     dry_run: bool = False,
     progress: Progress | None = None,
+    uplift: str = DEFAULT_METHOD,
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
@@ -87,10 +94,11 @@ def import_sources(
 
     Parameters
     ----------
-    sources : source folders, family descriptions (.toml) or measured files (.brdf).
+    sources : source folders, family descriptions (.toml) or measured files (.brdf, .binary).
     jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
+    uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
 
     Raises
     ------
@@ -100,7 +108,7 @@ def import_sources(
         Ctrl-C: finished materials stay, no half-written file does.
     """
     folder = Path(into)
-    found = [material for source in sources for material in read_sources(source)]
+    found = [material for source in sources for material in read_sources(source, uplift)]
     pending: list[tuple[MaterialSource, str]] = []
     outcomes: list[ImportOutcome] = []
 
@@ -209,8 +217,7 @@ def _source_hash(material: MaterialSource, budget: float) -> str:
 @cache
 def _code_hash(model: str) -> str:
     here = Path(__file__).parent
-    measured = ("scattered", "kriging", "measurement", "lookup")
-    own = measured if model == "scattered" else (f"analytic/{model}", "analytic/model")
+    own = MEASURED_CODE.get(model, (f"analytic/{model}", "analytic/model"))
     return hashlib.sha256(b"".join((here / f"{module}.py").read_bytes() for module in (*FIT_CODE, *own))).hexdigest()
 
 

@@ -20,6 +20,7 @@ from ..spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .brdf import Brdf, Lobe, eval_lit
 from .directions import half_difference, io_from_half_difference
+from .factors import Axis
 from .formats.merl import SHAPE, MerlMeasurement
 from .lookup import multilinear
 
@@ -27,6 +28,7 @@ _CHANNELS = ("red", "green", "blue")
 _RIGHT = 0.5 * np.pi
 # Angles of the last nodes: beyond, f_r is held.
 _LAST_HALF, _LAST_DIFFERENCE = (89.0 / 90.0) ** 2 * _RIGHT, np.radians(89.0)
+_AXES = (Axis("theta_h", 90, _LAST_HALF, "sqrt"), Axis("theta_d", 90, _LAST_DIFFERENCE), Axis("phi_d", 37, np.pi))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +101,12 @@ class MerlBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The whole, over half and difference angles."""
-        return (Lobe("hd", self),)
+        """The whole, over half and difference angles: even a diffuse body is one term there, as f_r has no cosine.
+
+        On the table's own nodes, except that the fit halves the azimuth only once, and that phi_d is smooth enough for
+        every fifth node.
+        """
+        return (Lobe("hd", self, _AXES),)
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
@@ -136,9 +142,7 @@ class MerlBrdf(Brdf):
         # Exchange adds pi, mirroring changes the sign: a quarter turn holds everything.
         phi_d = np.mod(phi_d, np.pi)
         phi_d = np.minimum(phi_d, np.pi - phi_d)
-        return multilinear(
-            self._table, (np.sqrt(theta_h / _LAST_HALF), theta_d / _LAST_DIFFERENCE, phi_d / _RIGHT)
-        )
+        return multilinear(self._table, (np.sqrt(theta_h / _LAST_HALF), theta_d / _LAST_DIFFERENCE, phi_d / _RIGHT))
 
 
 def node_angles() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

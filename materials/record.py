@@ -108,6 +108,10 @@ def rebuild(model: str, parameters: Mapping[str, Any]) -> Brdf:
         from .scattered import ScatteredBrdf
 
         return ScatteredBrdf.from_parameters(parameters)
+    if model == "merl":
+        from .merl import MerlBrdf
+
+        return MerlBrdf.from_parameters(parameters)
     rest = dict(parameters)
     return model_named(model).from_parameters(rest.pop("wavelengths_nm"), rest)
 

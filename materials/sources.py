@@ -2,7 +2,7 @@
 
 A source folder holds `sources.toml`, which lists its tables of spectra with their source, licence and SHA-256, and any
 number of other TOML files, each one family of materials: a model and its parameters, spectra by table and column.
-Measured `.brdf` files stand for themselves. docs/catalogue.md describes both for people who write them.
+Measured files (`measured_files`) stand for themselves. docs/catalogue.md describes both for people who write them.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ import numpy as np
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import read_text
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ..spectral.upsampling import DEFAULT_METHOD, METHODS
+from .measured_files import SUFFIXES, is_measured, read_measured
 from .record import Provenance, model_named, slug
 from .tables import Kind, Table, constant_spectrum, tables_from
 
@@ -60,29 +62,34 @@ class Rejected:
     reason: InputError
 
 
-def read_sources(path: str | Path) -> tuple[MaterialSource | Rejected, ...]:
-    """Every material that a folder, a family description (.toml) or a measured file (.brdf) gives.
+def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[MaterialSource | Rejected, ...]:
+    """Every material that a folder, a family description (.toml) or a measured file (.brdf, .binary) gives.
 
+    `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
     that is no source at all raises `InputError`.
     """
     path = Path(path)
+    if uplift not in METHODS:
+        raise UnknownNameError("upsampling method", uplift, METHODS)
     if path.is_dir():
         files = sorted(
-            file for file in path.iterdir() if file.suffix in (".toml", ".brdf") and file.name != TABLES_FILE
+            file for file in path.iterdir() if file.suffix in (".toml", *SUFFIXES) and file.name != TABLES_FILE
         )
         if not files:
-            raise InputError("nothing to import", file=path, expected="family descriptions (.toml) or .brdf files")
-        return tuple(found for file in files for found in read_sources(file))
+            expected = f"family descriptions (.toml) or measured files ({', '.join(SUFFIXES)})"
+            raise InputError("nothing to import", file=path, expected=expected)
+        return tuple(found for file in files for found in read_sources(file, uplift))
     if not path.exists():
         raise InputError("no such file or folder", file=path)
-    readers = {".toml": _family, ".brdf": _cornell}
-    if path.suffix not in readers:
-        raise InputError("not a material source", file=path, expected=", ".join(readers))
     try:
-        return tuple(readers[path.suffix](path))
+        if path.suffix == ".toml":
+            return tuple(_family(path))
+        if is_measured(path):
+            return (_measured(path, uplift),)
     except InputError as reason:
         return (Rejected(path.name, reason),)
+    raise InputError("not a material source", file=path, expected=", ".join((".toml", *SUFFIXES)))
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -93,20 +100,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError("not valid TOML", file=path, found=str(reason)) from None
 
 
-def _cornell(path: Path) -> Iterator[MaterialSource]:
-    from .formats.cornell import read_cornell
-    from .scattered import ScatteredBrdf
-
-    brdf = ScatteredBrdf.from_measurement(read_cornell(path))
-    told = brdf.measurement
-    provenance = Provenance(
-        source=". ".join(text for text in (told.name or path.name, told.description) if text),
-        licence="not stated in the file",
-        kind="measured",
-        geometry=f"{len(told)} scattered direction pairs",
-        notes=_joined((*brdf.notes, f"{path.name}: SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()}")),
-    )
-    yield MaterialSource(f"measured/{slug(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
+def _measured(path: Path, uplift: str) -> MaterialSource:
+    brdf, provenance = read_measured(path, uplift)
+    return MaterialSource(f"measured/{slug(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
 
 
 def _family(path: Path) -> Iterator[MaterialSource | Rejected]:

@@ -79,5 +79,7 @@ def read_merl(path: str | Path) -> MerlMeasurement:
         field = f"{('red', 'green', 'blue')[at[0]]}{list(at[1:])}"
         raise InputError("not a finite number", file=path, field=field, found=planes[at], expected="f_r, or -1")
     if not (planes > 0).any():
-        raise InputError("no value is positive: nothing was measured", file=path, found="0 and less", expected="f_r > 0")
+        raise InputError(
+            "no value is positive: nothing was measured", file=path, found="0 and less", expected="f_r > 0"
+        )
     return MerlMeasurement(path.stem, np.ascontiguousarray(np.moveaxis(planes, 0, -1) * SCALES))
