@@ -59,7 +59,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         observers=_unique(_observer(row.observer) for row in rows),
         whites=_whites(rows),
         mean=float(np.mean([row.statistics.mean for row in rows])),
-        scale=_scale(budget),
+        scale=plots.scale_words(budget),
         budget=budget,
     )
 
@@ -121,20 +121,6 @@ def _plot(row: ReviewRow) -> dict[str, Any]:
         "y_ticks": [(height * (1.0 - part), f"{part * top:g}") for part in (0.0, 0.5, 1.0)],
         "first": first,
         "last": last,
-    }
-
-
-def _scale(budget: float) -> dict[str, Any]:
-    colours = ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in plots.scale_rgb()]
-    shown = [*colours[::5], colours[-1]]
-    parts = int(plots.SCALE_BUDGETS)
-    return {
-        "gradient": ", ".join(shown),
-        "ticks": [(100.0 * step / parts, f"{step * budget:g}") for step in range(parts + 1)],
-        "top": f"{parts * budget:g}",
-        "over": "#{:02x}{:02x}{:02x}".format(*plots.OVER_RGB),
-        "undefined": "#{:02x}{:02x}{:02x}".format(*plots.UNDEFINED_RGB),
-        "not_compared": "#{:02x}{:02x}{:02x}".format(*plots.NOT_COMPARED_RGB),
     }
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import base64
 import io
 import math
+from collections.abc import Iterable
 from functools import cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -46,6 +48,24 @@ def scale_rgb() -> UInt8[np.ndarray, "steps 3"]:
     where = [anchor for anchor, _ in _ANCHORS]
     columns = [np.interp(position, where, [rgb[channel] for _, rgb in _ANCHORS]) for channel in range(3)]
     return np.rint(np.stack(columns, axis=-1)).astype(np.uint8)
+
+
+def scale_words(budget: float) -> dict[str, Any]:
+    """The scale for a page: its gradient, ticks in ΔE with their place in per cent, and the colours beyond it."""
+    colours = [_hexadecimal(rgb) for rgb in scale_rgb().tolist()]
+    parts = int(SCALE_BUDGETS)
+    return {
+        "gradient": ", ".join([*colours[::5], colours[-1]]),
+        "ticks": [(100.0 * step / parts, f"{step * budget:g}") for step in range(parts + 1)],
+        "top": f"{parts * budget:g}",
+        "over": _hexadecimal(OVER_RGB),
+        "undefined": _hexadecimal(UNDEFINED_RGB),
+        "not_compared": _hexadecimal(NOT_COMPARED_RGB),
+    }
+
+
+def _hexadecimal(rgb: Iterable[int]) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*rgb)
 
 
 def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W 3"]:

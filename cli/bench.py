@@ -4,21 +4,37 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 
 from ..spectral.files import written_whole
+from .shared import comma_separated
 
-WHAT = ("basis", "shading", "all")
+WHAT = ("basis", "shading", "factor", "all")
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command = subparsers.add_parser("bench", help="speed against error, measured on this machine")
-    command.add_argument("what", nargs="?", choices=WHAT, default="all", help="default: all")
+    command.add_argument(
+        "what",
+        nargs="?",
+        choices=WHAT,
+        default="all",
+        help="default: all, which is basis and shading; factor takes minutes",
+    )
     command.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    factor = command.add_argument_group("factor")
+    factor.add_argument("--html", type=Path, metavar="F", help="also write a page with pictures, maps and plots")
+    factor.add_argument("--cases", type=comma_separated, metavar="A,B", help="surfaces by name; default: all")
+    factor.add_argument("--data", type=Path, metavar="DIR", help="measured data, default: $METAMER_DATA")
+    factor.add_argument("--baseline", action="store_true", help="also time tensorly, half a minute a surface")
+    factor.add_argument("--no-points", action="store_true", help="leave out speed against error")
     command.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
+    if args.what == "factor":
+        return _factor(args)
     figures = {}
     if args.what in ("basis", "all"):
         from ..calibration import basis_benchmark
@@ -31,7 +47,31 @@ def run(args: argparse.Namespace) -> int:
         figures["shading"] = shading_benchmark.run()
         print(shading_benchmark.report(figures["shading"]))
     if args.json:
-        with written_whole(args.json) as beside:
-            beside.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-        print(args.json)
+        _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
+
+
+def _factor(args: argparse.Namespace) -> int:
+    from ..viewer import factor_benchmark
+
+    data = args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
+    measured = factor_benchmark.run(
+        args.cases,
+        data=data,
+        picture_pixels=180 if args.html else 0,
+        baseline=args.baseline,
+        points=not args.no_points,
+        progress=lambda line: print(line, flush=True),
+    )
+    print(factor_benchmark.report(measured))
+    if args.json:
+        _write(args.json, json.dumps(factor_benchmark.document(measured), indent=1) + "\n")
+    if args.html:
+        _write(args.html, factor_benchmark.page(measured))
+    return 0
+
+
+def _write(path: Path, text: str) -> None:
+    with written_whole(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+    print(path)

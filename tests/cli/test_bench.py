@@ -4,7 +4,7 @@ import json
 
 import pytest
 from metamer.calibration import basis_benchmark
-from metamer.viewer import shading_benchmark
+from metamer.viewer import factor_benchmark, shading_benchmark
 
 
 @pytest.fixture(scope="module")
@@ -46,3 +46,48 @@ def test_folder_that_is_a_file(metamer, small, monkeypatch, tmp_path):
     code, _, err = metamer("bench", "basis", "--json", tmp_path / "file" / "bench.json")
     assert code == 4
     assert str(tmp_path / "file") in err
+
+
+def test_factor_writes_rows_at_the_top_and_a_page(metamer, monkeypatch, tmp_path):
+    asked = {}
+
+    def run(cases, **options):
+        asked.update(options, cases=cases)
+        row = {
+            "case": "matt",
+            "light": "D65",
+            "frames": ["io"],
+            "packs": 1,
+            "rank": 4,
+            "fit_seconds": 0.5,
+            "table_bytes": 8,
+            "peak_bytes": 8,
+            "relative_error": 0.1,
+            "delta_e94": {"mean": 0.1, "p95": 0.2, "p99": 0.3, "max": 0.4},
+            "ms_per_megapixel": 1.0,
+            "baseline": {
+                "tensorly_seconds": None,
+                "tensorly_relative_error": None,
+                "dbrdf_delta_e94": {"mean": 1.0, "p95": 2.0, "p99": 3.0, "max": 4.0},
+            },
+        }
+        words = dict.fromkeys(("renderer", "timing", "protocol", "dbrdf", "tensorly"), "words")
+        return {"rows": [row], "points": [], "figures": [], **words}
+
+    monkeypatch.setattr(factor_benchmark, "run", run)
+    monkeypatch.delenv("METAMER_DATA", raising=False)
+    json_file, page = tmp_path / "f.json", tmp_path / "f.html"
+    code, out, _ = metamer("bench", "factor", "--cases", "matt", "--json", json_file, "--html", page, "--no-points")
+    assert code == 0
+    assert asked["cases"] == ("matt",) and asked["data"] is None and not asked["points"] and not asked["baseline"]
+    assert "every row" in out
+    written = json.loads(json_file.read_text())
+    assert written["rows"][0]["case"] == "matt" and "figures" not in written
+    assert "<!DOCTYPE html>" in page.read_text(encoding="utf-8")
+
+
+def test_factor_names_the_cases_that_there_are(metamer, monkeypatch):
+    monkeypatch.delenv("METAMER_DATA", raising=False)
+    code, _, err = metamer("bench", "factor", "--cases", "velvet")
+    assert code == 4
+    assert "velvet" in err and "oren-nayar-0.52" in err

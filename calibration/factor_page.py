@@ -1,0 +1,155 @@
+"""The page of the factorisation benchmark: pictures, maps, curves and plots, all inside one file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from . import plots
+from .page import TEMPLATES
+
+# Radius and margin of a polar plot, size of a scatter plot, SVG units.
+_POLAR = 130.0
+_SCATTER = (460.0, 300.0)
+# Shape and place in the legend say what kind a point is; colour says it again.
+KINDS = ("spectra", "ranks", "frames", "precision")
+
+
+def render_factor_page(measured: dict[str, Any], scale_delta_e: float, verdict: str, title: str) -> str:
+    """One self-contained HTML page.
+
+    Parameters
+    ----------
+    measured : `rows`, `points`, `figures` and the words beside them, as the benchmark returns them.
+    scale_delta_e : a third of the maps' scale.
+    verdict : a sentence on the baseline.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters.update(de=_figure)
+    cards = [
+        {
+            **figure,
+            "rows": [row for row in measured["rows"] if row["case"] == figure["case"]],
+            "polars": polar_plots(figure["polar"]),
+        }
+        for figure in measured["figures"]
+    ]
+    return environment.get_template("factor.html").render(
+        title=title,
+        verdict=verdict,
+        measured=measured,
+        cards=cards,
+        scatters=scatter_plots(measured["points"]),
+        kinds=KINDS,
+        polar_radius=_POLAR,
+        scatter_size=_SCATTER,
+        scale=plots.scale_words(scale_delta_e),
+    )
+
+
+def polar_plots(polar: dict[str, Any]) -> list[dict[str, Any]]:
+    """One half circle an incidence: paths of each curve, and where the light comes from (the right)."""
+    angles = np.radians(polar["angles_deg"])
+    found = []
+    for number, incidence in enumerate(polar["incidence_deg"]):
+        curves = {name: np.asarray(radii[number]) for name, radii in polar["radii"].items()}
+        top = max(float(np.max(curves["reference"])), 1e-6)
+        step = _round_step(top)
+        found.append(
+            {
+                "incidence": incidence,
+                "light": (_POLAR * math.sin(math.radians(incidence)), -_POLAR * math.cos(math.radians(incidence))),
+                "paths": {name: _polar_path(angles, radii / top) for name, radii in curves.items()},
+                "rings": [(_POLAR * at / top, f"{at:g}") for at in np.arange(step, top * 1.001, step)],
+            }
+        )
+    return found
+
+
+def scatter_plots(points: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """For every surface and light: ΔE94 p99 against milliseconds a megapixel, and against seconds to fit."""
+    across = (("ms_per_megapixel", "ms a megapixel"), ("fit_seconds", "seconds to fit"))
+    found = []
+    for case in dict.fromkeys(point["case"] for point in points):
+        own = [point for point in points if point["case"] == case]
+        for light in own[0]["delta_e94"]:
+            for key, label in across:
+                found.append({"case": case, "light": light, "label": label, **_scatter(own, light, key)})
+    return found
+
+
+def _scatter(points: Sequence[dict[str, Any]], light: str, key: str) -> dict[str, Any]:
+    width, height = _SCATTER
+    x = np.log10([max(point[key], 1e-6) for point in points])
+    y = np.log10([max(point["delta_e94"][light]["p99"], 1e-3) for point in points])
+    low, high = (np.floor(y.min()), np.ceil(y.max() + 1e-9)), (_floor(x.min()), _ceil(x.max()))
+    (y0, y1), (x0, x1) = low, high
+    marks = [
+        {
+            "x": width * (a - x0) / (x1 - x0),
+            "y": height * (1.0 - (b - y0) / max(y1 - y0, 1.0)),
+            "kind": point["kind"],
+            "name": point["configuration"],
+            "words": f"{point['configuration']}: ΔE94 p99 {10**b:.3g}, {10**a:.3g}",
+        }
+        for point, a, b in zip(points, x, y, strict=True)
+    ]
+    return {
+        "marks": _labelled(marks),
+        "x_ticks": [(width * (tick - x0) / (x1 - x0), f"{10**tick:.3g}") for tick in _ticks(x0, x1)],
+        "y_ticks": [(height * (1.0 - (t - y0) / max(y1 - y0, 1.0)), f"{10**t:g}") for t in np.arange(y0, y1 + 0.5)],
+    }
+
+
+def _labelled(marks: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Each mark with the place of its label: beside it, moved down where another label stands already."""
+    taken: list[tuple[float, float]] = []
+    for mark in sorted(marks, key=lambda mark: mark["y"]):
+        left = mark["x"] > 0.72 * _SCATTER[0]
+        at = mark["y"] + 3.5
+        while any(abs(at - y) < 10.0 and abs(mark["x"] - x) < 110.0 for x, y in taken):
+            at += 2.0
+        taken.append((mark["x"], at))
+        mark |= {"label_x": mark["x"] + (-8.0 if left else 8.0), "label_y": at, "anchor": "end" if left else "start"}
+    return marks
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    decades = [math.log10(base * 10.0**power) for power in range(-6, 7) for base in (1, 2, 5)]
+    return [tick for tick in decades if low - 1e-9 <= tick <= high + 1e-9]
+
+
+def _floor(value: float) -> float:
+    return max(tick for tick in _ticks(-6.0, 6.0) if tick <= value - 0.02)
+
+
+def _ceil(value: float) -> float:
+    return min(tick for tick in _ticks(-6.0, 6.0) if tick >= value + 0.02)
+
+
+def _round_step(top: float) -> float:
+    """A round number of which one to four fit into `top`."""
+    power = 10.0 ** math.floor(math.log10(top))
+    return next(power * base for base in (0.25, 0.5, 1.0, 2.0, 5.0) if top / (power * base) <= 4.0)
+
+
+def _polar_path(angles: np.ndarray, radii: np.ndarray) -> str:
+    """Angles from the normal, positive to the right; clipped to a little over the circle."""
+    radii = np.minimum(radii, 1.15) * _POLAR
+    words = [f"{r * math.sin(a):.1f} {-r * math.cos(a):.1f}" for a, r in zip(angles, radii, strict=True)]
+    return "M" + "L".join(words)
+
+
+def _figure(value: float) -> str:
+    return "<0.01" if 0.0 < value < 0.005 else f"{value:.2f}"
