@@ -129,7 +129,7 @@ def _fit_lobe(
     """The pack of fewest terms within the budget, else the best one; and its table's weighted relative residual."""
     front, back = views
     observed = front.protocol.weights(lobe.brdf.wavelengths_nm)
-    axes = axes or lobe_axes(lobe.brdf, lobe.frame, np.pi * observed[:, 1])
+    axes = axes or lobe.axes or lobe_axes(lobe.brdf, lobe.frame, np.pi * observed[:, 1])
     analysis, synthesis = _lobe_spectra(lobe, axes, observed)
     table = tabulate(lobe.brdf, lobe.frame, axes, analysis)
     values = filled(table)
