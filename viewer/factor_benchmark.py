@@ -239,9 +239,9 @@ def _tensorly(brdf: Brdf, progress: Say, name: str) -> tuple[float, float]:
     resample = interpolation_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
     table = tabulate(brdf, "io", TABLE_AXES, resample.T @ basis.analysis).values
     start = time.perf_counter()
-    weights, factors = parafac(table, TABLE_RANK, n_iter_max=ITERATIONS, init="random", random_state=0, tol=0)[:2]
+    found = parafac(table, TABLE_RANK, n_iter_max=ITERATIONS, init="random", random_state=0, tol=0)
     seconds = time.perf_counter() - start
-    left = np.linalg.norm(tensorly.cp_to_tensor((weights, factors)) - table)
+    left = np.linalg.norm(tensorly.cp_to_tensor(found) - table)
     return seconds, float(left / np.linalg.norm(table))
 
 
