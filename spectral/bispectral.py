@@ -56,14 +56,15 @@ class Bispectral:
 
     Examples
     --------
-    >>> dye = Bispectral([400.0, 500.0, 600.0], [400.0, 500.0, 600.0], [[0.2, 0, 0], [0.3, 0.5, 0], [0, 0, 0.9]])
+    >>> nm = np.array([400.0, 500.0, 600.0])
+    >>> dye = Bispectral(nm, nm, np.array([[0.2, 0, 0], [0.3, 0.5, 0], [0, 0, 0.9]]))
     >>> dye.reflectance.samples.tolist(), dye.power_yield.tolist()
     ([0.2, 0.5, 0.9], [0.5, 0.5, 0.9])
     """
 
-    wavelengths_in_nm: object
-    wavelengths_out_nm: object
-    matrix: object
+    wavelengths_in_nm: Float[np.ndarray, "Li"]
+    wavelengths_out_nm: Float[np.ndarray, "Lo"]
+    matrix: Float[np.ndarray, "_ _"]
 
     def __post_init__(self) -> None:
         into, out = (
@@ -101,10 +102,11 @@ class Bispectral:
             )
 
     @classmethod
-    def from_photons(cls, wavelengths_in_nm: object, wavelengths_out_nm: object, matrix: object) -> Bispectral:
+    def from_photons(
+        cls, wavelengths_in_nm: Wavelengths, wavelengths_out_nm: Wavelengths, matrix: Float[np.ndarray, "Lo Li"]
+    ) -> Bispectral:
         """From a matrix that counts photons, out of a band per photon into it."""
-        into, out = np.asarray(wavelengths_in_nm, np.float64), np.asarray(wavelengths_out_nm, np.float64)
-        return cls(into, out, np.asarray(matrix, np.float64) * into / out[:, None])
+        return cls(wavelengths_in_nm, wavelengths_out_nm, matrix * wavelengths_in_nm / wavelengths_out_nm[:, None])
 
     @classmethod
     def diagonal(cls, reflectance: Spectrum) -> Bispectral:
@@ -121,11 +123,11 @@ class Bispectral:
 
     @cached_property
     def _own_column(self) -> np.ndarray:
-        return np.searchsorted(_axis(self.wavelengths_in_nm), _axis(self.wavelengths_out_nm))
+        return np.searchsorted(self.wavelengths_in_nm, self.wavelengths_out_nm)
 
     @cached_property
     def _diagonal(self) -> np.ndarray:
-        return _axis(self.matrix)[np.arange(len(self._own_column)), self._own_column]
+        return self.matrix[np.arange(len(self._own_column)), self._own_column]
 
     @cached_property
     def reflectance(self) -> Spectrum:
@@ -135,7 +137,7 @@ class Bispectral:
     @cached_property
     def reradiation(self) -> Float[np.ndarray, "Lo Li"]:
         """The part that changes its wavelength: the matrix without its diagonal."""
-        shifted = _axis(self.matrix).copy()
+        shifted = self.matrix.copy()
         shifted[np.arange(len(self._own_column)), self._own_column] = 0.0
         return shifted
 
@@ -150,7 +152,7 @@ class Bispectral:
         return self._yield(lambda wavelengths: wavelengths)
 
     def _yield(self, weight) -> np.ndarray:
-        into, out = _axis(self.wavelengths_in_nm), _axis(self.wavelengths_out_nm)
+        into, out = self.wavelengths_in_nm, self.wavelengths_out_nm
         ratio = (band_widths(out) * weight(out))[:, None] / (band_widths(into) * weight(into))
         found = (self.reradiation * ratio).sum(axis=0)
         found[self._own_column] += self._diagonal
@@ -168,7 +170,7 @@ class Bispectral:
         """
         if light.quantity != "emission" or light.values.ndim != 1:
             raise InputError("not a light", field="light", found=light.quantity, expected="one emission spectrum")
-        source, into = light.wavelengths_nm, _axis(self.wavelengths_in_nm)
+        source, into = light.wavelengths_nm, self.wavelengths_in_nm
         ends = _outer_edges(into)
         knots = np.union1d(source[(source > ends[0]) & (source < ends[1])], np.append(into, ends))
         steps = np.diff(knots)[:, None]
@@ -179,22 +181,22 @@ class Bispectral:
 
     def emission(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
         """Spectral power sent out at other wavelengths than it came in, in the light's own unit."""
-        spread = interpolation_matrix(_axis(self.wavelengths_out_nm), wavelengths_nm, "zero", "linear")
+        spread = interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm, "zero", "linear")
         return spread @ (self.reradiation @ self.excitation(light))
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
         """D s: all that leaves, pi times the radiance of a diffuse surface, in the light's own unit."""
-        kept = interpolation_matrix(_axis(self.wavelengths_out_nm), wavelengths_nm) @ self._diagonal
+        kept = interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm) @ self._diagonal
         return kept * light.resampled(wavelengths_nm).samples + self.emission(light, wavelengths_nm)
 
     def fold_emission(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
         """XYZ of the part that changes its wavelength; Y of the perfect diffuser under `light` is 1."""
-        sensitivity = observer.sensitivity(_axis(self.wavelengths_out_nm))
+        sensitivity = observer.sensitivity(self.wavelengths_out_nm)
         return sensitivity @ (self.reradiation @ self.excitation(light)) / observer.luminous(light)
 
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
         """XYZ = cmf^T D s of the surface under `light`; Y of the perfect diffuser is 1, and this one may exceed it."""
-        kept = observer.weights(light, _axis(self.wavelengths_out_nm)) @ self._diagonal
+        kept = observer.weights(light, self.wavelengths_out_nm) @ self._diagonal
         return kept + self.fold_emission(light, observer)
 
     def on(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "L L"]:
@@ -202,9 +204,9 @@ class Bispectral:
 
         Bands of the grid share out the excitation, so that D @ s is `radiance` wherever the grid resolves s.
         """
-        into, out = _axis(self.wavelengths_in_nm), _axis(self.wavelengths_out_nm)
+        into, out = self.wavelengths_in_nm, self.wavelengths_out_nm
         if np.array_equal(wavelengths_nm, into) and np.array_equal(wavelengths_nm, out):
-            return _axis(self.matrix).copy()
+            return self.matrix.copy()
         kept = interpolation_matrix(out, wavelengths_nm) @ self._diagonal
         low, high = _outer_edges(into)
         share = np.where((wavelengths_nm < low) | (wavelengths_nm > high), 0.0, band_widths(wavelengths_nm))
@@ -243,12 +245,6 @@ def band_widths(wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
 def _outer_edges(wavelengths_nm: np.ndarray) -> tuple[float, float]:
     steps = np.diff(wavelengths_nm)
     return float(wavelengths_nm[0] - 0.5 * steps[0]), float(wavelengths_nm[-1] + 0.5 * steps[-1])
-
-
-def _axis(values: object) -> np.ndarray:
-    """A field after `__post_init__` has made it an array."""
-    assert isinstance(values, np.ndarray)
-    return values
 
 
 def _check_entries(matrix: np.ndarray, into: np.ndarray, out: np.ndarray) -> None:

@@ -97,6 +97,18 @@ def test_picture_and_truth_agree_and_both_files_are_there(tmp_path):
     assert coverage.mean() == pytest.approx(np.pi / 2.2**2, rel=0.01)
 
 
+def test_fluorescence_shows_where_the_light_excites_it(tmp_path):
+    said = run("06_fluorescence.py", tmp_path, "pictures")
+    rows = re.findall(r"^(\S+) +Y ([\d.]+) .*p99 ([\d.]+) .*reflectance ([\d.]+)$", said, re.M)
+    assert [row[0] for row in rows] == ["D65", "A", "UV-free"], said
+    assert all(float(p99) < 0.05 for _, _, p99, _ in rows), said
+    missed = [float(row[3]) for row in rows]
+    assert missed[0] > missed[2] > missed[1] > 3, said
+    for name in ("D65", "A", "UV-free"):
+        picture, _ = read_xyz_exr(tmp_path / "pictures" / f"{name}.exr")
+        assert picture.values.shape == (96, 96, 3)
+
+
 def test_a_catalogue_of_two_materials(tmp_path):
     said = run("05_build_a_catalogue.py", tmp_path, "made")
     assert "2 imported" in said and "2 unchanged" in said

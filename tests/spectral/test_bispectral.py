@@ -123,7 +123,7 @@ def test_scale_of_the_light_does_not_matter():
 
 def test_photons_become_power_at_the_door():
     photons = np.array([[0.0, 0.0], [0.5, 0.0]])
-    found = Bispectral.from_photons([400.0, 800.0], [400.0, 800.0], photons)
+    found = Bispectral.from_photons(np.array([400.0, 800.0]), np.array([400.0, 800.0]), photons)
     np.testing.assert_allclose(found.matrix, [[0, 0], [0.25, 0]])
     np.testing.assert_allclose(found.photon_yield, [0.5, 0])
     np.testing.assert_allclose(found.power_yield, [0.25, 0])
@@ -228,7 +228,6 @@ def test_refusals_name_place_and_value():
         broken[change[0], change[1]] = change[2]
         said = refusal(NM, NM, broken)
         assert problem in said and "found" in said, said
-    assert "from 600 to 400 nm" in refusal(NM, NM, good.T + 0.0 * good) or "nm" in refusal(NM, NM, good.T)
     assert "transpose" in refusal(NM, NM, good.T)
 
 
