@@ -26,6 +26,8 @@ from .lookup import multilinear
 
 _CHANNELS = ("red", "green", "blue")
 _RIGHT = 0.5 * np.pi
+# How much lines along theta_h, theta_d and phi_d say about a gap, at the same distance in nodes.
+_TRUST = (0.02, 1.0, 1.0)
 # Angles of the last nodes: beyond, f_r is held.
 _LAST_HALF, _LAST_DIFFERENCE = (89.0 / 90.0) ** 2 * _RIGHT, np.radians(89.0)
 _AXES = (Axis("theta_h", 90, _LAST_HALF, "sqrt"), Axis("theta_d", 90, _LAST_DIFFERENCE), Axis("phi_d", 37, np.pi))
@@ -50,7 +52,7 @@ class MerlBrdf(Brdf):
     NAME: ClassVar[str] = "merl"
     isotropic = True
 
-    values: Float[np.ndarray, "90 90 180 3"]
+    values: Float[np.ndarray, "H D P 3"]
     method: str = DEFAULT_METHOD
     name: str = ""
 
@@ -158,16 +160,17 @@ def _reachable() -> Bool[np.ndarray, "90 90 180"]:
 
 def _without_gaps(values: Float[np.ndarray, "H D P"]) -> Float[np.ndarray, "H D P"]:
     """Every 0 replaced by what the positive nodes around it say: along each axis a straight line in the logarithm
-    between the nearest ones on both sides, or the nearest where there is one side only; the nearer axis counts more.
+    between the nearest ones on both sides, or the nearest where there is one side only; the nearer axis counts more,
+    and theta_h, along which a lobe falls by decades, less.
     """
     known = values > 0
     logarithm = np.log(np.where(known, values, 1.0))
     while not known.all():
         total, weight = np.zeros_like(logarithm), np.zeros_like(logarithm)
-        for axis in range(3):
+        for axis, trust in enumerate(_TRUST):
             for found, near in _lines(np.moveaxis(logarithm, axis, -1), np.moveaxis(known, axis, -1)):
-                total += np.moveaxis(found * near, -1, axis)
-                weight += np.moveaxis(near, -1, axis)
+                total += trust * np.moveaxis(found * near, -1, axis)
+                weight += trust * np.moveaxis(near, -1, axis)
         fill = ~known & (weight > 0)
         logarithm[fill] = total[fill] / weight[fill]
         known = known | fill
