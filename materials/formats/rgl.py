@@ -1,0 +1,205 @@
+"""Reads measured BRDFs in the `tensor_file` container (.bsdf) of the RGL material data base (Dupuy and Jakob 2018).
+
+    "tensor_file\\0", two bytes of version (1, 0), uint32 count of fields; then for each field
+    uint16 length and name, uint16 rank, uint8 type, uint64 offset into the file, rank x uint64 shape
+
+Little-endian throughout. A BRDF has these fields, the last axis running fastest:
+
+    phi_i (P,), theta_i (T,)        directions to the light at which the rest is tabulated, radians
+    ndf, sigma (A, B)               distribution of normals and its projected area, over azimuth and polar angle
+    vndf (P, T, A, B)               distribution of the normals that the light sees, not normalised
+    luminance (P, T, H, W)          over the warped unit square, for importance sampling
+    spectra (P, T, L, H, W) with wavelengths (L,) in nm, or rgb (P, T, 3, H, W)
+    jacobian (1,)                   1: values are to be multiplied by ndf / (4 sigma)
+    description                     text, as bytes
+
+Values include the cosine of the viewer's polar angle. Fields that are not listed here are kept as they are.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.files import existing_file
+from ...spectral.wavelengths import validated_wavelengths
+
+MAGIC = b"tensor_file\0"
+_VERSION = (1, 0)
+_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
+_LONGEST_RANK = 16
+_AXES = ("phi_i", "theta_i")
+# Names of the axes of each field; those that are shared between fields must agree in size.
+_SHAPES = {
+    "phi_i": "P",
+    "theta_i": "T",
+    "ndf": ("A ndf", "B ndf"),
+    "sigma": ("A sigma", "B sigma"),
+    "vndf": ("P", "T", "A", "B"),
+    "luminance": ("P", "T", "H", "W"),
+    "jacobian": ("one",),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class RglMeasurement:
+    """The fields of one file under their own names, checked; `name` is the file's."""
+
+    name: str
+    fields: Mapping[str, np.ndarray]
+
+    def __post_init__(self) -> None:
+        _check(self.fields)
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"] | None:
+        """(L,) of a spectral file, nm; None of one in RGB."""
+        return np.asarray(self.fields["wavelengths"], dtype=np.float64) if "wavelengths" in self.fields else None
+
+    @property
+    def values(self) -> np.ndarray:
+        """(P, T, L, H, W) spectra or (P, T, 3, H, W) RGB."""
+        return self.fields["spectra" if "wavelengths" in self.fields else "rgb"]
+
+    @property
+    def isotropic(self) -> bool:
+        """Up to two azimuths of the light mean that azimuth does not matter, as the data base has it."""
+        return len(self.fields["phi_i"]) <= 2
+
+    @property
+    def jacobian(self) -> bool:
+        """True where values are to be multiplied by ndf / (4 sigma)."""
+        return bool(self.fields["jacobian"].ravel()[0])
+
+    @property
+    def description(self) -> str:
+        return self.fields["description"].tobytes().decode("utf-8", "replace").strip("\0 \n")
+
+
+def is_rgl(path: str | Path) -> bool:
+    """True where the file begins as this container does, whatever its name."""
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(len(MAGIC)) == MAGIC
+    except OSError:
+        return False
+
+
+def read_rgl(path: str | Path) -> RglMeasurement:
+    """One file; see the text of this module for the layout.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is something else, of another version, ends early; a field is missing, of another shape
+        than its axes have, or holds NaN, infinity or a density that is negative or nowhere positive.
+    """
+    path = existing_file(path)
+    try:
+        fields = read_tensors(path)
+        return RglMeasurement(path.stem, fields)
+    except InputError as reason:
+        raise InputError(
+            reason.problem,
+            file=path,
+            field=reason.field,
+            found=reason.found,
+            expected=reason.expected,
+            hint=reason.hint,
+        ) from None
+    except OSError as reason:
+        raise InputError("cannot be read", file=path, found=reason.strerror or str(reason)) from None
+
+
+def read_tensors(path: Path) -> dict[str, np.ndarray]:
+    """Every array of a container, in the file's order; raises `InputError` (which does not name the file)."""
+    raw = path.read_bytes()
+    if not raw.startswith(MAGIC):
+        found = repr(raw[: len(MAGIC)])
+        raise InputError("not a tensor_file container", found=found, expected=repr(MAGIC))
+    try:
+        return _tensors(raw)
+    except struct.error:
+        raise InputError("the file ends early", field="header", found=f"{len(raw)} bytes") from None
+
+
+def _tensors(raw: bytes) -> dict[str, np.ndarray]:
+    place = len(MAGIC)
+
+    def take(layout: str) -> tuple:
+        nonlocal place
+        values = struct.unpack_from("<" + layout, raw, place)
+        place += struct.calcsize("<" + layout)
+        return values
+
+    version = take("BB")
+    if version != _VERSION:
+        raise InputError("unknown version of the container", field="version", found=version, expected=str(_VERSION))
+    (count,) = take("I")
+    fields: dict[str, np.ndarray] = {}
+    for _ in range(count):
+        (length,) = take("H")
+        (text,) = take(f"{length}s")
+        name = text.decode("utf-8", "replace")
+        rank, kind, offset = take("HBQ")
+        if not 0 < kind < len(_TYPES):
+            raise InputError("unknown type of numbers", field=name, found=kind, expected=f"1 to {len(_TYPES) - 1}")
+        if rank > _LONGEST_RANK:
+            raise InputError("too many axes", field=name, found=rank, expected=f"{_LONGEST_RANK} at most")
+        shape = take(f"{rank}Q")
+        if name in fields:
+            raise InputError("a field comes twice", field=name)
+        dtype = np.dtype(_TYPES[kind])
+        size = math.prod(shape)
+        if offset + size * dtype.itemsize > len(raw):
+            expected = f"{offset + size * dtype.itemsize} bytes for {shape}"
+            raise InputError("the file ends early", field=name, found=f"{len(raw)} bytes", expected=expected)
+        fields[name] = np.frombuffer(raw, dtype, size, offset).reshape(shape)
+    return fields
+
+
+def _check(fields: Mapping[str, np.ndarray]) -> None:
+    """The fields make a BRDF, or an `InputError` that names the one that does not."""
+    values, third = ("spectra", "L") if "wavelengths" in fields else ("rgb", "C")
+    shapes: dict[str, tuple[str, ...]] = {name: tuple(axes) for name, axes in _SHAPES.items()}
+    shapes[values] = ("P", "T", third, "H", "W")
+    if values == "spectra":
+        shapes["wavelengths"] = ("L",)
+    missing = sorted({*shapes, "description"} - set(fields))
+    if missing:
+        found = ", ".join(fields) or "nothing"
+        raise InputError("a BRDF lacks fields", field=missing[0], found=found, expected=f"also {', '.join(missing)}")
+    sizes = {"C": 3, "one": 1}
+    for name, axes in shapes.items():
+        field = fields[name]
+        expected = tuple(sizes.get(axis, size) for axis, size in zip(axes, field.shape, strict=False))
+        # One node cannot be interpolated over a square; over the light's directions it can.
+        thin = any(
+            size < (1 if axis in "PTLC" or axis == "one" else 2) for axis, size in zip(axes, field.shape, strict=False)
+        )
+        if field.ndim != len(axes) or field.shape != expected or thin:
+            wanted = f"({', '.join(str(sizes.get(axis, axis.split()[0])) for axis in axes)})"
+            raise InputError("a field of another shape", field=name, found=field.shape, expected=wanted)
+        sizes |= dict(zip(axes, field.shape, strict=True))
+        if not np.isfinite(field).all():
+            raise InputError("not a finite number", field=name, found="NaN or infinity", expected="numbers")
+    for name in _AXES:
+        if (np.diff(fields[name].astype(np.float64)) <= 0).any() or np.abs(fields[name]).max() > 6.5:
+            raise InputError("angles do not ascend", field=name, found=fields[name], expected="radians, ascending")
+    if values == "spectra":
+        validated_wavelengths(fields["wavelengths"], field="wavelengths")
+    for name in ("ndf", "sigma", "vndf"):
+        if fields[name].min() < 0:
+            raise InputError("a density is negative", field=name, found=fields[name].min(), expected="0 or more")
+    if not (fields["vndf"].max(axis=(-2, -1)) > 0).all():
+        at = np.argwhere(fields["vndf"].max(axis=(-2, -1)) <= 0)[0]
+        raise InputError(
+            "a density is nowhere positive", field=f"vndf{at.tolist()}", found=0.0, expected="a positive one"
+        )
