@@ -19,6 +19,8 @@ from functools import reduce
 import numpy as np
 from jaxtyping import Float
 
+from .tucker import compressed
+
 Factors = list[Float[np.ndarray, "_ R"]]
 
 # Share of a tensor's energy that compression may lose: plenty for a start, which is refined on the table itself.
@@ -54,28 +56,28 @@ def longest_first(factors: Factors) -> Factors:
     return [factor[:, order] for factor in factors]
 
 
-def hosvd(tensor: Float[np.ndarray, "..."], lost: float = _ENERGY_LOST) -> tuple[np.ndarray, Factors]:
-    """Core and orthonormal bases of every mode, losing at most the share `lost` of the energy in each mode."""
-    core, bases = tensor, []
-    for mode in range(tensor.ndim):
-        unfolded = np.moveaxis(core, mode, 0).reshape(core.shape[mode], -1)
-        # Gram matrices are small and exact enough: what is lost is energy, a squared quantity, as well.
-        energy, vectors = np.linalg.eigh(unfolded @ unfolded.T)
-        energy, vectors = np.maximum(energy[::-1], 0.0), vectors[:, ::-1]
-        tail = energy.sum() - np.cumsum(energy)
-        size = max(1, int(np.sum(tail > lost * energy.sum())) + 1) if energy.sum() > 0 else 1
-        basis = vectors[:, : min(size, len(vectors))]
-        bases.append(basis)
-        core = np.moveaxis((basis.T @ unfolded).reshape(-1, *np.delete(core.shape, mode)), 0, mode)
-    return core, bases
+def contracted(tensor: Float[np.ndarray, "..."], factors: Factors, mode: int) -> Float[np.ndarray, "n R"]:
+    """Unfolding of a C-contiguous tensor along `mode` times the Khatri-Rao product of all other factors.
+
+    From views of the tensor: the modes after `mode` or those before it are summed first, whichever leaves less.
+    """
+    size = tensor.shape[mode]
+    if mode == 0:
+        return tensor.reshape(size, -1) @ khatri_rao(factors[1:])
+    if mode == tensor.ndim - 1:
+        return tensor.reshape(-1, size).T @ khatri_rao(factors[:-1])
+    before, after = khatri_rao(factors[:mode]), khatri_rao(factors[mode + 1 :])
+    if len(before) <= len(after):
+        return np.einsum("bnr,br->nr", (tensor.reshape(-1, len(after)) @ after).reshape(len(before), size, -1), before)
+    return np.einsum("rna,ar->nr", (before.T @ tensor.reshape(len(before), -1)).reshape(-1, size, len(after)), after)
 
 
 def cp_als(
     tensor: Float[np.ndarray, "..."], start: Factors, sweeps: int, ridge: float, tolerance: float
 ) -> tuple[Factors, float]:
     """Alternating least squares on an unweighted (small) tensor from a given start."""
-    unfolded = [np.moveaxis(tensor, mode, 0).reshape(tensor.shape[mode], -1) for mode in range(tensor.ndim)]
-    energy = float(np.sum(tensor**2))
+    tensor = np.ascontiguousarray(tensor)
+    energy = float(np.vdot(tensor, tensor))
     rank = start[0].shape[1]
     shift = max(ridge * energy ** ((tensor.ndim - 1) / tensor.ndim), _TINY) * np.eye(rank)
 
@@ -83,10 +85,9 @@ def cp_als(
         factors = list(factors)
         matrix = right = np.empty(0)
         gram = [factor.T @ factor for factor in factors]
-        for mode, table in enumerate(unfolded):
-            others = [factor for k, factor in enumerate(factors) if k != mode]
+        for mode in range(tensor.ndim):
             matrix = reduce(np.multiply, [g for k, g in enumerate(gram) if k != mode])
-            right = table @ khatri_rao(others)
+            right = contracted(tensor, factors, mode)
             factors[mode] = np.linalg.solve(matrix + shift, right.T).T
             gram[mode] = factors[mode].T @ factors[mode]
         inner = float(np.sum(right * factors[-1]))
@@ -110,8 +111,8 @@ class CompressedTable:
     def of(cls, tensor: Float[np.ndarray, "*grid S"], roots: tuple[Float[np.ndarray, " _"], ...]) -> CompressedTable:
         """Higher-order SVD of tensor (n_1 .. n_d, S) times the outer product of `roots`."""
         scaled = tensor * reduce(np.multiply.outer, roots)[..., None]
-        core, bases = hosvd(scaled)
-        return cls(core, tuple(bases), roots)
+        form = compressed(scaled, _ENERGY_LOST)
+        return cls(form.core, form.bases, roots)
 
     def decomposed(self, rank: int, seed: int, sweeps: int = 120, ridge: float = 1e-6) -> Factors:
         """Factors of `rank` terms, expanded to the table; starts at random from `seed`."""
