@@ -14,6 +14,8 @@ from .page import TEMPLATES
 # Radius and margin of a polar plot, size of a scatter plot, SVG units.
 _POLAR = 130.0
 _SCATTER = (460.0, 300.0)
+# Points nearer than this, across and down, share a label.
+_NEAR = (26.0, 7.0)
 # Shape and place in the legend say what kind a point is; colour says it again.
 KINDS = ("spectra", "ranks", "frames", "precision")
 
@@ -78,14 +80,16 @@ def polar_plots(polar: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scatter_plots(points: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """For every surface and light: ΔE94 p99 against milliseconds a megapixel, and against seconds to fit."""
+    """For every surface: its configurations, numbered, and for every light ΔE94 p99 against what it costs."""
     across = (("ms_per_megapixel", "ms a megapixel"), ("fit_seconds", "seconds to fit"))
     found = []
     for case in dict.fromkeys(point["case"] for point in points):
         own = [point for point in points if point["case"] == case]
-        for light in own[0]["delta_e94"]:
-            for key, label in across:
-                found.append({"case": case, "light": light, "label": label, **_scatter(own, light, key)})
+        lights = list(own[0]["delta_e94"])
+        plots_of_case = [
+            {"light": light, "label": label, **_scatter(own, light, key)} for light in lights for key, label in across
+        ]
+        found.append({"case": case, "lights": lights, "points": own, "plots": plots_of_case})
     return found
 
 
@@ -93,36 +97,56 @@ def _scatter(points: Sequence[dict[str, Any]], light: str, key: str) -> dict[str
     width, height = _SCATTER
     x = np.log10([max(point[key], 1e-6) for point in points])
     y = np.log10([max(point["delta_e94"][light]["p99"], 1e-3) for point in points])
-    low, high = (np.floor(y.min()), np.ceil(y.max() + 1e-9)), (_floor(x.min()), _ceil(x.max()))
-    (y0, y1), (x0, x1) = low, high
+    x0, x1 = _below(x.min()), _above(x.max())
+    y0, y1 = math.floor(y.min()), math.ceil(y.max() + 1e-9)
+    places = np.stack([width * (x - x0) / (x1 - x0), height * (y1 - y) / max(y1 - y0, 1)], axis=-1)
     marks = [
-        {
-            "x": width * (a - x0) / (x1 - x0),
-            "y": height * (1.0 - (b - y0) / max(y1 - y0, 1.0)),
-            "kind": point["kind"],
-            "name": point["configuration"],
-            "words": f"{point['configuration']}: ΔE94 p99 {10**b:.3g}, {10**a:.3g}",
-        }
-        for point, a, b in zip(points, x, y, strict=True)
+        {"x": across, "y": down, "kind": point["kind"], "name": point["configuration"]}
+        for point, (across, down) in zip(points, places.tolist(), strict=True)
     ]
     return {
-        "marks": _labelled(marks),
-        "x_ticks": [(width * (tick - x0) / (x1 - x0), f"{10**tick:.3g}") for tick in _ticks(x0, x1)],
-        "y_ticks": [(height * (1.0 - (t - y0) / max(y1 - y0, 1.0)), f"{10**t:g}") for t in np.arange(y0, y1 + 0.5)],
+        "marks": marks,
+        "labels": _labels(places),
+        "x_ticks": [(width * (tick - x0) / (x1 - x0), f"{10**tick:g}") for tick in _ticks(x0, x1)],
+        "y_ticks": [(height * (y1 - tick) / max(y1 - y0, 1), f"{10.0**tick:g}") for tick in range(y0, y1 + 1)],
     }
 
 
-def _labelled(marks: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Each mark with the place of its label: beside it, moved down where another label stands already."""
-    taken: list[tuple[float, float]] = []
-    for mark in sorted(marks, key=lambda mark: mark["y"]):
-        left = mark["x"] > 0.72 * _SCATTER[0]
-        at = mark["y"] + 3.5
-        while any(abs(at - y) < 10.0 and abs(mark["x"] - x) < 110.0 for x, y in taken):
-            at += 2.0
-        taken.append((mark["x"], at))
-        mark |= {"label_x": mark["x"] + (-8.0 if left else 8.0), "label_y": at, "anchor": "end" if left else "start"}
-    return marks
+def _labels(places: np.ndarray) -> list[dict[str, Any]]:
+    """The numbers of the points, those that (nearly) coincide together: text and where it stands."""
+    groups: list[list[int]] = []
+    for index, place in enumerate(places):
+        near = next((g for g in groups if np.all(np.abs(places[g[-1]] - place) < _NEAR)), None)
+        groups.append([index]) if near is None else near.append(index)
+    found = []
+    for group in groups:
+        across, down = places[group, 0].max(), places[group, 1].mean()
+        left = across > 0.8 * _SCATTER[0]
+        # Runs as "3-6": points in one place tend to be neighbours in the list.
+        text = ", ".join(_runs([index + 1 for index in group]))
+        where = {
+            "x": places[group, 0].min() - 8.0 if left else across + 8.0,
+            "y": down + 3.5,
+            "anchor": "end" if left else "start",
+        }
+        found.append({"text": text, **where})
+    return found
+
+
+def _runs(numbers: list[int]) -> list[str]:
+    """Ascending whole numbers with three or more in a row written as a range.
+
+    >>> _runs([1, 2, 4, 5, 6, 9])
+    ['1', '2', '4–6', '9']
+    """
+    words: list[str] = []
+    start = 0
+    for end in range(1, len(numbers) + 1):
+        if end == len(numbers) or numbers[end] != numbers[end - 1] + 1:
+            run = numbers[start:end]
+            words += [f"{run[0]}–{run[-1]}"] if len(run) > 2 else map(str, run)
+            start = end
+    return words
 
 
 def _ticks(low: float, high: float) -> list[float]:
@@ -130,11 +154,11 @@ def _ticks(low: float, high: float) -> list[float]:
     return [tick for tick in decades if low - 1e-9 <= tick <= high + 1e-9]
 
 
-def _floor(value: float) -> float:
+def _below(value: float) -> float:
     return max(tick for tick in _ticks(-6.0, 6.0) if tick <= value - 0.02)
 
 
-def _ceil(value: float) -> float:
+def _above(value: float) -> float:
     return min(tick for tick in _ticks(-6.0, 6.0) if tick >= value + 0.02)
 
 
