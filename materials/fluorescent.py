@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import abc
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from ..spectral.basis import SpectralBasis
 from ..spectral.bispectral import Bispectral
+from ..spectral.errors import InputError
 from ..spectral.fluorescent_basis import FluorescentBasis
-from .brdf import Brdf, eval_lit
-from .factors import Axis, FactorPack
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+from .brdf import Brdf, Lobe, eval_lit
+from .factors import Axis, FactorPack, FitError
+from .protocol import sphere_protocol
 
 # Last nodes of theta_h, theta_d and phi_d.
 _ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
@@ -33,6 +39,16 @@ class FluorescentBrdf(Brdf):
     ) -> Float[np.ndarray, "..."]:
         """How the emission is spread over directions, 1/sr, without the cosine; zero on or below the horizon."""
 
+    @abc.abstractmethod
+    def packs(self) -> tuple[FactorPack, ...]:
+        """Factors of this material, emission included, which a fit of `eval` would lose."""
+
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Refused: a sum of lobes over reflected wavelengths leaves the emission out."""
+        raise InputError(
+            "a fluorescent surface is not fitted", field="brdf", found=type(self).__name__, expected="its own `packs()`"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class FluorescentLambert(FluorescentBrdf):
@@ -43,12 +59,28 @@ class FluorescentLambert(FluorescentBrdf):
     bispectral : the Donaldson matrix D.
     """
 
-    bispectral: Bispectral
+    NAME: ClassVar[str] = "fluorescent_lambert"
     isotropic = True
+
+    bispectral: Bispectral
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
         return self.bispectral.reflectance.wavelengths_nm
+
+    def parameters(self) -> dict[str, np.ndarray]:
+        """What rebuilds this surface: `wavelengths_nm` (Lo,) out, `excitation_nm` (Li,) in, `donaldson` (Lo,Li)."""
+        surface = self.bispectral
+        return {
+            "wavelengths_nm": surface.wavelengths_out_nm,
+            "excitation_nm": surface.wavelengths_in_nm,
+            "donaldson": surface.matrix,
+        }
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> FluorescentLambert:
+        """The surface whose `parameters()` these are."""
+        return cls(Bispectral(*(parameters[name] for name in ("excitation_nm", "wavelengths_nm", "donaldson"))))
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
@@ -65,10 +97,22 @@ class FluorescentLambert(FluorescentBrdf):
         return np.where((wi[..., 2] > 0) & (wo[..., 2] > 0), 1.0 / np.pi, 0.0)
 
     def packs(self) -> tuple[FactorPack, ...]:
-        """Factors of this material, exact: one constant term, whose one coefficient folds with the full matrix."""
+        """Exact factors: one constant term, whose one coefficient folds with the full matrix."""
         axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
         factors = (np.full((2, 1), 1.0 / np.pi), np.ones((2, 1)), np.ones((2, 1)))
         return (FluorescentPack("hd", axes, factors, np.ones((1, 1)), FluorescentBasis.of(self.bispectral)),)
+
+    def measured_packs(self, pixels: int = 64) -> tuple[tuple[FactorPack, ...], FitError]:
+        """`packs`, and how far they are from every wavelength of the matrix, in ΔE94 on the sphere of `protocol`."""
+        sphere = sphere_protocol(pixels)
+        light, eye = illuminant(sphere.light), observer(sphere.observer)
+        nm = eye.wavelengths_nm
+        sent = np.trapezoid(self.bispectral.emission(light, nm)[:, None] * eye.cmfs, nm, axis=0) / eye.luminous(light)
+        cosine = sphere.wi[:, 2:]
+        reference = sphere.reference(self) + np.pi * cosine * self.emission_factor(sphere.wi, sphere.wo)[:, None] * sent
+        (pack,) = self.packs()
+        error = sphere.compare(reference, np.pi * pack.geometry(sphere.wi, sphere.wo) @ pack.fold(light, eye))
+        return (replace(pack, error=error),), error
 
 
 @dataclass(frozen=True)

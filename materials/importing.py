@@ -29,6 +29,7 @@ FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "
 MEASURED_CODE = {
     "scattered": ("scattered", "kriging", "measurement", "lookup"),
     "merl": ("merl", "lookup", "../spectral/upsampling"),
+    "fluorescent_lambert": ("fluorescent", "../spectral/bispectral"),
 }
 
 
@@ -94,7 +95,7 @@ def import_sources(
 
     Parameters
     ----------
-    sources : source folders, family descriptions (.toml) or measured files (.brdf, .binary).
+    sources : source folders, family descriptions (.toml), measured files (.brdf, .binary), bispectral pictures (.exr).
     jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
@@ -159,10 +160,15 @@ class _Fitted:
 
 def _fit_one(material: MaterialSource, budget: float) -> _Fitted:
     from .fit import fit
+    from .fluorescent import FluorescentLambert
 
     start = time.perf_counter()
     try:
-        result = fit(rebuild(material.model, material.parameters), budget=budget)
+        brdf = rebuild(material.model, material.parameters)
+        if isinstance(brdf, FluorescentLambert):
+            packs, error = brdf.measured_packs()
+            return _Fitted(packs, error, time.perf_counter() - start)
+        result = fit(brdf, budget=budget)
         return _Fitted(result.packs, result.error, time.perf_counter() - start)
     except MetamerError as reason:
         return _Fitted((), None, time.perf_counter() - start, str(reason))

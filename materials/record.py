@@ -6,6 +6,7 @@ Layout (schema 1), read back in five lines of h5py (docs/catalogue.md):
     /provenance          attributes source, licence, geometry, kind, notes
     /parameters/NAME     what `model` is rebuilt from; text is an attribute of /parameters
     /packs/K             attributes frame, basis; spectral (R,J), wavelengths_nm (L,) [, analysis, synthesis (L,J)]
+                         [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
     /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians
     /error               attributes of `FitError`
 """
@@ -24,8 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..spectral.basis import SpectralBasis
+from ..spectral.bispectral import Bispectral
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import made_folder, written_whole
+from ..spectral.fluorescent_basis import FluorescentBasis
 from .brdf import Brdf
 from .factors import Axis, FactorPack, FitError
 
@@ -112,6 +115,14 @@ def rebuild(model: str, parameters: Mapping[str, Any]) -> Brdf:
         from .merl import MerlBrdf
 
         return MerlBrdf.from_parameters(parameters)
+    if model == "rgl":
+        from .rgl import RglBrdf
+
+        return RglBrdf.from_parameters(parameters)
+    if model == "fluorescent_lambert":
+        from .fluorescent import FluorescentLambert
+
+        return FluorescentLambert.from_parameters(parameters)
     rest = dict(parameters)
     return model_named(model).from_parameters(rest.pop("wavelengths_nm"), rest)
 
@@ -182,7 +193,10 @@ def _fill(file: Any, record: MaterialRecord) -> None:
         group.attrs.update(frame=pack.frame, basis=pack.basis.name)
         _dataset(group, "spectral", pack.spectral)
         _dataset(group, "wavelengths_nm", pack.basis.wavelengths_nm)
-        if not pack.basis.is_sampled:
+        if isinstance(pack.basis, FluorescentBasis):
+            _dataset(group, "excitation_nm", pack.basis.bispectral.wavelengths_in_nm)
+            _dataset(group, "donaldson", pack.basis.bispectral.matrix)
+        elif not pack.basis.is_sampled:
             _dataset(group, "analysis", pack.basis.analysis)
             _dataset(group, "synthesis", pack.basis.synthesis)
         for position, (axis, factor) in enumerate(zip(pack.axes, pack.factors, strict=True)):
@@ -248,7 +262,13 @@ def _record(file: Any) -> MaterialRecord:
 
 def _pack(group: Any, error: FitError | None) -> FactorPack:
     wavelengths_nm = group["wavelengths_nm"][()]
-    if "analysis" in group:
+    kind = FactorPack
+    if "donaldson" in group:
+        from .fluorescent import FluorescentPack as kind
+
+        surface = Bispectral(group["excitation_nm"][()], wavelengths_nm, group["donaldson"][()])
+        basis = FluorescentBasis.of(surface)
+    elif "analysis" in group:
         basis = SpectralBasis(group.attrs["basis"], wavelengths_nm, group["analysis"][()], group["synthesis"][()])
     else:
         basis = SpectralBasis.sampled(wavelengths_nm)
@@ -258,7 +278,7 @@ def _pack(group: Any, error: FitError | None) -> FactorPack:
         Axis(name, len(factor), float(at.attrs["maximum"]), at.attrs["warp"], bool(at.attrs["periodic"]))
         for (name, at), factor in zip(places, factors, strict=True)
     )
-    return FactorPack(group.attrs["frame"], axes, factors, group["spectral"][()], basis, error)
+    return kind(group.attrs["frame"], axes, factors, group["spectral"][()], basis, error)
 
 
 def _attributes(node: Any) -> dict[str, Any]:

@@ -63,7 +63,8 @@ class Rejected:
 
 
 def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[MaterialSource | Rejected, ...]:
-    """Every material that a folder, a family description (.toml) or a measured file (.brdf, .binary) gives.
+    """Every material that a folder, a family description (.toml), a measured file (.brdf, .binary) or a bispectral
+    picture (.exr) gives.
 
     `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
@@ -85,11 +86,13 @@ def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[Materi
     try:
         if path.suffix == ".toml":
             return tuple(_family(path))
+        if path.suffix == ".exr":
+            return tuple(_bispectral(path))
         if is_measured(path):
             return (_measured(path, uplift),)
     except InputError as reason:
         return (Rejected(path.name, reason),)
-    raise InputError("not a material source", file=path, expected=", ".join((".toml", *SUFFIXES)))
+    raise InputError("not a material source", file=path, expected=", ".join((".toml", *SUFFIXES, ".exr")))
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -103,6 +106,23 @@ def read_toml(path: Path) -> dict[str, Any]:
 def _measured(path: Path, uplift: str) -> MaterialSource:
     brdf, provenance = read_measured(path, uplift)
     return MaterialSource(f"measured/{slug(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
+
+
+def _bispectral(path: Path) -> Iterator[MaterialSource]:
+    """One material for each surface of a bispectral picture."""
+    from .formats.bispectral import read_bispectral
+
+    surfaces = read_bispectral(path)
+    content = hashlib.sha256(path.read_bytes()).hexdigest()
+    for number, brdf in enumerate(surfaces, start=1):
+        name = slug(path.stem) + (f"-{number}" if len(surfaces) > 1 else "")
+        provenance = Provenance(
+            source=f"{path.name}, a bispectral OpenEXR picture, surface {number} of {len(surfaces)}",
+            licence="not stated in the file",
+            kind="measured",
+            notes=f"taken to be perfectly diffuse + {path.name}: SHA-256 {content}",
+        )
+        yield MaterialSource(f"measured/{name}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
 
 
 def _family(path: Path) -> Iterator[MaterialSource | Rejected]:
