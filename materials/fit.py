@@ -8,6 +8,8 @@ notes which materials suit which frame.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,14 +18,14 @@ from jaxtyping import Float
 from ..spectral.basis import SpectralBasis
 from ..spectral.errors import InputError
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
-from .brdf import Brdf, Lobe
+from .brdf import Brdf, Frame, Lobe
 from .cp import CompressedTable, Factors, WeightedTable, weighted_cp
 from .factors import Axis, FactorPack, FitError
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots
 from .protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, SphereProtocol, sphere_protocol
 from .tabulated import node_directions, tabulate
 
-__all__ = ["Fit", "FitError", "fit"]
+__all__ = ["Fit", "FitError", "Trial", "fit"]
 
 RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 # The mean may be this share of the budget, which is for the 99th percentile.
@@ -49,6 +51,22 @@ class Fit:
         return sum(pack.rank for pack in self.packs)
 
 
+@dataclass(frozen=True)
+class Trial:
+    """One number of terms that was tried for one lobe, with the other lobes exact; `kept`: the best so far.
+
+    seconds : since this lobe's first trial began, its table already there. score : what is held against the budget.
+    """
+
+    lobe: int
+    frame: Frame
+    rank: int
+    seconds: float
+    error: FitError
+    score: float
+    kept: bool
+
+
 def fit(
     brdf: Brdf,
     *,
@@ -57,6 +75,8 @@ def fit(
     axes: tuple[Axis, ...] | None = None,
     ranks: tuple[int, ...] = RANKS,
     pixels: int = 128,
+    frame: Frame | None = None,
+    tried: Callable[[Trial], None] = lambda trial: None,
 ) -> Fit:
     """Factor packs for `brdf`, their spectra sampled on the working wavelengths.
 
@@ -68,6 +88,8 @@ def fit(
     axes : grid for a BRDF of one lobe, in place of the one chosen for it.
     ranks : numbers of terms to try for each lobe, ascending.
     pixels : of the sphere protocol; recorded in the error's `protocol`.
+    frame : fits the BRDF as one lobe in this frame, in place of the lobes that it names itself.
+    tried : called after each number of terms.
 
     Raises
     ------
@@ -77,7 +99,7 @@ def fit(
         raise InputError("unusable budget", field="budget", found=budget, expected="a positive ΔE94")
     if not ranks:
         raise InputError("no ranks to try", field="ranks", found=0, expected="at least one number of terms")
-    lobes = brdf.lobes()
+    lobes = brdf.lobes() if frame is None else (Lobe(frame, brdf),)
     if axes is not None and len(lobes) != 1:
         raise InputError("one grid for several lobes", field="axes", found=len(lobes), expected="a BRDF of one lobe")
     isotropic = all(lobe.brdf.isotropic for lobe in lobes)
@@ -91,13 +113,17 @@ def fit(
         )
     share = budget / np.sqrt(len(lobes))
     packs, residual = [], 0.0
-    for lobe in lobes:
+    for number, lobe in enumerate(lobes):
         alone = len(lobes) == 1
         views = (
             _View(protocol, reference, 0.0 if alone else reference - protocol.reference(lobe.brdf)),
             _View(back, behind, 0.0 if alone else behind - back.reference(lobe.brdf)),
         )
-        pack, relative = _fit_lobe(lobe, views, share, seed, axes, ranks)
+
+        def report(trial: Trial, number: int = number) -> None:
+            tried(replace(trial, lobe=number))
+
+        pack, relative = _fit_lobe(lobe, views, share, seed, axes, ranks, report)
         packs.append(pack)
         residual = max(residual, relative)
     # A lobe without light adds nothing, unless it is all there is.
@@ -125,6 +151,7 @@ def _fit_lobe(
     seed: int,
     axes: tuple[Axis, ...] | None,
     ranks: tuple[int, ...],
+    tried: Callable[[Trial], None],
 ) -> tuple[FactorPack, float]:
     """The pack of fewest terms within the budget, else the best one; and its table's weighted relative residual."""
     front, back = views
@@ -155,12 +182,14 @@ def _fit_lobe(
 
     best_score, best = np.inf, (packed(compressed.decomposed(ranks[0], seed, 0)), 1.0)
     stalled = 0
+    begun = time.perf_counter()
     for rank in ranks:
         factors, left = weighted_cp(whole, compressed.decomposed(rank, seed), _SWEEPS)
         pack = packed(factors)
         error = front.error(pack)
         score = max(error.p99, error.mean / _MEAN_SHARE, back.error(pack).p99 / _BACK_SHARE)
         stalled = 0 if score < 0.9 * best_score else stalled + 1
+        tried(Trial(0, lobe.frame, rank, time.perf_counter() - begun, error, score, score < best_score))
         if score < best_score:
             best_score, best = score, (pack, float(np.sqrt(max(left, 0.0) / whole.energy)))
         # Near the budget, what is left after three vain attempts is the grid's error, which more terms cannot mend.

@@ -1,0 +1,76 @@
+"""Hard cases of whole fits: spectra of one band, line light, wrap-around, trials as they go."""
+
+import numpy as np
+import pytest
+from metamer.materials.analytic import AshikhminShirley, OrenNayar
+from metamer.materials.directions import spherical
+from metamer.materials.factors import FactoredBrdf
+from metamer.materials.fit import fit
+from metamer.materials.protocol import sphere_protocol
+from metamer.spectral.observers import observer
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+
+L = len(WORKING_WAVELENGTHS_NM)
+PIXELS = 48
+RED = Spectrum.sampled(WORKING_WAVELENGTHS_NM, 0.05 + 0.6 * np.linspace(0.0, 1.0, L) ** 2)
+BAND = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.where(WORKING_WAVELENGTHS_NM == 550.0, 0.9, 0.0))
+GREY = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(L, 0.04))
+
+
+def test_spectra_that_are_zero_but_in_one_band():
+    found = fit(OrenNayar(BAND, 0.35), pixels=PIXELS)
+    assert found.error.p99 <= 0.7
+    lit = np.flatnonzero(WORKING_WAVELENGTHS_NM == 550.0)
+    for pack in found.packs:
+        dark = np.delete(pack.spectral, lit, axis=1)
+        assert np.abs(dark).max() < 1e-6 * np.abs(pack.spectral).max()
+
+
+def test_a_light_of_one_line_a_nanometre_wide():
+    brdf = AshikhminShirley(RED, GREY, 20.0, 20.0)
+    packs = fit(brdf, pixels=PIXELS).packs
+    line = np.arange(540.0, 553.0)
+    light = Spectrum.sampled(line, np.where(line == 546.0, 1.0, 0.0), "emission")
+    weights = observer("1931_2").weights(light, WORKING_WAVELENGTHS_NM).T
+    sphere = sphere_protocol(PIXELS)
+    original, ours = (
+        np.pi * (it.eval(sphere.wi, sphere.wo) @ weights) * sphere.wi[:, 2:] for it in (brdf, FactoredBrdf(packs))
+    )
+    assert np.abs(weights).max() > 0
+    error = np.percentile(np.abs(ours - original)[:, 1], 99)
+    assert error < 0.01 * original[:, 1].max(), (error, original[:, 1].max())
+
+
+def test_the_azimuth_wraps_around_without_a_seam():
+    packs = fit(AshikhminShirley(RED, GREY, 20.0, 20.0), pixels=PIXELS).packs
+    turn = 2.0 * np.pi
+    wi, near = spherical(np.full(4, 0.8), 0.0), 1e-7
+    either = [spherical(np.full(4, 0.6), np.array([0.0, near, turn - near, turn])), spherical(np.full(4, 0.6), np.pi)]
+    for wo in either:
+        shaded = sum(pack.shade(wi, wo) for pack in packs)
+        np.testing.assert_allclose(shaded, np.broadcast_to(shaded[:1], shaded.shape), rtol=1e-4)
+
+
+def test_the_order_of_materials_does_not_matter():
+    brdfs = [OrenNayar(RED, 0.35), AshikhminShirley(RED, GREY, 20.0, 20.0)]
+    forward = [fit(brdf, ranks=(2,), pixels=PIXELS) for brdf in brdfs]
+    backward = [fit(brdf, ranks=(2,), pixels=PIXELS) for brdf in reversed(brdfs)][::-1]
+    for one, other in zip(forward, backward, strict=True):
+        for a, b in zip(one.packs, other.packs, strict=True):
+            np.testing.assert_array_equal(a.spectral, b.spectral)
+
+
+def test_every_trial_is_told_and_the_best_is_kept():
+    trials = []
+    found = fit(AshikhminShirley(RED, GREY, 20.0, 20.0), pixels=PIXELS, tried=trials.append)
+    assert {trial.lobe for trial in trials} == {0, 1}
+    for lobe, pack in enumerate(found.packs):
+        own = [trial for trial in trials if trial.lobe == lobe]
+        assert [trial.rank for trial in own] == sorted(trial.rank for trial in own)
+        assert [trial.rank for trial in own if trial.kept][-1] == pack.rank
+
+
+@pytest.mark.parametrize("frame", ["io", "hd"])
+def test_a_frame_can_be_asked_for(frame):
+    found = fit(OrenNayar(RED, 0.35), frame=frame, ranks=(4,), pixels=PIXELS)
+    assert [pack.frame for pack in found.packs] == [frame]
