@@ -16,7 +16,7 @@ from typing import NoReturn
 from ..spectral.errors import MetamerError
 
 # One small module a subcommand, each with `add_parser(subparsers)` and `run(args) -> int`.
-COMMANDS = ("review", "render", "catalogue", "bench", "doctor")
+COMMANDS = ("review", "render", "fit", "catalogue", "bench", "doctor")
 
 
 class _Parser(argparse.ArgumentParser):
