@@ -24,7 +24,7 @@ from .sources import MaterialSource, Rejected, read_sources
 # ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
 DEFAULT_BUDGET = 0.5
 # The code that every fit depends on, beside that of its model: when it changes, materials are fitted again.
-FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "tabulated")
+FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "tabulated", "tucker")
 # Models that are no formula, and the code that each of them depends on.
 MEASURED_CODE = {
     "scattered": ("scattered", "kriging", "measurement", "lookup"),
