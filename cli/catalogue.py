@@ -25,7 +25,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         nargs="*",
         type=Path,
         metavar="SRC",
-        help="source folder, family description (.toml) or measured file (.brdf, .binary, .exr); default: what ships",
+        help="source folder, family description (.toml) or measured file (.brdf, .binary, .bsdf, .exr); "
+        "default: what ships",
     )
     bring.add_argument("--into", type=Path, metavar="CAT", help=_CATALOGUE_HELP)
     bring.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one a core)")

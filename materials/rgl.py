@@ -25,7 +25,7 @@ from ..spectral.errors import InputError
 from ..spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .bilinear_warp import BilinearWarp, Slices, bilinear
-from .brdf import Brdf, eval_lit
+from .brdf import Brdf, Lobe, eval_lit
 from .directions import TAU, angles
 from .formats.rgl import RglMeasurement
 
@@ -94,6 +94,11 @@ class RglBrdf(Brdf):
         return self.measurement.wavelengths_nm is not None
 
     @property
+    def channels(self) -> int:
+        """Values that the file has for each pair: its wavelengths, or 3."""
+        return self.measurement.values.shape[2]
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed, held and kept, in words."""
         values, theta = self.measurement.values, np.degrees(self.measurement.fields["theta_i"])
@@ -111,6 +116,10 @@ class RglBrdf(Brdf):
             "stored values were divided by cos(theta_o), beyond 89.9 deg by that of 89.9 deg",
         )
 
+    def lobes(self) -> tuple[Lobe, ...]:
+        """The whole, over half and difference angles: lacquers and films peak about the half vector."""
+        return (Lobe("hd", self),)
+
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
@@ -125,7 +134,7 @@ class RglBrdf(Brdf):
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... C"]:
         """f_r in 1/sr of the file's own channels: its wavelengths, or red, green and blue."""
-        return eval_lit(lambda i, o: self._looked_up(self._stored, i, o), self._stored.shape[-1], wi, wo)
+        return eval_lit(lambda i, o: self._looked_up(self._stored, i, o), self.channels, wi, wo)
 
     def _looked_up(self, table: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         """f_r of pairs (N, 3) above the horizon, in the channels of `table` (S, H, W, C)."""

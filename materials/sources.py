@@ -63,8 +63,8 @@ class Rejected:
 
 
 def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[MaterialSource | Rejected, ...]:
-    """Every material that a folder, a family description (.toml), a measured file (.brdf, .binary) or a bispectral
-    picture (.exr) gives.
+    """Every material that a folder, a family description (.toml), a measured file (.brdf, .binary, .bsdf) or a
+    bispectral picture (.exr) gives.
 
     `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
