@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from metamer.materials.cp import cp_tensor
-from metamer.materials.decompose import METHODS, decompose, smoothed
+from metamer.materials.decompose import METHODS, decompose
 from metamer.materials.tucker import compressed, mode_gram, projected
 from metamer.spectral.errors import InputError
 
@@ -150,10 +150,7 @@ def test_memory_stays_below_three_tables():
     assert peak < 2 * table.nbytes, peak / table.nbytes
 
 
-def test_smoothing_keeps_constants_and_the_table_is_only_read():
-    np.testing.assert_allclose(smoothed(np.full((9, 2), 3.0)), 3.0)
-    turn = np.arange(9.0)[:, None] % 8
-    np.testing.assert_allclose(smoothed(turn, periodic=True)[[0, -1]], 3.0)
+def test_the_table_is_only_read():
     table = a_tensor(3)
     table.setflags(write=False)
     decompose(table, 2)
