@@ -29,6 +29,7 @@ FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "
 MEASURED_CODE = {
     "scattered": ("scattered", "kriging", "measurement", "lookup"),
     "merl": ("merl", "lookup", "../spectral/upsampling"),
+    "rgl": ("rgl", "bilinear_warp", "../spectral/upsampling"),
     "fluorescent_lambert": ("fluorescent", "../spectral/bispectral"),
 }
 
