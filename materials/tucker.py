@@ -1,8 +1,8 @@
-"""Tucker compression of a dense table: orthonormal bases of every mode and a small core, without a copy of the table.
+"""Tucker compression of a dense table: orthonormal bases of every mode and a small core, in little memory.
 
 Sequentially truncated higher-order SVD (Vannieuwenhoven, Vandebril and Meerbergen 2012): each mode's basis is found
-from the core that the modes before it have left. Bases come from the eigenvectors of mode Gram matrices, which a
-contiguous table gives up through views alone: what lies before a mode and what lies after it are two plain indices.
+from the core that the modes before it have left. Bases come from the eigenvectors of mode Gram matrices. The last
+and the first mode of the table, which go first, are unfolded by views; the others only once the core is smaller.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def compressed(table: Float[np.ndarray, "..."], lost: float = 1e-10, most: int |
     `most`: columns that a basis has at most, whatever is lost: what bounds the core of a noisy table.
 
     A C-contiguous table of float64 is only read; beyond it no more is allocated than one copy truncated in its first
-    compressed mode. The smallest mode goes first: it is the spectrum, whose rank is low.
+    compressed mode. The last mode goes first: it is the spectrum, whose rank is low.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def compressed(table: Float[np.ndarray, "..."], lost: float = 1e-10, most: int |
     if not np.isfinite(energy):
         raise InputError("the table is not finite", field="table", found="NaN or infinity", expected="numbers")
     bases: dict[int, np.ndarray] = {}
-    order = sorted(range(core.ndim), key=lambda mode: (core.shape[mode], mode))
+    order = [core.ndim - 1, *range(core.ndim - 1)]
     allowed = lost * energy / core.ndim
     for mode in order:
         values, vectors = np.linalg.eigh(mode_gram(core, mode))
@@ -65,28 +65,25 @@ def compressed(table: Float[np.ndarray, "..."], lost: float = 1e-10, most: int |
 
 
 def mode_gram(tensor: Float[np.ndarray, "..."], mode: int) -> Float[np.ndarray, "n n"]:
-    """X X^T of the unfolding of a C-contiguous tensor along `mode`, from views of it.
+    """X X^T of the unfolding of a C-contiguous tensor along `mode`.
 
     >>> mode_gram(np.arange(6.0).reshape(1, 2, 3), 1)
     array([[ 5., 14.],
            [14., 50.]])
     """
     size = tensor.shape[mode]
-    after = int(np.prod(tensor.shape[mode + 1 :]))
-    if after == 1:
+    if mode == tensor.ndim - 1:
         rows = tensor.reshape(-1, size)
         return rows.T @ rows
-    blocks = tensor.reshape(-1, size, after)
-    gram = np.zeros((size, size))
-    for block in blocks:
-        gram += block @ block.T
-    return gram
+    # One large product: many small ones stall where threads share few cores. A view for the first mode.
+    columns = np.moveaxis(tensor, mode, 0).reshape(size, -1)
+    return columns @ columns.T
 
 
 def projected(tensor: Float[np.ndarray, "..."], basis: Float[np.ndarray, "n k"], mode: int) -> Float[np.ndarray, "..."]:
     """The tensor with `mode` expressed in the columns of `basis`: a contiguous array of size k along it."""
-    shape = (*tensor.shape[:mode], basis.shape[1], *tensor.shape[mode + 1 :])
-    after = int(np.prod(tensor.shape[mode + 1 :]))
-    if after == 1:
-        return (tensor.reshape(-1, tensor.shape[mode]) @ basis).reshape(shape)
-    return np.matmul(basis.T, tensor.reshape(-1, tensor.shape[mode], after)).reshape(shape)
+    if mode == tensor.ndim - 1:
+        return (tensor.reshape(-1, tensor.shape[mode]) @ basis).reshape(*tensor.shape[:-1], basis.shape[1])
+    columns = np.moveaxis(tensor, mode, 0)
+    found = (basis.T @ columns.reshape(len(columns), -1)).reshape(-1, *columns.shape[1:])
+    return np.ascontiguousarray(np.moveaxis(found, 0, mode))
