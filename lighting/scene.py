@@ -19,7 +19,6 @@ from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
 from .vectors import Number
 
-
 # A lamp in the very middle of a room must not make its reference illuminance infinite.
 LEAST_SHARE = 0.25
 
