@@ -55,6 +55,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         headline=_headline(document, counts, len(views)),
         verdicts=_VERDICTS,
         worst=sorted(views, key=_badness, reverse=True)[:SHOWN_WORST],
+        largest=max(views, key=_p99),
         illuminants=_unique(row.illuminant for row in rows),
         observers=_unique(_observer(row.observer) for row in rows),
         whites=_whites(rows),
@@ -89,6 +90,7 @@ def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
                 "anchor": anchor,
                 "rows": views,
                 "worst": worst,
+                "p99": max(map(_p99, views)),
                 "mean": max(row.statistics.mean for row in own),
                 "max": max(row.statistics.max for row in own),
                 "swatches": [(row.illuminant, row.swatch) for row in own if row.swatch is not None],
@@ -97,6 +99,10 @@ def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
             }
         )
     return cards
+
+
+def _p99(view: dict[str, Any]) -> float:
+    return view["row"].statistics.p99
 
 
 def _badness(view: dict[str, Any]) -> tuple[bool, float]:

@@ -141,7 +141,7 @@ def _print_report(console, report: ImportReport, budget: float) -> None:
             error = outcome.error
             figures = (f"{error.mean:.3f}", f"{error.p99:.3f}") if error else ("", "")
             table.add_row(outcome.id, outcome.status, *figures, f"{outcome.seconds:.1f}" if outcome.seconds else "")
-        console.print(table)
+        _print_table(table)
     for outcome in report.outcomes:
         if outcome.status == "failed":
             _say(console, f"{outcome.id} failed: {outcome.reason}")
@@ -164,8 +164,8 @@ def _list(args: argparse.Namespace) -> int:
     for heading in ("material", "model", "kind"):
         table.add_column(heading, no_wrap=True)
     for heading in ("terms", "ΔE94 p99"):
-        table.add_column(heading, justify="right")
-    unusable = []
+        table.add_column(heading, justify="right", no_wrap=True)
+    unusable, measured = [], set()
     for material_id in catalogue.ids():
         try:
             record = catalogue.load(material_id)
@@ -177,10 +177,14 @@ def _list(args: argparse.Namespace) -> int:
             unusable.append(reason)
             continue
         p99 = f"{record.error.p99:.3f}" if record.error else "?"
+        if record.error:
+            measured.add(f"{record.error.light} and the observer {record.error.observer}")
         table.add_row(material_id, record.model, record.provenance.kind, _terms(record), p99)
-    console.print(table)
+    _print_table(table)
     for reason in unusable:
         _say(console, str(reason))
+    for conditions in sorted(measured):
+        _say(console, f"ΔE94 p99: factored against original data, on a sphere under {conditions}; show ID says more")
     _say(console, f"{catalogue.folder}: {table.row_count} materials")
     return 4 if unusable else 0
 
@@ -190,15 +194,18 @@ def _show(args: argparse.Namespace) -> int:
 
     console, record = Console(), _opened(args).load(args.id)
     said = record.provenance
+    # What a measured file says of itself is in the source and in the notes.
+    told = ("name", "description", "measurement_notes") if record.model == "scattered" else ()
+    parameters = ", ".join(_parameter(name, value) for name, value in record.parameters.items() if name not in told)
     lines = [
         ("material", record.id),
         ("model", record.model),
-        ("parameters", ", ".join(_parameter(name, value) for name, value in record.parameters.items())),
+        ("parameters", parameters),
         ("kind", said.kind),
         ("source", said.source),
         ("licence", said.licence),
         ("geometry", said.geometry or "not stated"),
-        ("notes", said.notes),
+        ("notes", said.notes.replace(" + ", f"\n{'':11}") or "none"),
         ("packs", "; ".join(_pack(pack) for pack in record.packs)),
     ]
     if record.error:
@@ -226,6 +233,13 @@ def _opened(args: argparse.Namespace):
     from ..materials.catalogue import Catalogue, default_catalogue
 
     return Catalogue.open(args.catalogue or default_catalogue())
+
+
+def _print_table(table) -> None:
+    """Whole, on a terminal or through a pipe that is narrower too: a figure cut short is none."""
+    from rich.console import Console
+
+    Console(width=max(Console().width, 200)).print(table)
 
 
 def _say(console, text: str) -> None:

@@ -48,9 +48,9 @@ def _renderer() -> str:
 
 
 def _display() -> str:
-    from ..viewer.display import DisplayTransform
-
     import PyOpenColorIO as ocio
+
+    from ..viewer.display import DisplayTransform
 
     transform = DisplayTransform()
     return f"OpenColorIO {ocio.__version__}, {transform.config_name}, {transform.display}, {transform.view}"

@@ -27,7 +27,8 @@ class Camera:
     width, height_px : size of the picture in pixels. Pixels are square.
     samples : sample points along one side of a pixel.
     near, far : distances of the clip planes along the viewing direction; without them they are guessed from the
-        distance to the target. `fitted` sets them to a box. They decide depth precision only: rays ignore them.
+        distance to the target. `fitted` sets them to a box. They scale the depth of `clip_from_world` and cut nothing
+        from a picture.
 
     Raises
     ------
@@ -123,9 +124,12 @@ class Camera:
             # A camera inside the box keeps a near plane in front of it, at a ratio that a float depth buffer bears.
             far = max(far, 1e-6)
             near = max(near, 1e-3 * far)
-        return replace(
-            self, near=self.near if self.near is not None else near, far=self.far if self.far is not None else far
-        )
+        # One plane that was given beyond the box takes the other with it.
+        if self.near is not None:
+            near, far = self.near, max(far, self.near + margin)
+        if self.far is not None:
+            near, far = near if self.near is not None else min(near, self.far - 0.5 * abs(self.far) - margin), self.far
+        return replace(self, near=near, far=far)
 
     def view_from_world(self) -> Float[np.ndarray, "4 4"]:
         """World to camera coordinates (x right, y up, looking along -z)."""

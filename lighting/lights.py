@@ -75,7 +75,7 @@ class PointLight:
     ----------
     position : (3,) world coordinates; one world unit is a metre.
     spectrum : emission, relative: its scale does not matter.
-    intensity_cd : luminous intensity, cd, > 0.
+    intensity_cd : luminous intensity, cd, > 0. It does nothing to a surface at the very point where it stands.
     spectrum_name : what reports call the spectrum.
 
     Raises
@@ -98,7 +98,9 @@ class PointLight:
         """Unit directions to the light and the illuminance (lx) on a surface that faces it, at each point."""
         offset = self.position - points
         squared = np.sum(offset * offset, axis=-1)
-        return offset / np.sqrt(squared)[..., None], np.asarray(self.intensity_cd / squared)
+        apart = squared > 0.0
+        safe = np.where(apart, squared, 1.0)
+        return offset / np.sqrt(safe)[..., None], np.where(apart, self.intensity_cd / safe, 0.0)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> PointLight:
         """The same light with another spectrum at the same intensity."""

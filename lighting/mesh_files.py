@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import re
 import struct
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +15,9 @@ from ..spectral.errors import InputError
 from .creases import creased_normals
 from .mesh import Mesh, check_arrays, degenerate_faces
 from .vectors import Number, dot, unit
+
+if TYPE_CHECKING:
+    import trimesh
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 
@@ -43,18 +50,21 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
     if path.suffix.lower() == ".ply":
         _check_ply_lines(path)
     try:
-        loaded = trimesh.load(path, process=False)
+        loaded = trimesh.load(_source(path), file_type=path.suffix[1:].lower(), process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short", file=path, found=f"{type(reason).__name__}: {reason}"
         ) from reason
 
     pieces: list[tuple[str, trimesh.Trimesh, np.ndarray]] = []
+    left_out: list[str] = []
     if isinstance(loaded, trimesh.Scene):
-        for node in sorted(loaded.graph.nodes_geometry):
+        for name, node in _named_nodes(loaded):
             world_from_node, geometry = loaded.graph[node]
             if isinstance(loaded.geometry[geometry], trimesh.Trimesh):
-                pieces.append((str(node), loaded.geometry[geometry], np.asarray(world_from_node, dtype=np.float64)))
+                pieces.append((name, loaded.geometry[geometry], np.asarray(world_from_node, dtype=np.float64)))
+            else:
+                left_out.append(f"{name}: left out, it holds lines or points and no triangles")
     elif isinstance(loaded, trimesh.Trimesh):
         pieces.append((path.stem, loaded, np.eye(4)))
     pieces = [piece for piece in pieces if len(piece[1].faces)]
@@ -68,7 +78,37 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         label = f"{path} ({name})" if len(pieces) > 1 else str(path)
         cleaned = cleaned_mesh(piece.vertices, piece.faces, normals, uv, source=label, name=name, crease_deg=crease_deg)
         meshes.append(cleaned.transformed(world_from_piece))
-    return joined(meshes, path.stem)
+    mesh = joined(meshes, path.stem)
+    return replace(mesh, notes=(*mesh.notes, *left_out))
+
+
+def _source(path: Path) -> Path | io.BytesIO:
+    """What trimesh is given: the file, or an OBJ that is not in UTF-8 as if it were. Its geometry is plain ASCII."""
+    if path.suffix.lower() != ".obj":
+        return path
+    data = path.read_bytes()
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return io.BytesIO(data.decode("latin-1").encode("utf-8"))
+    return path
+
+
+def _named_nodes(scene: trimesh.Scene) -> list[tuple[str, str]]:
+    """(name, node) of the nodes that hold something, by name. The primitives of one glTF mesh, whose nodes get random
+    names, are called by their parent: "door/1", "door/2", ... in the order of the file.
+    """
+    order = {geometry: number for number, geometry in enumerate(scene.geometry)}
+    parents = scene.graph.transforms.parents
+    made: dict[str, int] = {}
+    named = []
+    for node in sorted(scene.graph.nodes_geometry, key=lambda node: order[scene.graph[node][1]]):
+        name, parent = str(node), str(parents.get(node, ""))
+        if re.fullmatch(re.escape(parent) + "_[0-9a-f]{6}", name):
+            made[parent] = made.get(parent, 0) + 1
+            name = f"{parent}/{made[parent]}"
+        named.append((name, node))
+    return sorted(named)
 
 
 def cleaned_mesh(

@@ -19,6 +19,9 @@ from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
 from .vectors import Number
 
+# A lamp in the very middle of a room must not make its reference illuminance infinite.
+LEAST_SHARE = 0.25
+
 
 @dataclass(frozen=True)
 class Viewing:
@@ -154,11 +157,9 @@ class Scene:
     def adopted_white(self) -> Float[np.ndarray, "3"]:
         """XYZ, Y = 1, of a perfect diffuser in the mixture of all lights as it falls on the middle of the scene.
 
-        Each light counts by its illuminance on a surface that faces it there. What adaptation and Lab refer to.
+        Each light counts by its `illuminances_lux`. What adaptation and Lab refer to.
         """
-        low, high = self.bounds
-        middle = 0.5 * (low + high)
-        illuminance = np.array([float(light.incident(middle)[1]) for light in self.lights])
+        illuminance = illuminances_lux(self.lights, *self.bounds)
         whites = np.stack([self.observer.white(light.spectrum) for light in self.lights])
         return illuminance @ whites / illuminance.sum()
 
@@ -179,14 +180,28 @@ def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **
         distance = half[2] + needed
     else:
         settings.setdefault("vertical_fov_deg", 30.0)
-        distance = half[2] + needed / np.tan(np.deg2rad(settings["vertical_fov_deg"]) / 2.0)
+        # An angle out of range is refused by `Camera`.
+        distance = half[2] + needed / np.tan(np.deg2rad(np.clip(settings["vertical_fov_deg"], 1e-3, 179.0)) / 2.0)
     position = centre + np.array([0.0, 0.0, distance])
     return Camera(position=position, target=centre, **settings).fitted(low, high)
 
 
-def total_illuminance_lux(lights: Iterable[Light], at: Float[np.ndarray, "3"]) -> float:
-    """Sum of the illuminances that the lights would give a surface at `at` that faced each of them."""
-    return float(sum(float(light.incident(at)[1]) for light in lights))
+def illuminances_lux(
+    lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "_"]:
+    """What each light gives a surface that faces it in the middle of the box from `low` to `high`, lx.
+
+    A point light nearer to the middle than `LEAST_SHARE` of the box's half diagonal counts as if it stood that far off.
+    """
+    middle, least = 0.5 * (low + high), LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low))
+    return np.array(
+        [
+            light.intensity_cd / max(float(np.linalg.norm(light.position - middle)), least) ** 2
+            if isinstance(light, PointLight)
+            else light.illuminance_lux
+            for light in lights
+        ]
+    )
 
 
 def load_scene(path: str | Path, catalogue=None) -> Scene:
@@ -218,6 +233,6 @@ __all__ = [
     "Viewing",
     "bounds_of",
     "framing_camera",
+    "illuminances_lux",
     "load_scene",
-    "total_illuminance_lux",
 ]

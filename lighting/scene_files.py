@@ -14,14 +14,14 @@ from ..spectral.adaptation import CONE_FROM_XYZ
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import read_text
 from ..spectral.illuminants import illuminant
-from ..spectral.observers import observer
-from ..spectral.spectrum import Spectrum
+from ..spectral.observers import Observer, observer
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from . import shapes
 from .camera import Camera
 from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
 from .mesh_files import load_mesh
-from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, total_illuminance_lux
+from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, illuminances_lux
 from .scene_keys import CAMERA, LIGHT, LIGHT_KINDS, PART, REVIEW, SCENE, SHAPES, TABLES, VIEWING, placed, taken
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
@@ -51,8 +51,8 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
         raise InputError("a scene without parts", file=path, field="part", expected="at least one [[part]]")
     parts = [part for k, table in enumerate(document["part"], 1) for part in _parts(table, k, path, known_ids)]
     low, high = bounds_of(part.mesh for part in parts)
-    lights: list[Light] = [_light(table, k, path) for k, table in enumerate(document.get("light", []), 1)]
     notes = [note for part in parts for note in part.mesh.notes]
+    lights = [_light(table, k, path, seen_by, notes) for k, table in enumerate(document.get("light", []), 1)]
     if not lights:
         lights = [DirectionalLight(DEFAULT_DIRECTION, illuminant("D65"), 1000.0, spectrum_name="D65")]
         notes.append("no light given: one directional light, D65, 1000 lx, from the upper left front")
@@ -60,7 +60,7 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
     if not cameras:
         cameras = [framing_camera(low, high)]
         notes.append("no camera given: one from the front that frames the scene")
-    viewing = _viewing(document.get("viewing", {}), path, lights, 0.5 * (low + high))
+    viewing = _viewing(document.get("viewing", {}), path, illuminances_lux(lights, low, high))
     review = None
     if "review" in document:
         review = _review(document["review"], path, [part.name for part in parts], known_ids)
@@ -89,9 +89,11 @@ def _parts(table: dict, number: int, path: Path, known_ids: tuple[str, ...] | No
     options = SHAPES[shape] if shape is not None else {}
     got = taken(table, PART | options, path, where)
     name = got.get("name", shape if shape is not None else Path(got["mesh"]).stem)
-    for field in ("materials",) if shape != "patches" else ("material",):
+    foreign = {"materials": "material"} if shape != "patches" else {"material": "materials, one id a patch"}
+    if shape is not None:
+        foreign |= dict.fromkeys(("mesh_part", "crease_deg"), "a mesh, not a shape")
+    for field, right in foreign.items():
         if field in got:
-            right = "material" if field == "materials" else "materials, one id a patch"
             raise InputError("not a key of this part", file=path, field=f"{where}.{field}", expected=right)
     matrix = _matrix(got)
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
@@ -130,16 +132,22 @@ def _matrix(got: Mapping[str, Any]) -> np.ndarray:
     return matrix
 
 
-def _light(table: dict, number: int, path: Path) -> Light:
+def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[str]) -> Light:
+    """One light, usable by this observer; what its spectrum leaves to be assumed is added to `notes`."""
     where = _where("light", number, table)
     kind = table.get("kind", "point" if "position" in table else "directional")
     if kind not in LIGHT_KINDS:
         raise UnknownNameError("kind of light", str(kind), LIGHT_KINDS, file=path, field=f"{where}.kind")
     got = taken(table, LIGHT | LIGHT_KINDS[kind], path, where)
     named = got.get("spectrum", "D65")
+    if "spectrum_column" in got and not named.lower().endswith(".csv"):
+        field = f"{where}.spectrum_column"
+        raise InputError("only a file has columns", file=path, field=field, found=named, expected="a .csv file")
     with placed(path, f"{where}.spectrum"):
         if named.lower().endswith(".csv"):
             spectrum = _measured(path.parent / named, got.get("spectrum_column"))
+            note = spectrum.range_note(WORKING_WAVELENGTHS_NM)
+            notes += [f"{where}: {named} is {note}"] if note else []
         else:
             spectrum = illuminant(named)
     common = {"name": got.get("name", f"light {number}"), "spectrum_name": got.get("spectrum_column", named)}
@@ -156,6 +164,13 @@ def _light(table: dict, number: int, path: Path) -> Light:
         raise InputError(
             "a light of no power", file=path, field=f"{where}.spectrum", found=named, expected="some power"
         )
+    try:
+        seen_by.white(spectrum)
+    except InputError as error:
+        field = f"{where}.spectrum"
+        raise InputError(
+            error.problem, file=path, field=field, found=error.found, expected=error.expected, hint=error.hint
+        ) from error
     return light
 
 
@@ -183,9 +198,9 @@ def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndar
         return Camera(**got).fitted(low, high)
 
 
-def _viewing(table: dict, path: Path, lights: list[Light], middle: np.ndarray) -> Viewing:
+def _viewing(table: dict, path: Path, illuminances: np.ndarray) -> Viewing:
     got = taken(table, VIEWING, path, "viewing")
-    got.setdefault("reference_illuminance_lux", total_illuminance_lux(lights, middle))
+    got.setdefault("reference_illuminance_lux", float(illuminances.sum()))
     if got.get("adaptation", "Bradford") not in CONE_FROM_XYZ:
         raise UnknownNameError("adaptation", got["adaptation"], CONE_FROM_XYZ, file=path, field="viewing.adaptation")
     with placed(path, "viewing"):

@@ -61,6 +61,8 @@ def cloth(divisions: int = 160) -> Mesh:
         fall = 0.75 * (1.0 - np.exp(-((squared / 0.55) ** 2)))
         return np.stack([x, folds - fall * 0.9 - 0.12 * squared, z])
 
+    if not 1 <= divisions <= 2000:
+        raise InputError("divisions out of range", field="divisions", found=divisions, expected="1 to 2000")
     uv, faces = _grid(divisions, divisions)
     points, normals = _patch(drape, 2.0 * uv - 1.0)
     points = points - np.array([0.0, points[:, 1].min(), 0.0])
@@ -69,6 +71,9 @@ def cloth(divisions: int = 160) -> Mesh:
 
 def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
     """A floor: a rectangle in y = 0 about the origin, facing +y, with uv."""
+    for field, size in (("width", width), ("depth", depth)):
+        if not 0.0 < size < np.inf:
+            raise InputError("not the size of a plane", field=field, found=size, expected="a positive length")
     uv, faces = _grid(1, 1)
     points, normals = _patch(lambda p: np.stack([p[0] * width, 0.0 * p[0], p[1] * depth]), uv - 0.5)
     return Mesh(points, normals, faces, uv, name="plane")

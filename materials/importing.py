@@ -237,7 +237,8 @@ def _mark(folder: Path) -> None:
     made_folder(folder)
     if (folder / MARKER).exists():
         return
-    strangers = [entry.name for entry in folder.iterdir()]
+    # Hidden files may be another import's, at work or broken off.
+    strangers = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
     if strangers:
         hint = "name an empty or a new folder: --into FOLDER"
         raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ..spectral.errors import InputError
-from ..spectral.wavelengths import validated_wavelengths
+from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from .directions import half_difference, io_angles
 
 # Directions are unit vectors to this.
@@ -18,6 +18,10 @@ _CLEAR_OF_LOBE = np.radians(20.0)
 _ENOUGH_PAIRS = 30
 # Where more readings than this dropped out, those that are left over-estimate it.
 _MOST_MISSING = 0.1
+# Beyond this polar angle nothing is seen: the cosines vanish, and what instruments report there is no f_r.
+STEEPEST = np.radians(89.0)
+# Readings kept beyond either end of the working wavelengths: what interpolation (Sprague) looks at.
+_NEIGHBOURS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,53 @@ class ScatteredMeasurement:
             self.description,
             self.notes,
         )
+
+
+def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
+    """The measurement without what no picture shows; `notes` says what was left out.
+
+    Pairs with a direction beyond 89 deg go. Of more wavelengths than the working grid has, those well outside it go,
+    and what is sampled more finely is averaged over its 5 nm steps, so that cost stays bounded.
+    """
+    steep = np.minimum(measurement.wi[:, 2], measurement.wo[:, 2]) < np.cos(STEEPEST)
+    if steep.all():
+        raise InputError(
+            "every direction pair is at grazing", field="rows", found=len(steep), expected="polar angles below 89 deg"
+        )
+    if steep.any():
+        note = f"{int(steep.sum())} direction pairs beyond 89 deg are left out"
+        measurement = replace(measurement.subset(~steep), notes=(*measurement.notes, note))
+    grid, working = measurement.wavelengths_nm, WORKING_WAVELENGTHS_NM
+    if grid[0] > working[-1] or grid[-1] < working[0]:
+        expected = f"some of {working[0]:g} to {working[-1]:g} nm"
+        raise InputError(
+            "nothing visible was measured",
+            field="wavelengths",
+            found=f"{grid[0]:g} to {grid[-1]:g} nm",
+            expected=expected,
+        )
+    if len(grid) <= len(working):
+        return measurement
+    first, last = np.searchsorted(grid, working[0], "right") - 1, np.searchsorted(grid, working[-1])
+    kept = np.arange(max(first - _NEIGHBOURS, 0), min(last + _NEIGHBOURS + 1, len(grid)))
+    note = f"of {len(grid)} wavelengths, those around {working[0]:g} to {working[-1]:g} nm are used"
+    steps = np.arange(len(kept))
+    if len(kept) > len(working):
+        step = working[1] - working[0]
+        kept = kept[(grid[kept] >= working[0] - 0.5 * step) & (grid[kept] < working[-1] + 0.5 * step)]
+        steps = np.unique(np.floor((grid[kept] - working[0]) / step + 0.5), return_inverse=True)[1]
+        note += f", averaged over steps of {step:g} nm"
+    share = np.equal.outer(steps, np.unique(steps)).astype(float)
+    known = ~measurement.missing[:, kept]
+    count = known @ share
+    total = np.where(known, measurement.values[:, kept], 0.0) @ share
+    return replace(
+        measurement,
+        wavelengths_nm=grid[kept] @ share / share.sum(axis=0),
+        values=np.divide(total, count, out=np.zeros_like(total), where=count > 0),
+        missing=count == 0,
+        notes=(*measurement.notes, note),
+    )
 
 
 def estimated_background(measurement: ScatteredMeasurement) -> Float[np.ndarray, " L"]:

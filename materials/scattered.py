@@ -23,7 +23,7 @@ from .brdf import Brdf, Lobe, eval_lit
 from .directions import half_difference, io_angles, io_from_half_difference, spherical
 from .kriging import Kernel, Kriging, PairAngles, krige
 from .lookup import multilinear, refined
-from .measurement import ScatteredMeasurement, estimated_background
+from .measurement import STEEPEST, ScatteredMeasurement, estimated_background, prepared
 
 __all__ = ["ScatteredBrdf", "ScatteredMeasurement", "estimated_background"]
 
@@ -38,7 +38,10 @@ _FINE = np.radians(3.0)
 # Look-ups stop at the largest measured polar angle; nodes go on this far, so that the cells there are whole, but not
 # up to the horizon.
 _MARGIN = np.radians(6.0)
-_STEEPEST = np.radians(89.0)
+# A measurement along the normal alone still spans this, so that its table has cells.
+_LEAST_RANGE = np.radians(1.0)
+# Wavelengths refined at once: splines need many times the memory of what they make.
+_COLUMNS = 8
 # Azimuths of the difference vector that stand for its circle: midpoints of the quarter turn that symmetry leaves.
 _RING = tuple((np.arange(6) + 0.5) * np.pi / 12.0)
 
@@ -59,7 +62,8 @@ class ScatteredBrdf(Brdf):
 
     Polar angles beyond the largest measured one are held at it. Towards the light's own direction, closer than the
     smallest measured difference angle, the BRDF settles on the mean around that angle. Values never leave the measured
-    range; beyond the measured wavelengths the end values are held. `notes` repeats this with this material's numbers.
+    range, but for the power of the cosines that a lobe gains towards grazing; beyond the measured wavelengths the end
+    values are held. `notes` repeats this with this material's numbers.
     """
 
     NAME: ClassVar[str] = "scattered"
@@ -74,7 +78,8 @@ class ScatteredBrdf(Brdf):
     def from_measurement(
         cls, measurement: ScatteredMeasurement, *, kernel: Kernel | None = None, reciprocal: bool = False
     ) -> ScatteredBrdf:
-        """Estimate the background and interpolate."""
+        """Estimate the background and interpolate; readings that say nothing of a picture are left out (`prepared`)."""
+        measurement = prepared(measurement)
         return cls(measurement, estimated_background(measurement), kernel or Kernel(), reciprocal)
 
     def parameters(self) -> dict[str, Any]:
@@ -131,7 +136,8 @@ class ScatteredBrdf(Brdf):
         kept = "left out, so that the BRDF is reciprocal" if self.reciprocal else "kept, as it was measured"
         return (
             *self.measurement.notes,
-            f"polar angles beyond {np.degrees(self._largest):.1f} deg are held there; f_r stays in its range",
+            f"polar angles beyond {np.degrees(self._largest):.1f} deg are held there; "
+            "but for a lobe's gain towards grazing, f_r stays in its range",
             f"difference angles below {np.degrees(self._smallest):.1f} deg (viewer beside the light) are unmeasured: "
             "f_r settles on the mean around that angle",
             f"known from {low:g} to {high:g} nm; beyond, the end values are held",
@@ -177,7 +183,7 @@ class ScatteredBrdf(Brdf):
     @cached_property
     def _largest(self) -> float:
         at, _ = self._distinct
-        return float(max(at.theta_i.max(), at.theta_o.max()))
+        return float(max(at.theta_i.max(), at.theta_o.max(), _LEAST_RANGE))
 
     @cached_property
     def _kriging(self) -> tuple[Kriging, np.ndarray, np.ndarray]:
@@ -198,7 +204,7 @@ class ScatteredBrdf(Brdf):
 
     def _held(self, wi: np.ndarray, wo: np.ndarray, margin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """The pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths stay."""
-        most = min(self._largest + margin, _STEEPEST)
+        most = min(self._largest + margin, STEEPEST)
         theta_i, theta_o, phi = io_angles(wi, wo)
         beyond = np.maximum(theta_i, theta_o) > most
         if beyond.any():
@@ -244,10 +250,15 @@ class ScatteredBrdf(Brdf):
         theta_d, phi_d = np.linspace(0.0, self._largest, _NODES[1]), np.linspace(0.0, 0.5 * np.pi, _NODES[2])
         nodes = [angle.ravel() for angle in np.meshgrid(theta_h, theta_d, phi_d, indexing="ij")]
         table = self._logarithm(*io_from_half_difference(*nodes)).reshape(*_NODES, -1)
-        for axis in range(3):
-            # Even about both ends of the azimuth by symmetry.
-            table = refined(table, axis, _REFINED, "clamped" if axis == 2 else "not-a-knot")
-        return np.ascontiguousarray(table, dtype=np.float32)
+        finer = tuple(_REFINED * (size - 1) + 1 for size in _NODES)
+        out = np.empty((*finer, table.shape[-1]), dtype=np.float32)
+        for start in range(0, table.shape[-1], _COLUMNS):
+            columns = table[..., start : start + _COLUMNS]
+            for axis in range(3):
+                # Even about both ends of the azimuth by symmetry.
+                columns = refined(columns, axis, _REFINED, "clamped" if axis == 2 else "not-a-knot")
+            out[..., start : start + _COLUMNS] = columns
+        return out
 
     def _looked_up(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         wi, wo = self._held(wi, wo)

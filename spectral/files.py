@@ -80,5 +80,6 @@ def made_folder(path: str | Path) -> Path:
         ) from None
     with written_whole(path / ".writable"):
         pass
-    (path / ".writable").unlink()
+    # Another process may be asking the same of this folder.
+    (path / ".writable").unlink(missing_ok=True)
     return path

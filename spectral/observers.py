@@ -42,13 +42,14 @@ class Observer:
 
         The integral runs over every wavelength that the light or the observer is tabulated at, with the light (linear
         between its samples, its end values held beyond them) and the observer, zero beyond its table, each at its own
-        resolution; r is interpolated onto them and held. Equals
-        CIE 015:2018 eq. (7.1) with k chosen so that Y = 1 for r = 1.
+        resolution; r is interpolated onto them and held. Equals CIE 015:2018 eq. (7.1) with k chosen so that Y = 1 for
+        r = 1.
 
         Raises
         ------
         InputError
-            The light is no emission spectrum, has a single sample, or sends nothing to this observer.
+            The light is no emission spectrum, has a single sample, is not known anywhere that the observer sees, or
+            sends nothing to this observer.
         """
         if light.quantity != "emission" or light.values.ndim != 1:
             raise InputError(
@@ -65,7 +66,16 @@ class Observer:
                 expected="two wavelengths or more",
                 hint="write a line as three samples 1 nm apart: 0, 1, 0",
             )
-        grid, folded = self._folded(light)
+        low, high = light.wavelengths_nm[[0, -1]]
+        if low >= self.wavelengths_nm[-1] or high <= self.wavelengths_nm[0]:
+            raise InputError(
+                "the light is not known where the observer sees",
+                field="light",
+                found=f"{low:g} to {high:g} nm",
+                expected=f"some of {self.wavelengths_nm[0]:g} to {self.wavelengths_nm[-1]:g} nm",
+            )
+        # Relative to its peak, which cancels below: neither very large nor very small units leave float64.
+        grid, folded = self._folded(light, max(float(light.samples.max()), np.finfo(np.float64).tiny))
         luminous = folded[:, 1].sum()
         if not luminous > 0:
             raise InputError(
@@ -86,11 +96,11 @@ class Observer:
         functions = self.cmfs * _trapezoid(self.wavelengths_nm)[:, None]
         return functions.T @ interpolation_matrix(wavelengths_nm, self.wavelengths_nm, "zero", "linear")
 
-    def _folded(self, light: Spectrum) -> tuple[np.ndarray, np.ndarray]:
-        """Wavelengths that the light or the observer is tabulated at, and light x cmf x step (n,3) there."""
+    def _folded(self, light: Spectrum, unit: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """Wavelengths that the light or the observer is tabulated at, and light / unit x cmf x step (n,3) there."""
         grid = np.union1d(self.wavelengths_nm, light.wavelengths_nm)
         grid = grid[(grid >= self.wavelengths_nm[0]) & (grid <= self.wavelengths_nm[-1])]
-        power = interpolation_matrix(light.wavelengths_nm, grid, "hold", "linear") @ light.samples
+        power = interpolation_matrix(light.wavelengths_nm, grid, "hold", "linear") @ (light.samples / unit)
         functions = interpolation_matrix(self.wavelengths_nm, grid, "zero", "linear") @ self.cmfs
         return grid, (power * _trapezoid(grid))[:, None] * functions
 

@@ -34,7 +34,10 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
 }
 PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     ("visibility.vert", "visibility.frag", {}),
-    *(("fullscreen.vert", "light.frag", {"DIRECTIONAL": kind, **_GEOMETRY_SIZES}) for kind in (0, 1)),
+    *(
+        ("fullscreen.vert", "light.frag", {"DIRECTIONAL": directional, "PARALLEL": parallel, **_GEOMETRY_SIZES})
+        for directional, parallel in ((0, 0), (0, 1), (1, 1))
+    ),
     *(
         ("fullscreen.vert", "shade.frag", {"AXES": axes, "SPECTRA": spectra})
         for axes in (3, 4)
@@ -96,7 +99,8 @@ class Passes:
             tables = _shadow_tables(scratch, light.shadows)
             self._begin(scratch.keep(context.framebuffer([io, hd, azimuth])), seen.size)
             context.enable_only(context.NOTHING)
-            made, everywhere = self._full_screen("light.frag", DIRECTIONAL=int(light.directional))
+            kind = {"DIRECTIONAL": int(light.directional), "PARALLEL": int(light.shadows.parallel)}
+            made, everywhere = self._full_screen("light.frag", **kind)
             values = {
                 "eye": tuple(geometry.eye),
                 "perspective": geometry.perspective,
@@ -104,6 +108,7 @@ class Passes:
                 # Column by column.
                 "view_from_world": tuple(light.shadows.basis.T.reshape(-1)),
                 "view_origin": tuple(light.shadows.origin),
+                "convergence": light.shadows.convergence,
                 "light_number": number,
                 "light": tuple(light.vector),
                 "irradiance": light.irradiance / geometry.camera.samples**2,

@@ -112,6 +112,7 @@ def review(
     plan = plan_scene([record.packs for record in records.values()], lights, scene.observer, budget)
     packs = {name: tuple(p.in_basis(plan.basis) for p in record.packs) for name, record in records.items()}
     display = display_for(scene.viewing)
+    _check_whites(scene, names, spectra, display)
     gpu = display_pass(renderer, display)
     geometry = visible_geometry(scene, view)
     rows: list[ReviewRow] = []
@@ -189,6 +190,25 @@ def review(
         title=f"Colour review: {scene.name}",
     )
     return ReviewResult(page, figures, status(rows, budget, checks), tuple(rows), plan)
+
+
+def _check_whites(
+    scene: Scene, names: Sequence[str], spectra: Sequence[Spectrum | None], display: DisplayTransform
+) -> None:
+    """Say before the long work, not after it, that pictures under a light cannot be shown."""
+    for name, spectrum in zip(names, spectra, strict=True):
+        lit = scene if spectrum is None else scene.with_illuminant(spectrum, name)
+        try:
+            display.adaptation_from(lit.adopted_white())
+        except InputError as error:
+            raise InputError(
+                error.problem,
+                file=scene.path,
+                field=f"illuminant {name}",
+                found=f"white {error.found}",
+                expected=error.expected,
+                hint=error.hint,
+            ) from error
 
 
 def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[_Case]:

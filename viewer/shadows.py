@@ -12,7 +12,7 @@ rounding. The tests are those of `shadows.glsl`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -27,6 +27,9 @@ CONTACT = 2e-5
 ROUNDING = 1e-6
 # Point lights see nothing nearer than this.
 LEAST_DISTANCE = 1e-3
+# Of a point light that stands farther than this, in radii of the scene, float32 would soon be too coarse for `CONTACT`
+# and the scene too small for the cells of a cube: see `ShadowGrid.parallel`.
+FAR = 20.0
 # Rays handled at once: their arrays stay in the second-level cache.
 _BLOCK = 16384
 
@@ -48,10 +51,13 @@ class SortedTriangles:
 class ShadowGrid:
     """Which triangles a light sees in each cell of its view.
 
-    basis : (3, 3) rows u, v and w, the last towards a directional light; its view is the square u, v in [-1, 1]. Of a
-        point light it is the identity, and the view is a cube with faces +x, -x, +y, -y, +z, -z, on each of which u
+    parallel : whether the light's rays run side by side in its view: of directional lights, and of point lights beyond
+        `FAR`, whose rays a projective map about the scene's centre makes parallel without bending any line.
+    basis : (3, 3) rows u, v and w, the last towards a light with a parallel view, which is the square u, v in [-1, 1].
+        Else it is the identity, and the view is a cube with faces +x, -x, +y, -y, +z, -z, on each of which u
         and v are the next two coordinates over the depth.
     origin : (3,) what view coordinates `(p - origin) @ basis.T` count from: zero, or the point light.
+    convergence : 1 / distance of a far point light, else 0; view coordinates are divided by 1 - convergence w.
     corners : (F, 3, 3) of the sorted triangles in view coordinates, rounded to float32.
     resolution : cells along a side of a face.
     first : (faces * resolution^2 + 1,) where each cell's entries begin, row by row of v.
@@ -60,14 +66,20 @@ class ShadowGrid:
     starts : (E,) how far from the light each entry's triangle begins: -w, or the depth before the cube's face.
     """
 
-    directional: bool
+    parallel: bool
     basis: Float[np.ndarray, "3 3"]
     origin: Float[np.ndarray, "3"]
+    convergence: float
     corners: Float[np.ndarray, "F 3 3"]
     resolution: int
     first: Int[np.ndarray, "_"]
     entries: Int[np.ndarray, " E"]
     starts: Float[np.ndarray, " E"]
+
+    def view(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
+        """Points of the scene in view coordinates."""
+        turned = (points - self.origin) @ self.basis.T
+        return turned / (1.0 - self.convergence * turned[..., 2:]) if self.convergence else turned
 
 
 def sorted_triangles(corners: Float[np.ndarray, "F 3 3"]) -> SortedTriangles:
@@ -90,11 +102,24 @@ def shadow_grid(triangles: SortedTriangles, directional: bool, vector: Float[np.
     outlines = _outlines(triangles.edges, facing)
     usable = np.flatnonzero(facing != 0)
     resolution = int(np.clip(1.5 * np.sqrt(len(usable)), 4, 512))
-    basis, origin = (_basis(vector), np.zeros(3)) if directional else (np.eye(3), vector)
-    view = (triangles.corners - origin) @ basis.T
+    distance = float(np.linalg.norm(vector))
+    parallel = directional or distance > FAR
+    basis, origin = (_basis(vector / distance), np.zeros(3)) if parallel else (np.eye(3), vector)
+    grid = ShadowGrid(
+        parallel=parallel,
+        basis=basis,
+        origin=origin,
+        convergence=0.0 if directional or not parallel else 1.0 / distance,
+        corners=np.empty((0, 3, 3)),
+        resolution=resolution,
+        first=np.empty(0, dtype=np.int64),
+        entries=np.empty(0, dtype=np.int64),
+        starts=np.empty(0),
+    )
+    view = grid.view(triangles.corners)
     found = []
-    for face in range(1 if directional else 6):
-        if directional:
+    for face in range(1 if parallel else 6):
+        if parallel:
             flat, start, owner = view[usable][..., :2], -view[usable][..., 2].max(axis=1), usable
             margin = np.full(len(usable), OUTLINE_RAMP)
         else:
@@ -105,12 +130,9 @@ def shadow_grid(triangles: SortedTriangles, directional: bool, vector: Float[np.
     cell, start, owner = (np.concatenate(parts) for parts in zip(*found, strict=True))
     order = np.lexsort((start, cell))
     cell, start, owner = cell[order], start[order], owner[order]
-    return ShadowGrid(
-        directional=directional,
-        basis=basis,
-        origin=origin,
+    return replace(
+        grid,
         corners=view.astype(np.float32).astype(np.float64),
-        resolution=resolution,
         first=np.searchsorted(cell, np.arange(len(found) * resolution**2 + 1)),
         entries=(owner << 4) | ((facing[owner] > 0) << 3) | outlines[owner],
         starts=start.astype(np.float32).astype(np.float64),
@@ -189,14 +211,14 @@ def visibility(
     out = np.empty(len(points))
     for start in range(0, len(points), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        out[rows] = _visibility(grid, (points[rows] - grid.origin) @ grid.basis.T, own[rows], normals[own[rows]])
+        out[rows] = _visibility(grid, grid.view(points[rows]), own[rows], normals[own[rows]])
     return out
 
 
 def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """`visibility` of points in view coordinates, with the normals of their own triangles."""
     size, row = grid.resolution, np.arange(len(points))
-    if grid.directional:
+    if grid.parallel:
         flat, face, depth = points[:, :2], 0, -points[:, 2]
     else:
         axis = np.abs(points).argmax(axis=1)
@@ -205,7 +227,7 @@ def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: 
         face = 2 * axis + (points[row, axis] < 0.0)
     column, line = np.clip(np.floor((flat + 1.0) * (0.5 * size)), 0, size - 1).astype(np.int64).T
     cell = (face * size + line) * size + column
-    to_light = None if grid.directional else -points / np.linalg.norm(points, axis=1)[:, None]
+    to_light = None if grid.parallel else -points / np.linalg.norm(points, axis=1)[:, None]
     cosine = np.where(own < 0, 1.0, np.abs(_along(normals, to_light)))
     contact = CONTACT + ROUNDING / np.maximum(cosine, 1e-6)
     shade = np.zeros(len(points))
@@ -227,7 +249,7 @@ def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.n
     """How much of the ray from each point to the light one triangle each stops."""
     corners = grid.corners[code >> 4]
     to_light = reach = None
-    if not grid.directional:
+    if not grid.parallel:
         reach = np.linalg.norm(points, axis=1)
         to_light = -points / reach[:, None]
     sign = np.where(code & 8, 1.0, -1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,8 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
 
     Layout: one header row, then numbers. Either the first column holds wavelengths in nm and each further column is a
     spectrum named by the header, or the header holds wavelengths and each row is a spectrum named by its first cell.
-    Lines that start with `#` are comments.
+    A table that starts with its numbers has wavelengths down the first column; its spectra are called by the file's
+    name, or, if there are more than one, "column 2", "column 3", ... Lines that start with `#` are comments.
 
     Raises
     ------
@@ -28,6 +30,10 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
     """
     path = Path(path)
     rows = _rows(path)
+    if _is_number(rows[0][1][0]) and _ascends(rows):
+        count = len(rows[0][1])
+        named = [path.stem] if count == 2 else [f"column {number}" for number in range(2, count + 1)]
+        rows.insert(0, (0, ["nm", *named]))
     header, body = rows[0][1], rows[1:]
     first_column = [row[0] for _, row in body]
     down = _is_number(first_column[0])
@@ -60,7 +66,7 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
     spectra: dict[str, Spectrum] = {}
     for name, values in zip(names, table, strict=True):
         if name in spectra:
-            raise InputError("two spectra share a name", file=path, field=name, expected="each name once")
+            raise InputError("two spectra share a name", file=path, field=name or "no name", expected="each name once")
         check_values(values, wavelengths_nm, quantity, file=path, field=name)
         spectra[name] = Spectrum.sampled(wavelengths_nm, values, quantity)
     return spectra
@@ -77,13 +83,23 @@ def _without_wavelengths(path: Path, field: str, cells: list[str]) -> InputError
     )
 
 
+def _ascends(rows: list[tuple[int, list[str]]]) -> bool:
+    """Whether the first column goes on from its first cell as wavelengths do: then there is no header."""
+    column = [row[0] for _, row in rows]
+    return _looks_like_nm(column) and all(float(a) < float(b) for a, b in pairwise(column))
+
+
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and stripped cells of each row that is neither blank nor a comment."""
+    """Line number and stripped cells of each row that is neither blank nor a comment; a last column that is empty
+    throughout, as spreadsheets leave it, is left out.
+    """
     lines = [
         (n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"
     ]
     delimiter = max("\t;,", key=lambda mark: lines[0][1].count(mark)) if lines else ","
     rows = [(n, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]) for n, line in lines]
+    if all(len(row) == len(rows[0][1]) > 2 and not row[-1] for _, row in rows):
+        rows = [(n, row[:-1]) for n, row in rows]
     if len(rows) < 2 or len(rows[0][1]) < 2:
         raise InputError(
             "not a table of spectra",

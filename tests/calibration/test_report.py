@@ -232,3 +232,13 @@ def test_a_full_catalogue_stays_quick_to_open(tmp_path):
     )  # fmt: skip
     embedded = 4 / 3 * (len(made.picture) + len(made.reference) + len(made.delta_e_map))
     assert embedded * 240 < 25e6
+
+
+def test_largest_p99_is_the_largest_though_another_row_lacks_numbers(tmp_path):
+    """Such a row leads the list of the worst, but its figure is not the largest one."""
+    write(tmp_path, [row("holed", "D65", p99=0.3, undefined=7), row("door", "A", p99=3.0)])
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    told = page[page.index("Largest p99") :]
+    assert "3.00" in told[:80] and "door" in told[:120], told[:200]
+    first = page[page.index("Look at these first") :]
+    assert first.index("holed") < first.index("door")

@@ -43,3 +43,9 @@ def test_a_direction_of_no_length_is_refused():
 def test_a_reflectance_is_no_light():
     with pytest.raises(InputError, match=r"(?s)not the spectrum of a light.*found: reflectance"):
         DirectionalLight((0, 0, 1), Spectrum.sampled([400.0, 700.0], [0.5, 0.5], "reflectance"))
+
+
+def test_a_point_light_does_nothing_where_it_stands():
+    direction, illuminance = PointLight((1, 2, 3), illuminant("A"), 900).incident(np.array([[1.0, 2, 3], [1.0, 2, 4]]))
+    np.testing.assert_array_equal(illuminance, [0, 900])
+    np.testing.assert_array_equal(direction, [[0, 0, 0], [0, 0, -1]])

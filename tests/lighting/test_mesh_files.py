@@ -1,3 +1,4 @@
+import base64
 import json
 import struct
 
@@ -185,3 +186,58 @@ def test_real_meshes_load(shared_data):
     cow = load_mesh(shared_data / "meshes" / "spot.obj")
     assert cow.uv is not None
     assert len(cow.faces) == 5856
+
+
+def gltf_of(tmp_path, nodes, meshes):
+    """A glTF file with one triangle, as bytes in the document, that `meshes` may use as accessors 0 and 1."""
+    data = np.eye(3, dtype=np.float32).tobytes() + np.arange(3, dtype=np.uint16).tobytes()
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": [{"primitives": primitives} for primitives in meshes],
+        "buffers": [{"byteLength": len(data), "uri": "data:;base64," + base64.b64encode(data).decode()}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 6}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"},
+        ],
+    }
+    path = tmp_path / "body.gltf"
+    path.write_text(json.dumps(document))
+    return path
+
+
+TRIANGLE = {"attributes": {"POSITION": 0}, "indices": 1}
+
+
+def test_primitives_of_one_gltf_mesh_have_names_that_stay(tmp_path):
+    path = gltf_of(tmp_path, [{"name": "door", "mesh": 0}, {"name": "roof", "mesh": 1}], [[TRIANGLE] * 2, [TRIANGLE]])
+    for _ in range(2):
+        assert load_mesh(path).part_names == ("door/1", "door/2", "roof")
+
+
+def test_one_gltf_mesh_in_many_places_is_many_parts(tmp_path):
+    nodes = [
+        {"name": "left", "mesh": 0, "translation": [-5, 0, 0]},
+        {"name": "right", "mesh": 0, "translation": [5, 0, 0], "scale": [-1, 1, 1]},
+    ]
+    mesh = load_mesh(gltf_of(tmp_path, nodes, [[TRIANGLE]]))
+    assert mesh.part_names == ("left", "right")
+    np.testing.assert_allclose(mesh.part("left").bounds, ([-5, 0, 0], [-4, 1, 1]))
+    np.testing.assert_allclose(mesh.part("right").bounds, ([4, 0, 0], [5, 1, 1]))
+    flat = np.einsum("fi,fki->fk", mesh.face_normals, mesh.normals[mesh.faces])
+    np.testing.assert_allclose(flat, 1.0, err_msg="a mirrored part turned inside out")
+
+
+def test_lines_beside_triangles_are_left_out_and_said(tmp_path):
+    nodes = [{"name": "solid", "mesh": 0}, {"name": "wire", "mesh": 1}]
+    mesh = load_mesh(gltf_of(tmp_path, nodes, [[TRIANGLE], [{**TRIANGLE, "mode": 1}]]))
+    assert mesh.part_names == ("solid",)
+    assert mesh.notes[-1] == "wire: left out, it holds lines or points and no triangles"
+
+
+def test_an_obj_with_latin_comments_loads(tmp_path):
+    path = tmp_path / "latin.obj"
+    path.write_bytes("# Körper\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".encode("latin-1"))
+    assert len(load_mesh(path).faces) == 1

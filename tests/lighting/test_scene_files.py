@@ -55,7 +55,7 @@ def test_a_part_and_a_material_are_enough(scene):
 
 
 def test_everything_that_can_be_said(scene, tmp_path):
-    (tmp_path / "lamp.csv").write_text("wavelength,booth,spot\n400,1,2\n500,2,2\n700,1,2\n")
+    (tmp_path / "lamp.csv").write_text("wavelength,booth,spot\n380,1,2\n500,2,2\n780,1,2\n")
     (tmp_path / "tri.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n")
     loaded = scene(
         """
@@ -264,3 +264,60 @@ def test_repairs_of_a_mesh_reach_the_scene(scene, tmp_path):
         "thin: dropped 1 of 2 triangles, which have no area",
         "thin: no normals in the file; computed, creased at 40 degrees",
     )
+
+
+def test_a_lamp_in_the_very_middle_leaves_a_finite_scale(scene):
+    """As in a room: by the inverse square law alone the reference illuminance would be infinite."""
+    lamp = '[[light]]\nposition = [0, 0, 0]\nintensity_cd = 100\nspectrum = "A"\n'
+    loaded = scene(BARE + lamp)
+    low, high = loaded.bounds
+    nearest = 0.25 * 0.5 * np.linalg.norm(high - low)
+    assert loaded.viewing.reference_illuminance_lux == pytest.approx(100 / nearest**2)
+    np.testing.assert_allclose(loaded.adopted_white(), loaded.observer.white(illuminant("A")), rtol=1e-14)
+
+
+def test_a_measured_light_says_what_was_assumed_of_it(scene, tmp_path):
+    (tmp_path / "booth.csv").write_text("nm,booth\n400,1\n700,1\n")
+    notes = scene(BARE + '[[light]]\nspectrum = "booth.csv"\n[[camera]]\n').notes
+    assert notes == ("light 1: booth.csv is known from 400 to 700 nm; from 380 to 780 nm, its end values are held",)
+
+
+@pytest.mark.parametrize(
+    ("rows", "problem"),
+    [
+        ("900,1\n950,1\n", "the light is not known where the observer sees"),
+        ("546,1\n", "a light of one sample has no spectrum"),
+        ("380,0\n840,0\n850,1\n", "the light has zero power"),
+    ],
+)
+def test_a_light_that_the_observer_cannot_see_is_named(scene, tmp_path, rows, problem):
+    (tmp_path / "lamp.csv").write_text("nm,lamp\n" + rows)
+    with pytest.raises(InputError, match=rf"scene\.toml: light 1\.spectrum: {problem}"):
+        scene(BARE + '[[light]]\nspectrum = "lamp.csv"\n')
+
+
+def test_keys_that_would_do_nothing_are_errors(scene):
+    with pytest.raises(InputError, match=r"part 1\.crease_deg: not a key of this part"):
+        scene(BARE + "crease_deg = 30\n")
+    with pytest.raises(InputError, match=r"light 1\.spectrum_column: only a file has columns"):
+        scene(BARE + '[[light]]\nspectrum = "D65"\nspectrum_column = "booth"\n')
+
+
+@pytest.mark.parametrize("angle", [0, -20, 180, 400])
+def test_an_angle_of_view_out_of_range_is_an_error_also_when_the_camera_frames_itself(scene, angle):
+    with pytest.raises(InputError, match="angle out of range"):
+        scene(BARE + f"[[camera]]\nvertical_fov_deg = {angle}\n")
+
+
+@pytest.mark.parametrize("kind", ["perspective", "orthographic"])
+def test_one_clip_plane_may_be_given_alone(scene, kind):
+    for plane in ("near = 50", "far = 2"):
+        camera = scene(BARE + f'[[camera]]\nprojection = "{kind}"\nposition = [0, 0, 9]\n{plane}\n').camera()
+        assert camera.near < camera.far
+
+
+def test_shapes_of_no_size_or_without_end_are_errors(scene):
+    with pytest.raises(InputError, match=r"part 1\.width: not the size of a plane"):
+        scene('[[part]]\nshape = "plane"\nwidth = 0\n')
+    with pytest.raises(InputError, match=r"part 1\.divisions: divisions out of range"):
+        scene('[[part]]\nshape = "cloth"\ndivisions = 100000\n')

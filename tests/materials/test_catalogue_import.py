@@ -7,7 +7,7 @@ import subprocess
 import sys
 import textwrap
 import time
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -19,6 +19,7 @@ from metamer.materials.record import MARKER, rebuild
 from metamer.materials.sources import Rejected, read_sources
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
+from metamer.spectral.files import made_folder
 
 SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 TABLES = """
@@ -232,6 +233,22 @@ def test_folder_with_other_files_is_not_taken_for_a_catalogue(source, tmp_path, 
     with pytest.raises(InputError, match="not a catalogue"):
         import_sources([source], source, jobs=1)
     assert not (source / MARKER).exists()
+
+
+def test_what_a_killed_import_left_behind_does_not_stop_the_next(source, tmp_path, fits):
+    folder = tmp_path / "cat"
+    folder.mkdir()
+    for name in (".writable", ".catalogue.0a1b2c3d.toml"):
+        (folder / name).write_bytes(b"")
+    assert import_sources([source], folder, jobs=1).count("imported") == 3
+    assert len(Catalogue.open(folder).ids()) == 3
+
+
+def test_several_processes_may_make_one_folder(tmp_path):
+    """Each tries whether it can write there; none may trip over what another wipes away."""
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(made_folder, [tmp_path / "cat"] * 200))
+    assert list((tmp_path / "cat").iterdir()) == []
 
 
 def test_file_in_place_of_the_folder(source, tmp_path, fits):

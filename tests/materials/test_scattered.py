@@ -2,13 +2,14 @@
 
 import json
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from metamer.materials.directions import half_difference, io_angles, io_from_half_difference, spherical
 from metamer.materials.formats.cornell import read_cornell
-from metamer.materials.measurement import ScatteredMeasurement, estimated_background
+from metamer.materials.measurement import ScatteredMeasurement, estimated_background, prepared
 from metamer.materials.scattered import ScatteredBrdf
 from metamer.spectral.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
@@ -229,6 +230,47 @@ def test_no_peak_is_invented_towards_the_light():
             at = theta == half
             assert hole[at].max() <= 1.1 * rim[at].max(), np.degrees(half)
             assert hole[at].min() >= 0.9 * rim[at].min(), np.degrees(half)
+
+
+def test_finely_sampled_spectra_are_averaged_over_working_steps_and_said_to_be():
+    told = measured().subset(np.arange(60))
+    grid = np.arange(360.0, 831.0)
+    values = np.tile(told.values[:, :1], (1, len(grid))) * (1 + 0.002 * (grid - 580))
+    fine = replace(told, wavelengths_nm=grid, values=values, missing=np.zeros(values.shape, bool))
+    holed = replace(fine, missing=np.broadcast_to(grid == 550, values.shape))
+    found = prepared(holed)
+    assert found.wavelengths_nm == pytest.approx(WORKING_WAVELENGTHS_NM)
+    assert found.values[:, 20] == pytest.approx(values[:, grid == 480.0][:, 0])
+    assert not found.missing.any() and "of 471 wavelengths" in found.notes[-1]
+
+
+def test_wavelengths_far_from_the_visible_are_left_out():
+    told = measured().subset(np.arange(60))
+    grid = np.arange(300.0, 2501.0, 20.0)
+    values = np.tile(told.values[:, :1], (1, len(grid)))
+    found = prepared(replace(told, wavelengths_nm=grid, values=values, missing=values < 0))
+    assert found.wavelengths_nm[[0, -1]].tolist() == [320.0, 840.0]
+    infrared = replace(told, wavelengths_nm=told.wavelengths_nm + 1000.0)
+    with pytest.raises(InputError, match="nothing visible"):
+        prepared(infrared)
+
+
+def test_pairs_along_the_surface_are_left_out():
+    told = measured().subset(np.arange(60))
+    steep = told.wo.copy()
+    steep[3] = [np.cos(1e-9), 0.0, np.sin(1e-9)]
+    found = prepared(replace(told, wo=steep))
+    assert len(found) == len(told) - 1 and "1 direction pairs beyond 89 deg" in found.notes[-1]
+    with pytest.raises(InputError, match="at grazing"):
+        prepared(replace(told, wo=np.tile(steep[3], (len(told), 1))))
+
+
+def test_the_normal_alone_is_a_measurement():
+    up = np.array([[0.0, 0.0, 1.0]])
+    told = ScatteredMeasurement(np.array([400.0, 700.0]), up, up, np.array([[0.1, 0.2]]), np.zeros((1, 2), bool))
+    wi, wo = spherical(np.array([0.0, 1.0]), np.zeros(2)), spherical(np.array([0.0, 0.7]), np.ones(2))
+    found = ScatteredBrdf.from_measurement(told).eval(wi, wo)
+    assert np.isfinite(found).all() and found[0, [0, -1]] == pytest.approx([0.1, 0.2], rel=1e-3)
 
 
 def test_rebuilt_from_its_parameters_bit_for_bit(shifted):

@@ -109,7 +109,22 @@ def test_light_of_zero_power_is_an_error():
 
 def test_light_that_is_all_infrared_is_an_error():
     with pytest.raises(InputError, match="the light has zero power"):
-        observer("1931_2").white(Spectrum.sampled([900.0, 910.0, 920.0], [0.0, 1.0, 0.0], "emission"))
+        observer("1931_2").white(Spectrum.sampled([800.0, 880.0, 910.0, 920.0], [0.0, 0.0, 1.0, 0.0], "emission"))
+
+
+def test_light_that_is_known_only_where_nobody_sees_is_an_error():
+    """Held from there it would pass for equal energy."""
+    for wavelengths_nm in ([900.0, 950.0], [300.0, 350.0]):
+        with pytest.raises(InputError, match="not known where the observer sees") as caught:
+            observer("1931_2").white(Spectrum.sampled(wavelengths_nm, [1.0, 1.0], "emission"))
+        assert f"found: {wavelengths_nm[0]:g} to {wavelengths_nm[1]:g} nm" in str(caught.value)
+
+
+@pytest.mark.parametrize("scale", [1e300, 1e-300])
+def test_light_in_units_near_the_ends_of_float64(scale):
+    d65 = illuminant("D65")
+    light = Spectrum.sampled(d65.wavelengths_nm, scale * d65.samples, "emission")
+    np.testing.assert_allclose(observer("1931_2").white(light), observer("1931_2").white(d65), rtol=1e-12)
 
 
 def test_reflectance_given_as_a_light_is_an_error():

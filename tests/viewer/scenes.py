@@ -119,3 +119,11 @@ def lamp_scene(material="gloss", size=64, samples=3) -> Scene:
     camera = Camera("near", (0.5, 1.0, 5.0), (0, 0, 0), vertical_fov_deg=34, width=size, height_px=size,
                     samples=samples)  # fmt: skip
     return scene_of(parts, [lamp((1.6, 2.2, 2.0)), sun((-0.5, 0.8, 0.3), 400.0)], camera)
+
+
+def far_lamp_scene(material="gloss", size=64, samples=3) -> Scene:
+    """The ball, its shadow and the ground by a lamp so far off that the scene is a point to it."""
+    scene = lamp_scene(material, size, samples)
+    place = 5000.0 * np.array([0.3, 0.6, 0.6])
+    return scene_of([(part.mesh, part.material_id) for part in scene.parts], [lamp(place, 1e3 * place @ place)],
+                    scene.camera())  # fmt: skip

@@ -49,6 +49,7 @@ ALL = {
     "cloth with shadows, perspective": lambda scenes: scenes.cloth_scene(),
     "lamp, sun and three parts": lambda scenes: scenes.lamp_scene(),
     "one sample a pixel": lambda scenes: scenes.lamp_scene(samples=1),
+    "a lamp a thousand times as far as the scene is wide": lambda scenes: scenes.far_lamp_scene(),
 }
 
 

@@ -277,3 +277,10 @@ def test_material_that_vanishes_while_references_are_computed(sphere, catalogue,
 def test_errors_survive_the_way_between_processes(error):
     back = pickle.loads(pickle.dumps(error))
     assert type(back) is type(error) and str(back) == str(error) and vars(back) == vars(error)
+
+
+def test_a_light_that_nothing_adapts_from_is_named_before_any_work(sphere, catalogue, tmp_path):
+    """Low-pressure sodium: two lines, so yellow that Bradford's blue response to them is negative."""
+    with pytest.raises(InputError, match=r"illuminant LPS: Bradford adaptation has no meaning for this white"):
+        review(sphere, catalogue, tmp_path, illuminants=("D65", "LPS"), renderer=SoftwareRenderer(), version="test")
+    assert not list((tmp_path / "pictures").iterdir())

@@ -24,7 +24,10 @@ def square(half: float, height: float) -> np.ndarray:
     return np.array([[a, c, b], [a, d, c]])
 
 
-@pytest.mark.parametrize(("directional", "vector"), [(True, SUN), (True, (0, 1, 0)), (False, LAMP), (False, (3, 9, 4))])
+@pytest.mark.parametrize(
+    ("directional", "vector"),
+    [(True, SUN), (True, (0, 1, 0)), (False, LAMP), (False, (3, 9, 4)), (False, (30, 90, 40))],
+)
 def test_nothing_leaks_through_a_closed_surface(directional, vector):
     mesh = shapes.sphere(4, 0.5)
     grid = grid_of(mesh.vertices[mesh.faces], directional, vector)
@@ -97,3 +100,13 @@ def test_cells_list_the_nearest_triangles_first():
         grid = grid_of(corners, directional, vector)
         for start, stop in zip(grid.first[:-1], grid.first[1:], strict=True):
             assert (np.diff(grid.starts[start:stop]) >= 0).all()
+
+
+def test_a_far_lamp_still_casts_the_shadow_of_where_it_stands():
+    """Its view is made parallel, its rays are not: the shadow of a square is wider than the square."""
+    grid = grid_of(square(0.3, 0.5), False, (0, 25, 0))
+    assert grid.parallel and grid.convergence == 1 / 25
+    reach = 0.3 * 25 / 24.5
+    x = np.concatenate([reach + np.array([-2, 2]) * OUTLINE_RAMP, -reach + np.array([-2, 2]) * OUTLINE_RAMP])
+    points = np.stack([x, np.zeros_like(x), 0.1 * np.ones_like(x)], axis=1)
+    np.testing.assert_array_equal(seen(grid, points), [0, 1, 1, 0])

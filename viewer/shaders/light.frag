@@ -31,7 +31,7 @@ void main() {
     float arriving = irradiance / squared;
 #endif
     vec3 wi = to_local(at, to_light);
-    if (wi.z <= 0.0) return;
+    if (!(wi.z > 0.0)) return;  // nor where the light stands on the very sample
     arriving *= visibility(at.position, at.face);
     if (arriving == 0.0) return;
     vec3 wo = to_local(at, at.to_viewer);

@@ -6,6 +6,7 @@ uniform isampler2D cells;       // where each cell's entries begin
 uniform isampler2D entries;     // triangle << 4 | facing << 3 | outlines, and the bits of where it starts
 uniform mat3 view_from_world;
 uniform vec3 view_origin;
+uniform float convergence;      // 1 / distance of a point light whose view is made parallel, else 0
 uniform int resolution;         // cells along a side of a face of the light's view
 
 int cell_begin(int cell) {
@@ -19,7 +20,7 @@ vec3 occluder(int number, int corner) {
 // Area that a and b span as the light sees it, without fusing: the same bits for both triangles of an edge.
 float area(vec3 a, vec3 b, vec3 to_light) {
     precise float z = a.x * b.y - a.y * b.x;
-#if DIRECTIONAL
+#if PARALLEL
     return z;
 #else
     precise float x = a.y * b.z - a.z * b.y;
@@ -30,7 +31,7 @@ float area(vec3 a, vec3 b, vec3 to_light) {
 }
 
 float along(vec3 v, vec3 to_light) {
-#if DIRECTIONAL
+#if PARALLEL
     return v.z;
 #else
     return dot(v, to_light);
@@ -38,7 +39,7 @@ float along(vec3 v, vec3 to_light) {
 }
 
 float outline_ramp(float side, vec3 edge, vec3 to_light) {
-#if DIRECTIONAL
+#if PARALLEL
     float span = length(edge.xy);
 #else
     float span = length(cross(edge, to_light));
@@ -79,7 +80,8 @@ float contact_on(int number, vec3 to_light) {
 // Share of the light that reaches a point (in the scene's coordinates) on the triangle `own`.
 float visibility(vec3 world, int own) {
     vec3 point = view_from_world * (world - view_origin);
-#if DIRECTIONAL
+#if PARALLEL
+    point /= 1.0 - convergence * point.z;
     int face = 0;
     float depth = -point.z, reach = 1e30;
     vec2 flat_position = point.xy;

@@ -63,6 +63,23 @@ def test_numbers_as_names_in_both_layouts(table):
         assert found["3"].samples.tolist() == [0.3, 0.3]
 
 
+def test_a_table_without_a_header_keeps_its_first_row(table):
+    found = read_csv_spectra(table("400,0.05\n410,0.06\n420,0.07\n"))
+    assert list(found) == ["paints"]
+    assert found["paints"].wavelengths_nm.tolist() == [400.0, 410.0, 420.0]
+    assert found["paints"].samples.tolist() == [0.05, 0.06, 0.07]
+    found = read_csv_spectra(table("400;0.05;0.5\n410;0.06;0.6\n"))
+    assert {name: spectrum.samples.tolist() for name, spectrum in found.items()} == {
+        "column 2": [0.05, 0.06],
+        "column 3": [0.5, 0.6],
+    }
+
+
+def test_an_empty_last_column_is_left_out(table):
+    found = read_csv_spectra(table("nm,Red,\n400,0.05,\n410,0.06,\n"))
+    assert {name: spectrum.samples.tolist() for name, spectrum in found.items()} == {"Red": [0.05, 0.06]}
+
+
 def test_emission_may_exceed_one(table):
     assert read_csv_spectra(table(DOWN.replace("0.05", "500")), "emission")["Red"].samples[0] == 500
 
