@@ -117,10 +117,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--json", type=Path)
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args(arguments)
-    root = Path(os.environ.get("METAMER_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
-    files = chosen.files or sorted((root / "brdf" / "cornell-spectral").glob("*.brdf"))
+    folder = os.environ.get("METAMER_DATA")
+    files = chosen.files or (sorted(Path(folder, "brdf", "cornell-spectral").glob("*.brdf")) if folder else [])
     if not files:
-        print(f"no .brdf files named, and none under {root}; set METAMER_DATA", file=sys.stderr)
+        print("name .brdf files, or set METAMER_DATA to a folder with brdf/cornell-spectral/", file=sys.stderr)
         return 64
     report = {"light": LIGHT, "observer": OBSERVER, "formula": "CIE 1994", "seed": chosen.seed, "materials": {}}
     columns = ("mean", "median", "p95", "p99", "max")
