@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import plots
-from .page import TEMPLATES
+from .page import html_environment
 
 # Radius and margin of a polar plot, size of a scatter plot, SVG units.
 _POLAR = 130.0
@@ -29,16 +29,7 @@ def render_factor_page(measured: dict[str, Any], scale_delta_e: float, verdict: 
     scale_delta_e : a third of the maps' scale.
     verdict : a sentence on the baseline.
     """
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters.update(de=_figure)
+    environment = html_environment()
     cards = [
         {
             **figure,
@@ -173,7 +164,3 @@ def _polar_path(angles: np.ndarray, radii: np.ndarray) -> str:
     radii = np.minimum(radii, 1.15) * _POLAR
     words = [f"{r * math.sin(a):.1f} {-r * math.cos(a):.1f}" for a, r in zip(angles, radii, strict=True)]
     return "M" + "L".join(words)
-
-
-def _figure(value: float) -> str:
-    return "<0.01" if 0.0 < value < 0.005 else f"{value:.2f}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from . import plots
 from .statistics import verdict
 
 if TYPE_CHECKING:
+    import jinja2
     from markupsafe import Markup
 
     from .report import ReviewRow
@@ -30,8 +31,8 @@ _VERDICTS = {
 }
 
 
-def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str) -> str:
-    """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from."""
+def html_environment(**filters: Callable[..., Any]) -> jinja2.Environment:
+    """Templates of the pages: escaped, strict about names, with `de` for a ΔE and the filters given."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -41,7 +42,13 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters.update(de=_figure, seconds=_seconds, uri=plots.data_uri, breakable=_breakable)
+    environment.filters.update(de=_figure, **filters)
+    return environment
+
+
+def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str) -> str:
+    """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from."""
+    environment = html_environment(seconds=_seconds, uri=plots.data_uri, breakable=_breakable)
     budget = document["budget_delta_e94"]
     cards = _cards(rows, budget)
     views = [view for card in cards for view in card["rows"]]

@@ -138,6 +138,10 @@ def review(
             sample_xyz, coverage = pictures_xyz[index]
             sample = ColourImage(sample_xyz, "xyz", white)
             truth = ColourImage(reference_xyz[index], "xyz", white)
+            timer.lap("prepare")
+            shown_rgb, notes = display.encode(sample, coverage, background, gpu)
+            truth_rgb, _ = display.encode(truth, geometry.coverage, background, gpu)
+            timer.lap("encode", len(case.judged))
             for material_id in case.judged:
                 timer.lap("prepare")
                 share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
@@ -145,8 +149,6 @@ def review(
                 statistics = _statistics(difference, material_id, name)
                 checks = checks or self_check(reference_xyz[index], white, share)
                 timer.lap("compare")
-                shown_rgb, notes = display.encode(sample, coverage, background, gpu)
-                truth_rgb, _ = display.encode(truth, geometry.coverage, background, gpu)
                 image = f"pictures/{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}.png"
                 said = {"illuminant": name, "observer": scene.observer.name, "material": material_id}
                 words = (f"{material_id} under {name}, {scene.observer.name}, Metamer {version}",)
@@ -154,6 +156,7 @@ def review(
                 exr = image.removesuffix("png") + "exr"
                 write_xyz_exr(out / exr, sample, coverage, said)
                 timer.lap("write")
+                timer.seconds["write"] += timer.seconds["encode"]
                 wavelengths_nm, factor = curves[material_id]
                 rows.append(
                     review_row(
