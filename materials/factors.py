@@ -145,6 +145,7 @@ class FactorPack:
     factors : one (n, R) array an axis.
     spectral : (R, J) coefficients in `basis`.
     error : measured error of the material that this pack is part of, None where it has not been measured.
+    precision : "half" where every factor is held exactly by 16 bits, as `half.rounded_to_half` leaves them, else "single".
 
     Between nodes factors are interpolated linearly, past the ends they are constant.
     """
@@ -155,6 +156,7 @@ class FactorPack:
     spectral: Float[np.ndarray, "R J"]
     basis: SpectralBasis
     error: FitError | None = None
+    precision: Literal["single", "half"] = "single"
 
     def __post_init__(self) -> None:
         if self.frame not in AXIS_NAMES:

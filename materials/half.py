@@ -37,7 +37,7 @@ def rounded_to_half(pack: FactorPack) -> FactorPack:
         scale = np.where(tallest > 0, tallest, 1.0)
         factors.append((factor / scale).astype(np.float16).astype(np.float64))
         spectral = spectral * tallest[:, None]
-    return replace(pack, factors=tuple(factors), spectral=spectral)
+    return replace(pack, factors=tuple(factors), spectral=spectral, precision="half")
 
 
 def half_storage(
