@@ -145,7 +145,7 @@ class FactorPack:
     factors : one (n, R) array an axis.
     spectral : (R, J) coefficients in `basis`.
     error : measured error of the material that this pack is part of, None where it has not been measured.
-    precision : "half" where every factor is held exactly by 16 bits, as `half.rounded_to_half` leaves them, else "single".
+    precision : "half" where 16 bits hold every factor exactly, as `half.rounded_to_half` leaves them, else "single".
 
     Between nodes factors are interpolated linearly, past the ends they are constant.
     """
