@@ -15,7 +15,10 @@ from .wavelengths import WORKING_WAVELENGTHS_NM, Extrapolation, interpolation_ma
 
 __all__ = ["WORKING_WAVELENGTHS_NM", "Quantity", "Spectrum", "interpolation_matrix", "validated_wavelengths"]
 
-Quantity = Literal["reflectance", "transmittance", "emission"]
+Quantity = Literal["reflectance", "transmittance", "radiance factor", "emission"]
+# Where a value above 1 is no mistake: radiance factors compare with the perfect diffuser, which fluorescence, effect
+# pigments and the side of the mirror exceed.
+_UNBOUNDED = ("radiance factor", "emission")
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +28,10 @@ class Spectrum:
     Parameters
     ----------
     values : (...,J) float64, finite. Sampled reflectance and transmittance lie in [0, 1]; sampled emission is not
-        negative, in W.nm^-1 times whatever area or solid angle the owner states.
+        negative, in W.nm^-1 times whatever area or solid angle the owner states; nor is a radiance factor, which
+        relates to the perfect diffuser and may exceed 1.
     basis : where the wavelengths are.
-    quantity : "reflectance", "transmittance" or "emission"; quantities never mix silently.
+    quantity : "reflectance", "transmittance", "radiance factor" or "emission"; quantities never mix silently.
 
     Examples
     --------
@@ -81,9 +85,9 @@ class Spectrum:
     def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
         """The same spectrum sampled elsewhere.
 
-        Reflectance and transmittance: Sprague (CIE 167:2005) on uniform grids, else linear. Emission: linear, so that
-        a line never rings below zero. Where Sprague leaves [0, 1] next to a steep edge, that spectrum is interpolated
-        linearly instead: nothing is clipped.
+        Reflectance, transmittance, radiance factor: Sprague (CIE 167:2005) on uniform grids, else linear. Emission:
+        linear, so that a line never rings below zero. Where Sprague leaves [0, 1] next to a steep edge (radiance
+        factor: falls below 0), that spectrum is interpolated linearly instead: nothing is clipped.
 
         Parameters
         ----------
@@ -96,7 +100,8 @@ class Spectrum:
         values = self.samples @ linear.T
         if self.quantity != "emission":
             smooth = self.samples @ interpolation_matrix(grid, wavelengths_nm, extrapolation).T
-            bounded = ((smooth >= 0) & (smooth <= 1)).all(axis=-1, keepdims=True)
+            highest = np.inf if self.quantity in _UNBOUNDED else 1.0
+            bounded = ((smooth >= 0) & (smooth <= highest)).all(axis=-1, keepdims=True)
             values = np.where(bounded, smooth, values)
         return Spectrum.sampled(wavelengths_nm, values, self.quantity)
 
@@ -142,7 +147,7 @@ def check_values(
             expected=">= 0",
             hint="subtract the dark reading properly, or remove the sample",
         )
-    if quantity == "emission" or not (values > 1.0 + 1e-9).any():
+    if quantity in _UNBOUNDED or not (values > 1.0 + 1e-9).any():
         return
     if values.max() > 2.0:
         raise InputError(

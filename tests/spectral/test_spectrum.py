@@ -23,6 +23,7 @@ def flat(value, quantity="reflectance"):
         (18.0, "reflectance", "looks like percent"),
         (92.0, "transmittance", "transmittance looks like percent"),
         (1.02, "reflectance", "reflectance above 1"),
+        (np.nan, "radiance factor", "radiance factor is not a number"),
     ],
 )
 def test_impossible_values_are_named_with_their_wavelength(value, quantity, message):
@@ -35,6 +36,24 @@ def test_impossible_values_are_named_with_their_wavelength(value, quantity, mess
 
 def test_emission_may_exceed_one():
     assert flat(1e4, "emission").samples.max() == 1e4
+
+
+def test_radiance_factor_may_exceed_one_and_is_never_negative():
+    assert flat(3.5, "radiance factor").samples.max() == 3.5
+    with pytest.raises(InputError, match="negative radiance factor"):
+        flat(-0.01, "radiance factor")
+
+
+def test_resampling_a_radiance_factor_above_one_stays_smooth():
+    """Sprague, as reflectance has it; the bound at 1 is not there, the one at 0 is."""
+    fine = np.arange(400.0, 701.0)
+    values = 1.5 + 0.9 * np.sin(GRID / 40)
+    smooth = Spectrum.sampled(GRID, values, "radiance factor").resampled(fine).samples
+    half = Spectrum.sampled(GRID, values / 3.0).resampled(fine).samples
+    np.testing.assert_allclose(smooth, 3.0 * half, atol=1e-12)
+    step = np.where(GRID < 550, 0.0, 2.0)
+    edge = Spectrum.sampled(GRID, step, "radiance factor").resampled(fine).samples
+    np.testing.assert_allclose(edge, np.interp(fine, GRID, step), atol=1e-12)
 
 
 def test_unknown_quantity():

@@ -1,0 +1,135 @@
+"""Files of measured spectra: what a reader gives, and which reader takes a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import InputError
+from ..files import existing_file
+from ..spectrum import Spectrum
+
+#: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
+#: SUFFIXES, `recognises(path, head)` and `read(path)`.
+FORMATS = (
+    "spectral_exr",
+    "mat",
+    "cxf",
+    "iestm27",
+    "cgats",
+    "instrument_text",
+    "spd",
+    "csv",
+)
+
+#: Bytes of a file that `recognises` is shown.
+HEAD = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class StatedColour:
+    """Tristimulus values that a file states beside a spectrum.
+
+    Parameters
+    ----------
+    space : "XYZ", on the scale that gives the perfect diffuser Y = 100 (emission: in the file's unit), or "Lab".
+    values : (3,).
+    illuminant : name as `illuminant` knows it, else the file's own words; None where the file does not say.
+    observer : short name as `observer` knows it, else the file's own words; None where the file does not say.
+    """
+
+    space: Literal["XYZ", "Lab"]
+    values: Float[np.ndarray, "3"]
+    illuminant: str | None = None
+    observer: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralEntry:
+    """One measured spectrum of a file.
+
+    Parameters
+    ----------
+    name : as in the file.
+    spectrum : at the file's own wavelengths; percent is already divided by 100.
+    stated : tristimulus values beside it.
+    details : whatever else the file says of it: geometry, condition (M0 ... M3), instrument, units, ...
+    """
+
+    name: str
+    spectrum: Spectrum
+    stated: tuple[StatedColour, ...] = ()
+    details: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralFile:
+    """Every spectrum of a file.
+
+    Parameters
+    ----------
+    format : NAME of the reader.
+    entries : spectra, in the order of the file.
+    details : what the file says of all of them.
+    notes : what was assumed, converted or left out, a sentence each.
+    rejected : entries that cannot be used, by name, with the reason.
+    """
+
+    format: str
+    entries: tuple[SpectralEntry, ...]
+    details: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    rejected: tuple[tuple[str, InputError], ...] = ()
+
+
+def readers() -> tuple[ModuleType, ...]:
+    """The readers, in the order in which they are asked."""
+    there = (import_module(f".{name}", __package__) for name in FORMATS if find_spec(f".{name}", __package__))
+    return tuple(module for module in there if hasattr(module, "recognises"))
+
+
+def format_of(path: str | Path) -> ModuleType | None:
+    """The reader that recognises a file by its content, None if there is none.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it cannot be opened.
+    """
+    path = existing_file(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    except OSError as reason:
+        raise InputError("the file cannot be read", file=path, found=reason.strerror) from None
+    return next((reader for reader in readers() if reader.recognises(path, head)), None)
+
+
+def read_spectra(path: str | Path) -> SpectralFile:
+    """Read every spectrum of a file in whatever format it is.
+
+    Raises
+    ------
+    InputError
+        No reader recognises the file, or the one that does cannot use it.
+    """
+    reader = format_of(path)
+    if reader is None:
+        with Path(path).open("rb") as file:
+            start = file.read(16)
+        raise InputError(
+            "not a file of spectra" if start else "the file is empty",
+            file=path,
+            found=f"first bytes {start!r}" if start else None,
+            expected="one of: " + ", ".join(known.NAME for known in readers()),
+            hint="export the measurement as CxF3, CGATS or a table with one wavelength a row",
+        )
+    return reader.read(Path(path))
