@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,37 @@ from ...spectral.bispectral import Bispectral
 from ...spectral.errors import InputError
 from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
+from ..record import Provenance
+from ..sources import MaterialSource, Rejected
+from .exr_pictures import channel_names
+from .measured import material_source, named, sha256_of
 
+NAME = "bispectral OpenEXR"
+SUFFIXES = (".exr",)
 # A picture of more surfaces than this is a texture, not a set of samples.
 MOST_SURFACES = 64
+_SHIFTED = re.compile(r"^(?:.*\.)?T\.[\d.,eE+-]+\w*(?:m|Hz)\.[\d.,eE+-]+\w*(?:m|Hz)$")
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for an OpenEXR picture with a channel such as T.400,0nm.500,0nm."""
+    return any(_SHIFTED.match(name) for name in channel_names(path, head))
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """One material a distinct pixel; `uplift` is not needed. Raises `InputError` as `read_bispectral` does."""
+    surfaces = read_bispectral(path)
+    content = sha256_of(path)
+    for number, brdf in enumerate(surfaces, start=1):
+        name = named(path.stem) + (f"-{number}" if len(surfaces) > 1 else "")
+        provenance = Provenance(
+            source=f"{path.name}, a bispectral OpenEXR picture, surface {number} of {len(surfaces)}",
+            licence="not stated in the file",
+            kind="measured",
+            notes=f"taken to be perfectly diffuse + {path.name}: SHA-256 {content}",
+        )
+        parameters, original = brdf.parameters(), {"file": path.name, "surface": number}
+        yield material_source(f"measured/{name}", "measured", brdf.NAME, parameters, provenance, path, original)
 
 
 def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
@@ -27,13 +56,23 @@ def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
     image = read_spectral_exr(path)
     if image.reradiation is None:
         raise InputError(
-            "no re-radiation", file=path, found="plain reflectance", expected="channels such as T.400,0nm.500,0nm"
+            "no re-radiation",
+            file=path,
+            field="channels",
+            found="plain reflectance",
+            expected="channels such as T.400,0nm.500,0nm",
+            hint="import it as a spectral picture",
         )
     pixels = image.reradiation.reshape(-1, image.spectrum.wavelengths_nm.size**2)
     _, first = np.unique(pixels, axis=0, return_index=True)
     if len(first) > MOST_SURFACES:
         raise InputError(
-            "too many different pixels", file=path, found=len(first), expected=f"at most {MOST_SURFACES} surfaces"
+            "too many different pixels",
+            file=path,
+            field="pixels",
+            found=len(first),
+            expected=f"at most {MOST_SURFACES} surfaces",
+            hint="cut out or average the patches that are materials of their own",
         )
     width = image.spectrum.samples.shape[1]
     return tuple(FluorescentLambert(_placed(image.bispectral, path, *divmod(int(at), width))) for at in np.sort(first))
@@ -50,5 +89,5 @@ def _placed(bispectral: Callable[[int, int], Bispectral], path: Path, row: int, 
             field=f"pixel ({row}, {column})",
             found=reason.found,
             expected=reason.expected,
-            hint=reason.hint,
+            hint=reason.hint or "correct the pixel in the program that wrote the picture",
         ) from None

@@ -13,6 +13,7 @@ signal was lost in the noise of the detector, so it counts as missing and not as
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NoReturn
 
@@ -23,12 +24,38 @@ from ...spectral.errors import InputError
 from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
 from ..measurement import ScatteredMeasurement
+from ..sources import MaterialSource, Rejected
+from .measured import measured_source, placed
 
+NAME = "Cornell scattered BRDF"
+SUFFIXES = (".brdf",)
 _LAYOUT = "a count, that many wavelengths in nm, then rows: theta_i phi_i theta_o phi_o and one f_r a wavelength"
 # Comments that only label the numbers below them.
 _LABEL = re.compile(r"(num(ber)?\b.*)?\b(wls?|wavelengths?|theta|phi)\b", re.IGNORECASE)
 # Angles are printed with six digits or so: pi/2 may come out a hair larger.
 _ROUNDING = 1e-4
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for text that begins with a count and that many ascending wavelengths, or has the name of such a file."""
+    return path.suffix.lower() in SUFFIXES or _begins_with_wavelengths(head)
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The file's one material; it is spectral, and needs no `uplift`. Raises `InputError` as `read_cornell` does."""
+    from ..scattered import ScatteredBrdf
+
+    told = read_cornell(path)
+    with placed(path, "rows", "leave out what cannot be used, or measure it again"):
+        brdf = ScatteredBrdf.from_measurement(told)
+    yield measured_source(
+        path,
+        brdf,
+        source=". ".join(text for text in (told.name or path.name, told.description) if text),
+        kind="measured",
+        geometry=f"{len(told)} scattered direction pairs",
+        original={"file": path.name, "units": "1/sr; angles in radians", "comments": told.description},
+    )
 
 
 def read_cornell(path: str | Path) -> ScatteredMeasurement:
@@ -51,7 +78,8 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
     count = _count(path, numbers)
     field = "wavelengths"
     if len(numbers) < 1 + count:
-        _fail("the list of wavelengths ends early", path, field, f"{len(numbers) - 1} of {count}", f"{count} values")
+        found, hint = f"{len(numbers) - 1} of {count}", "the file may be truncated: download or copy it again"
+        _fail("the list of wavelengths ends early", path, field, found, f"{count} values", hint)
     wavelengths_nm = validated_wavelengths(numbers[1 : 1 + count], file=path, field=field)
     rows = _rows(path, numbers[1 + count :], lines[1 + count :], count)
     row_lines = lines[1 + count :: 4 + count]
@@ -73,6 +101,24 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
     )
 
 
+def _begins_with_wavelengths(head: bytes) -> bool:
+    """The count stands alone on its line, as no table of spectra begins; a list cut off by the end of `head` counts."""
+    lines = [line.split(b"#")[0].split() for line in head.removeprefix(b"\xef\xbb\xbf").splitlines()]
+    lines = [line for line in lines if line]
+    if b"\0" in head or len(lines) < 2 or len(lines[0]) != 1 or not re.fullmatch(rb"\d{1,5}", lines[0][0]):
+        return False
+    count, words = int(lines[0][0]), [word for line in lines[1:] for word in line]
+    if len(words) < count:
+        # The last word may be half a number.
+        del words[-1:]
+    try:
+        listed = np.array([float(word) for word in words[:count]])
+    except ValueError:
+        return False
+    whole = len(listed) == count or (len(listed) > 0 and len(head) >= 4096)
+    return count > 1 and whole and bool(listed[0] > 100 and listed[-1] < 1e5 and (np.diff(listed) > 0).all())
+
+
 def _fail(
     problem: str, path: Path, field: str | None, found: object, expected: str, hint: str | None = None
 ) -> NoReturn:
@@ -84,9 +130,11 @@ def _words(path: Path) -> tuple[list[str], np.ndarray, list[str]]:
     try:
         raw = path.read_bytes()
     except OSError as error:
-        _fail("cannot be read", path, None, error.strerror or str(error), "a readable text file")
+        hint = "check the name and the permissions of the file"
+        _fail("cannot be read", path, "file", error.strerror or str(error), "a readable text file", hint)
     if b"\0" in raw:
-        _fail("not a text file", path, None, f"binary data, {raw[:8]!r} ...", _LAYOUT)
+        hint = "import the measurement that it was made from, or give it the name of its own format (.binary, .bsdf)"
+        _fail("not a text file", path, "header", f"binary data, {raw[:8]!r} ...", _LAYOUT, hint)
     # The numbers are ASCII; a comment may be in any encoding that contains it.
     text = raw.decode("utf-8-sig", errors="replace")
     words: list[str] = []
@@ -100,7 +148,8 @@ def _words(path: Path) -> tuple[list[str], np.ndarray, list[str]]:
         if not words and comment.strip():
             comments.append(comment.strip())
     if not words:
-        _fail("holds no numbers", path, None, "an empty file" if not raw.strip() else "comments only", _LAYOUT)
+        found = "an empty file" if not raw.strip() else "comments only"
+        _fail("holds no numbers", path, "count", found, _LAYOUT, "download or copy the file again")
     return words, np.array(lines), comments
 
 
@@ -111,8 +160,10 @@ def _numbers(path: Path, words: list[str], lines: np.ndarray) -> Float[np.ndarra
         at = next(index for index, word in enumerate(words) if not _is_number(word))
         found = repr(words[at][:40])
         if at == 0:
-            _fail("not a file of scattered BRDF measurements", path, f"line {lines[0]}", found, _LAYOUT)
-        _fail("not a number", path, f"line {lines[at]}", found, "numbers, and comments after #")
+            hint = "a .brdf of another laboratory or program: export it in this layout, or as MERL or RGL"
+            _fail("not a file of scattered BRDF measurements", path, f"line {lines[0]}", found, _LAYOUT, hint)
+        hint = "correct the line, or leave it out; text goes behind a #"
+        _fail("not a number", path, f"line {lines[at]}", found, "numbers, and comments after #", hint)
     if not np.isfinite(numbers).all():
         at = int(np.argmin(np.isfinite(numbers)))
         _fail("not a finite number", path, f"line {lines[at]}", words[at], "finite numbers", "leave the row out")
@@ -139,7 +190,8 @@ def _rows(path: Path, numbers: np.ndarray, lines: np.ndarray, count: int) -> Flo
     width = 4 + count
     expected = f"{width} numbers a row: 4 angles and {count} values"
     if len(numbers) == 0:
-        _fail("holds no direction pairs", path, "rows", "the file ends after the wavelengths", expected)
+        hint = "the file may be truncated: download or copy it again"
+        _fail("holds no direction pairs", path, "rows", "the file ends after the wavelengths", expected, hint)
     per_line = np.unique(lines, return_counts=True)
     # Where one line is one row, a row of another length shifts all that follow: name the line, not the end.
     if np.mean(per_line[1] == width) > 0.5 and not (per_line[1] == width).all():
@@ -159,7 +211,8 @@ def _check_values(path: Path, values: np.ndarray, wavelengths_nm: np.ndarray, ro
         hint = "set readings below the detector's noise to 0: they are taken as missing"
         _fail("negative f_r", path, f"line {row_lines[row]}", found, "f_r >= 0, 1/sr", hint)
     if not (values > 0).any():
-        _fail("every value is 0: nothing was measured", path, "rows", f"{len(values)} rows of 0", "f_r > 0, 1/sr")
+        hint = "measure it again with more light, or export it without clamping"
+        _fail("every value is 0: nothing was measured", path, "rows", f"{len(values)} rows of 0", "f_r > 0, 1/sr", hint)
 
 
 def _check_angles(path: Path, angles: np.ndarray, row_lines: np.ndarray) -> None:

@@ -10,6 +10,7 @@ measurement: -1 where no pair of directions has these angles, and -1 or 0 where 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +18,17 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
+from ...spectral.upsampling import upsampling
+from ..sources import MaterialSource, Rejected
+from .measured import measured_source, placed
 
+NAME = "MERL table"
+SUFFIXES = (".binary",)
 SHAPE = (90, 90, 180)
 SCALES = np.array([1.0, 1.15, 1.66]) / 1500.0
 _HEADER = 12
 _LAYOUT = "three int32 (90, 90, 180), then 3 x 90 x 90 x 180 float64"
+_AGAIN = "the file is damaged: download or copy it again"
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +37,27 @@ class MerlMeasurement:
 
     name: str
     values: Float[np.ndarray, "90 90 180 3"]
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True where the file begins as this layout does, whatever its name, or has the name of one."""
+    return head[:_HEADER] == np.array(SHAPE, "<i4").tobytes() or path.suffix.lower() in SUFFIXES
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The file's one material, its spectra made up by `uplift`; raises `InputError` as `read_merl` does."""
+    from ..merl import MerlBrdf
+
+    with placed(path, hint=_AGAIN):
+        brdf = MerlBrdf.from_measurement(read_merl(path), uplift)
+    yield measured_source(
+        path,
+        brdf,
+        source=f"{path.name}, a table in the layout of the MERL data base",
+        kind=upsampling(uplift).provenance,
+        geometry="90 x 90 x 180 nodes of theta_h, theta_d and phi_d, in red, green and blue",
+        original={"file": path.name, "units": "1/sr; stored in the file divided by `scale`", "scale": SCALES},
+    )
 
 
 def is_merl(path: str | Path) -> bool:
@@ -55,9 +83,18 @@ def read_merl(path: str | Path) -> MerlMeasurement:
         raw = path.read_bytes()
     except OSError as error:
         found = error.strerror or str(error)
-        raise InputError("cannot be read", file=path, found=found, expected="a readable binary file") from None
+        raise InputError(
+            "cannot be read",
+            file=path,
+            field="file",
+            found=found,
+            expected="a readable binary file",
+            hint="check the name and the permissions of the file",
+        ) from None
     if len(raw) < _HEADER:
-        raise InputError("not a MERL file", file=path, found=f"{len(raw)} bytes", expected=_LAYOUT)
+        raise InputError(
+            "not a MERL file", file=path, field="header", found=f"{len(raw)} bytes", expected=_LAYOUT, hint=_AGAIN
+        )
     dimensions = tuple(int(size) for size in np.frombuffer(raw, "<i4", 3))
     if dimensions != SHAPE:
         plausible = all(0 < size <= 3600 for size in dimensions)
@@ -67,19 +104,27 @@ def read_merl(path: str | Path) -> MerlMeasurement:
             field="dimensions",
             found=dimensions if plausible else f"{raw[:_HEADER]!r} ...",
             expected=_LAYOUT,
+            hint="export it on the grid of the data base" if plausible else "give it the name of its own format",
         )
     whole = _HEADER + 3 * int(np.prod(SHAPE)) * 8
     if len(raw) != whole:
         problem = "the file ends early" if len(raw) < whole else "the file goes on after the last value"
-        hint = "download or copy it again" if len(raw) < whole else None
-        raise InputError(problem, file=path, found=f"{len(raw)} bytes", expected=f"{whole} bytes", hint=hint)
+        found, expected = f"{len(raw)} bytes", f"{whole} bytes"
+        raise InputError(problem, file=path, field="planes", found=found, expected=expected, hint=_AGAIN)
     planes = np.frombuffer(raw, "<f8", offset=_HEADER).reshape(3, *SHAPE)
     if not np.isfinite(planes).all():
         at = tuple(int(index) for index in np.argwhere(~np.isfinite(planes))[0])
         field = f"{('red', 'green', 'blue')[at[0]]}{list(at[1:])}"
-        raise InputError("not a finite number", file=path, field=field, found=planes[at], expected="f_r, or -1")
+        raise InputError(
+            "not a finite number", file=path, field=field, found=planes[at], expected="f_r, or -1", hint=_AGAIN
+        )
     if not (planes > 0).any():
         raise InputError(
-            "no value is positive: nothing was measured", file=path, found="0 and less", expected="f_r > 0"
+            "no value is positive: nothing was measured",
+            file=path,
+            field="planes",
+            found="0 and less",
+            expected="f_r > 0",
+            hint=_AGAIN,
         )
     return MerlMeasurement(path.stem, np.ascontiguousarray(np.moveaxis(planes, 0, -1) * SCALES))

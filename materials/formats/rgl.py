@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,12 +29,18 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.files import existing_file
+from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import validated_wavelengths
+from ..sources import MaterialSource, Rejected
+from .measured import measured_source, placed
 
+NAME = "RGL measurement"
+SUFFIXES = (".bsdf",)
 MAGIC = b"tensor_file\0"
 _VERSION = (1, 0)
 _TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
 _LONGEST_RANK = 16
+_AGAIN = "the file is damaged or cut short: download or copy it again"
 _AXES = ("phi_i", "theta_i")
 # Names of the axes of each field; those that are shared between fields must agree in size.
 _SHAPES = {
@@ -83,6 +89,30 @@ class RglMeasurement:
         return self.fields["description"].tobytes().decode("utf-8", "replace").strip("\0 \n")
 
 
+def recognises(path: Path, head: bytes) -> bool:
+    """True where the file begins as this container does, whatever its name, or has the name of one."""
+    return head.startswith(MAGIC) or path.suffix.lower() in SUFFIXES
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The file's one material; a file in RGB gets spectra by `uplift`. Raises `InputError` as `read_rgl` does."""
+    from ..rgl import RglBrdf
+
+    with placed(path, hint="measure or tabulate it over a whole, a half or a quarter turn"):
+        brdf = RglBrdf.from_measurement(read_rgl(path), uplift)
+    told, count = brdf.measurement, len(brdf.measurement.fields["theta_i"]) * len(brdf.measurement.fields["phi_i"])
+    channels = f"at {brdf.channels} wavelengths" if brdf.spectral else "in red, green and blue"
+    turned = "isotropic" if brdf.isotropic else "anisotropic"
+    yield measured_source(
+        path,
+        brdf,
+        source=". ".join(text for text in (told.description, path.name) if text),
+        kind="measured" if brdf.spectral else upsampling(uplift).provenance,
+        geometry=f"{turned}, {count} directions of the light, {channels}",
+        original={"file": path.name, "units": "1/sr, times the cosine of theta_o", "description": told.description},
+    )
+
+
 def is_rgl(path: str | Path) -> bool:
     """True where the file begins as this container does, whatever its name."""
     try:
@@ -103,31 +133,33 @@ def read_rgl(path: str | Path) -> RglMeasurement:
     """
     path = existing_file(path)
     try:
-        fields = read_tensors(path)
-        return RglMeasurement(path.stem, fields)
-    except InputError as reason:
-        raise InputError(
-            reason.problem,
-            file=path,
-            field=reason.field,
-            found=reason.found,
-            expected=reason.expected,
-            hint=reason.hint,
-        ) from None
+        with placed(path, hint=_AGAIN):
+            return RglMeasurement(path.stem, read_tensors(path))
     except OSError as reason:
-        raise InputError("cannot be read", file=path, found=reason.strerror or str(reason)) from None
+        raise InputError(
+            "cannot be read",
+            file=path,
+            field="file",
+            found=reason.strerror or str(reason),
+            expected="a readable binary file",
+            hint="check the permissions of the file",
+        ) from None
 
 
 def read_tensors(path: Path) -> dict[str, np.ndarray]:
     """Every array of a container, in the file's order; raises `InputError` (which does not name the file)."""
     raw = path.read_bytes()
     if not raw.startswith(MAGIC):
-        found = repr(raw[: len(MAGIC)])
-        raise InputError("not a tensor_file container", found=found, expected=repr(MAGIC))
+        found = f"{raw[: len(MAGIC)]!r} ..." if raw else "an empty file"
+        hint = _AGAIN if len(raw) < len(MAGIC) else "a .bsdf of another program: export it as RGL, MERL or plain text"
+        raise InputError(
+            "not a tensor_file container", field="header", found=found, expected=f"{MAGIC!r} ...", hint=hint
+        )
     try:
         return _tensors(raw)
     except struct.error:
-        raise InputError("the file ends early", field="header", found=f"{len(raw)} bytes") from None
+        expected = "the names, types and shapes of all fields"
+        raise InputError("the file ends early", field="header", found=f"{len(raw)} bytes", expected=expected) from None
 
 
 def _tensors(raw: bytes) -> dict[str, np.ndarray]:
@@ -141,7 +173,10 @@ def _tensors(raw: bytes) -> dict[str, np.ndarray]:
 
     version = take("BB")
     if version != _VERSION:
-        raise InputError("unknown version of the container", field="version", found=version, expected=str(_VERSION))
+        hint = "save it again as version 1.0"
+        raise InputError(
+            "unknown version of the container", field="version", found=version, expected=str(_VERSION), hint=hint
+        )
     (count,) = take("I")
     fields: dict[str, np.ndarray] = {}
     for _ in range(count):
@@ -155,7 +190,7 @@ def _tensors(raw: bytes) -> dict[str, np.ndarray]:
             raise InputError("too many axes", field=name, found=rank, expected=f"{_LONGEST_RANK} at most")
         shape = take(f"{rank}Q")
         if name in fields:
-            raise InputError("a field comes twice", field=name)
+            raise InputError("a field comes twice", field=name, found="the same name again", expected="unique names")
         dtype = np.dtype(_TYPES[kind])
         size = math.prod(shape)
         if offset + size * dtype.itemsize > len(raw):
@@ -175,7 +210,8 @@ def _check(fields: Mapping[str, np.ndarray]) -> None:
     missing = sorted({*shapes, "description"} - set(fields))
     if missing:
         found = ", ".join(fields) or "nothing"
-        raise InputError("a BRDF lacks fields", field=missing[0], found=found, expected=f"also {', '.join(missing)}")
+        expected, hint = f"also {', '.join(missing)}", "a tensor file of something else, or one that was saved in part"
+        raise InputError("a BRDF lacks fields", field=missing[0], found=found, expected=expected, hint=hint)
     sizes = {"C": 3, "one": 1}
     for name, axes in shapes.items():
         field = fields[name]

@@ -1,0 +1,84 @@
+"""What the readers of measured BRDFs share: the source that one measurement becomes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+from ...spectral.errors import InputError
+from ..record import Provenance, slug
+from ..sources import MaterialSource
+
+
+@runtime_checkable
+class MeasuredBrdf(Protocol):
+    """What an importer needs of a measured BRDF: the name of its model, and what it is rebuilt from."""
+
+    NAME: ClassVar[str]
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+
+    def parameters(self) -> dict[str, Any]: ...
+
+
+def measured_source(
+    path: Path, brdf: MeasuredBrdf, *, source: str, kind: str, geometry: str, original: Mapping[str, Any]
+) -> MaterialSource:
+    """The measurement in `path` as "measured/NAME"; its notes are those of the BRDF, and the file's SHA-256.
+
+    original : what the file says beside that which `brdf` is rebuilt from, which holds all of its values.
+    """
+    notes = (*brdf.notes, f"{path.name}: SHA-256 {sha256_of(path)}")
+    provenance = Provenance(source, "not stated in the file", kind, geometry, " + ".join(notes))
+    return material_source(
+        f"measured/{named(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path, original
+    )
+
+
+def material_source(
+    material_id: str,
+    family: str,
+    model: str,
+    parameters: Mapping[str, Any],
+    provenance: Provenance,
+    file: Path,
+    original: Mapping[str, Any],
+) -> MaterialSource:
+    """A `MaterialSource` that carries the measurement as it came."""
+    extra: dict[str, Any] = {"original": original} if "original" in MaterialSource.__dataclass_fields__ else {}
+    return MaterialSource(material_id, family, model, parameters, provenance, file, **extra)
+
+
+@contextmanager
+def placed(path: Path, field: str | None = None, hint: str | None = None) -> Iterator[None]:
+    """Refusals that know no file get this one; `field` and `hint` stand in where they have none of their own."""
+    try:
+        yield
+    except InputError as reason:
+        raise InputError(
+            reason.problem,
+            file=reason.file or path,
+            field=reason.field or field,
+            found=reason.found,
+            expected=reason.expected,
+            hint=reason.hint or hint,
+        ) from None
+
+
+def named(name: str) -> str:
+    """A name fit for an id; where nothing of it is a Latin letter or a digit, "material-" and digits of its hash.
+
+    >>> named("Garnet Red (2 coats)"), named("赤")
+    ('garnet-red-2-coats', 'material-d6765296')
+    """
+    return slug(name) or f"material-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file's content, read in pieces."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
