@@ -1,36 +1,21 @@
-"""Reading what a catalogue is built from: folders of material descriptions, and measured files.
+"""What a material is before its fit, and how the files that a person names become such sources.
 
-A source folder holds `sources.toml`, which lists its tables of spectra with their source, licence and SHA-256, and any
-number of other TOML files, each one family of materials: a model and its parameters, spectra by table and column.
-Measured files (`measured_files`) stand for themselves. docs/catalogue.md describes both for people who write them.
+One module a format stands in `formats`; `formats.registry` finds the one for a file.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
-import re
-import tomllib
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.files import read_text
-from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..spectral.upsampling import DEFAULT_METHOD, METHODS
-from .measured_files import SUFFIXES, is_measured, read_measured
-from .record import Provenance, model_named, slug
-from .tables import Kind, Table, constant_spectrum, tables_from
-
-TABLES_FILE = "sources.toml"
-_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-_FAMILY_KEYS = ("family", "kind", "notes", "material")
-_MATERIAL_KEYS = ("name", "model", "notes", "each")
+from .record import Provenance
 
 
 @dataclass(frozen=True)
@@ -43,15 +28,24 @@ class MaterialSource:
     parameters: Mapping[str, Any]
     provenance: Provenance
     file: Path
+    original: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def content_hash(self) -> str:
         """SHA-256 of everything that the record would take from here."""
-        digest = hashlib.sha256(f"{self.id}|{self.model}|{self.provenance}".encode())
-        for name in sorted(self.parameters):
-            value = np.asarray(self.parameters[name])
-            digest.update(f"|{name}:{value.dtype.str}:{value.shape}|".encode() + value.tobytes())
+        digest = hashlib.sha256(f"{self.id}|{self.family}|{self.model}|{self.provenance}".encode())
+        for part in (self.parameters, self.original):
+            for name in sorted(part):
+                value = np.asarray(part[name])
+                # A text's array has its length as its type: what follows is never taken for a part of it.
+                digest.update(f"|{name}:{value.dtype.str}:{value.shape}|".encode() + value.tobytes())
+            digest.update(b"||")
         return digest.hexdigest()
+
+    @property
+    def size(self) -> int:
+        """Bytes of all its numbers."""
+        return sum(np.asarray(value).nbytes for part in (self.parameters, self.original) for value in part.values())
 
 
 @dataclass(frozen=True)
@@ -63,183 +57,50 @@ class Rejected:
 
 
 def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[MaterialSource | Rejected, ...]:
-    """Every material that a folder, a family description (.toml), a measured file (.brdf, .binary, .bsdf) or a
-    bispectral picture (.exr) gives.
+    """Every material that a file, or a folder of files, gives.
 
     `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
     that is no source at all raises `InputError`.
     """
-    path = Path(path)
+    from .formats.registry import not_a_source, recognised_files
+    from .inputs import inputs_of
+
+    check_uplift(uplift)
+    with inputs_of([path]) as files:
+        found: list[MaterialSource | Rejected] = []
+        taken = False
+        for file, reader in recognised_files(files):
+            if isinstance(file, Rejected):
+                found.append(file)
+            elif reader is not None:
+                found += read_with(reader, file.path, uplift)
+            elif file.named:
+                raise not_a_source(file.path)
+            else:
+                continue
+            taken = True
+        if not taken:
+            raise nothing_to_import(Path(path), len(files))
+    return tuple(found)
+
+
+def check_uplift(uplift: str) -> None:
+    """Raises `UnknownNameError` where there is no such method."""
     if uplift not in METHODS:
         raise UnknownNameError("upsampling method", uplift, METHODS)
-    if path.is_dir():
-        files = sorted(
-            file for file in path.iterdir() if file.suffix in (".toml", *SUFFIXES) and file.name != TABLES_FILE
-        )
-        if not files:
-            expected = f"family descriptions (.toml) or measured files ({', '.join(SUFFIXES)})"
-            raise InputError("nothing to import", file=path, expected=expected)
-        return tuple(found for file in files for found in read_sources(file, uplift))
-    if not path.exists():
-        raise InputError("no such file or folder", file=path)
+
+
+def read_with(reader: Any, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`."""
     try:
-        if path.suffix == ".toml":
-            return tuple(_family(path))
-        if path.suffix == ".exr":
-            return tuple(_bispectral(path))
-        if is_measured(path):
-            return (_measured(path, uplift),)
+        yield from reader.read_sources(path, uplift)
     except InputError as reason:
-        return (Rejected(path.name, reason),)
-    raise InputError("not a material source", file=path, expected=", ".join((".toml", *SUFFIXES, ".exr")))
+        yield Rejected(path.name, reason)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file as a dictionary; raises `InputError` that names it."""
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as reason:
-        raise InputError("not valid TOML", file=path, found=str(reason)) from None
-
-
-def _measured(path: Path, uplift: str) -> MaterialSource:
-    brdf, provenance = read_measured(path, uplift)
-    return MaterialSource(f"measured/{slug(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
-
-
-def _bispectral(path: Path) -> Iterator[MaterialSource]:
-    """One material for each surface of a bispectral picture."""
-    from .formats.bispectral import read_bispectral
-
-    surfaces = read_bispectral(path)
-    content = hashlib.sha256(path.read_bytes()).hexdigest()
-    for number, brdf in enumerate(surfaces, start=1):
-        name = slug(path.stem) + (f"-{number}" if len(surfaces) > 1 else "")
-        provenance = Provenance(
-            source=f"{path.name}, a bispectral OpenEXR picture, surface {number} of {len(surfaces)}",
-            licence="not stated in the file",
-            kind="measured",
-            notes=f"taken to be perfectly diffuse + {path.name}: SHA-256 {content}",
-        )
-        yield MaterialSource(f"measured/{name}", "measured", brdf.NAME, brdf.parameters(), provenance, path)
-
-
-def _family(path: Path) -> Iterator[MaterialSource | Rejected]:
-    values = read_toml(path)
-    _expect_keys(values, _FAMILY_KEYS, path, "")
-    family = _name(values.get("family"), path, "family")
-    manifest = path.parent / TABLES_FILE
-    tables = tables_from(read_toml(manifest), manifest) if manifest.exists() else {}
-    entries = values.get("material", [])
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise InputError("not a list of materials", file=path, field="material", expected="[[material]] sections")
-    for entry in entries:
-        template = str(entry.get("name"))
-        try:
-            columns = _table(entry["each"], tables, path, f"{template}.each").columns if "each" in entry else ("",)
-        except InputError as reason:
-            yield Rejected(f"{family}/{template}", reason)
-            continue
-        for column in columns:
-            name = template.replace("{column}", column)
-            try:
-                yield _Entry(path, family, name, column, values | entry, tables).material()
-            except InputError as reason:
-                yield Rejected(f"{family}/{name}", reason)
-
-
-@dataclass(frozen=True)
-class _Entry:
-    """One material of a description: `values` are its own keys over those of its family."""
-
-    path: Path
-    family: str
-    name: str
-    column: str
-    values: Mapping[str, Any]
-    tables: Mapping[str, Table]
-
-    def material(self) -> MaterialSource:
-        _name(self.name, self.path, "name")
-        model = model_named(str(self.values.get("model")), self.path, f"{self.name}.model")
-        kinds = {field.name: str(field.type) for field in dataclasses.fields(cast(Any, model)) if field.init}
-        _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
-        used: dict[str, Table] = {}
-        notes = [str(self.values.get("notes", ""))]
-        arguments = {key: self.values[key] for key in kinds if key in self.values}
-        for key in (key for key, value in arguments.items() if isinstance(value, dict)):
-            reflectance = kinds[key] == "Spectrum"
-            spectrum = self._spectrum(key, "reflectance" if reflectance else "index", used)
-            invented = spectrum.range_note(WORKING_WAVELENGTHS_NM)
-            notes += [f"{key} {invented}"] if invented else []
-            spectrum = spectrum.resampled(WORKING_WAVELENGTHS_NM)
-            arguments[key] = spectrum if reflectance else spectrum.samples
-        with self._placed(self.name):
-            try:
-                brdf = model(**arguments)
-            except TypeError as reason:
-                raise InputError("parameters do not make the model", found=str(reason)) from None
-        with self._placed():
-            provenance = Provenance(
-                source=_joined(table.source for table in used.values()) or "made up for this catalogue",
-                licence=_joined(table.licence for table in used.values()) or "that of the description",
-                kind=str(self.values.get("kind", "")),
-                geometry=_joined(table.geometry for table in used.values()),
-                notes=_joined(notes),
-            )
-        parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
-        return MaterialSource(f"{self.family}/{self.name}", self.family, model.NAME, parameters, provenance, self.path)
-
-    def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table]) -> Spectrum:
-        """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
-        value, field = self.values[key], f"{self.name}.{key}"
-        if set(value) == {"constant"}:
-            with self._placed(field):
-                return constant_spectrum(value["constant"], quantity)
-        _expect_keys(value, ("table", "column"), self.path, field)
-        table = _table(value.get("table"), self.tables, self.path, field)
-        if table.quantity != quantity:
-            raise InputError(
-                "a table of another quantity", file=self.path, field=field, found=table.quantity, expected=quantity
-            )
-        used[table.name] = table
-        return table.spectrum(str(value.get("column")).replace("{column}", self.column))
-
-    @contextmanager
-    def _placed(self, *within: str) -> Iterator[None]:
-        """Errors of a value's own check, which knows no file, get the file and the place in it."""
-        try:
-            yield
-        except InputError as reason:
-            raise InputError(
-                reason.problem,
-                file=self.path,
-                field=".".join((*within, *([reason.field] if reason.field else []))),
-                found=reason.found,
-                expected=reason.expected,
-                hint=reason.hint,
-            ) from None
-
-
-def _table(name: Any, tables: Mapping[str, Table], path: Path, field: str) -> Table:
-    if name not in tables:
-        raise UnknownNameError("table", str(name), tables, file=path, field=field)
-    return tables[name]
-
-
-def _name(name: Any, path: Path, field: str) -> str:
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        expected = "lower-case letters, digits and single hyphens"
-        raise InputError("unusable name", file=path, field=field, found=repr(name), expected=expected)
-    return name
-
-
-def _expect_keys(found: Mapping[str, Any], known: tuple[str, ...], path: Path, field: str) -> None:
-    for key in found:
-        if key not in known:
-            raise UnknownNameError("key", key, known, file=path, field=f"{field}.{key}" if field else key)
-
-
-def _joined(texts: Iterable[str]) -> str:
-    return " + ".join(dict.fromkeys(text for text in texts if text))
+def nothing_to_import(path: str | Path, looked_at: int) -> InputError:
+    """The refusal of a folder or pattern in which nothing was recognised."""
+    found = f"{looked_at} files, none of a known format" if looked_at else "no files"
+    hint = "metamer catalogue import --help names the formats"
+    return InputError("nothing to import", file=path, found=found, expected="files of materials", hint=hint)

@@ -1,0 +1,181 @@
+"""Reads descriptions of material families: TOML files that name a model and its parameters, spectra by table and column.
+
+A folder of descriptions holds `sources.toml` too, which lists its tables of spectra with their source, licence and
+SHA-256 (`tables`). docs/catalogue.md describes both for people who write them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.files import read_text
+from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ..record import Provenance, model_named
+from ..sources import MaterialSource, Rejected
+from ..tables import Kind, Table, constant_spectrum, tables_from
+
+NAME = "family description"
+SUFFIXES = (".toml",)
+TABLES_FILE = "sources.toml"
+_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+_FAMILY_KEYS = ("family", "kind", "notes", "material")
+_MATERIAL_KEYS = ("name", "model", "notes", "each")
+_OURS = re.compile(rb"^\s*(family\s*=|\[\[\s*material\s*\]\])", re.MULTILINE)
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for a .toml file that says `family =` or `[[material]]`, whole or not."""
+    return path.suffix.lower() in SUFFIXES and path.name != TABLES_FILE and _OURS.search(path.read_bytes()) is not None
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """Every material of the family; what is wrong with one of them does not hold up the others."""
+    yield from _family(path)
+
+
+def companions(path: Path) -> Iterator[Path]:
+    """The files that are part of a description: `sources.toml` beside it, and the tables that it lists."""
+    manifest = path.parent / TABLES_FILE
+    if manifest.is_file():
+        yield manifest
+        try:
+            tables = tables_from(read_toml(manifest), manifest)
+        except InputError:
+            return
+        yield from (table.origin for table in tables.values() if isinstance(table.origin, Path))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file as a dictionary; raises `InputError` that names it."""
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as reason:
+        raise InputError("not valid TOML", file=path, found=str(reason)) from None
+
+
+def _family(path: Path) -> Iterator[MaterialSource | Rejected]:
+    values = read_toml(path)
+    _expect_keys(values, _FAMILY_KEYS, path, "")
+    family = _name(values.get("family"), path, "family")
+    manifest = path.parent / TABLES_FILE
+    tables = tables_from(read_toml(manifest), manifest) if manifest.exists() else {}
+    entries = values.get("material", [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise InputError("not a list of materials", file=path, field="material", expected="[[material]] sections")
+    for entry in entries:
+        template = str(entry.get("name"))
+        try:
+            columns = _table(entry["each"], tables, path, f"{template}.each").columns if "each" in entry else ("",)
+        except InputError as reason:
+            yield Rejected(f"{family}/{template}", reason)
+            continue
+        for column in columns:
+            name = template.replace("{column}", column)
+            try:
+                yield _Entry(path, family, name, column, values | entry, tables).material()
+            except InputError as reason:
+                yield Rejected(f"{family}/{name}", reason)
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """One material of a description: `values` are its own keys over those of its family."""
+
+    path: Path
+    family: str
+    name: str
+    column: str
+    values: Mapping[str, Any]
+    tables: Mapping[str, Table]
+
+    def material(self) -> MaterialSource:
+        _name(self.name, self.path, "name")
+        model = model_named(str(self.values.get("model")), self.path, f"{self.name}.model")
+        kinds = {field.name: str(field.type) for field in dataclasses.fields(cast(Any, model)) if field.init}
+        _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
+        used: dict[str, Table] = {}
+        notes = [str(self.values.get("notes", ""))]
+        arguments = {key: self.values[key] for key in kinds if key in self.values}
+        for key in (key for key, value in arguments.items() if isinstance(value, dict)):
+            reflectance = kinds[key] == "Spectrum"
+            spectrum = self._spectrum(key, "reflectance" if reflectance else "index", used)
+            invented = spectrum.range_note(WORKING_WAVELENGTHS_NM)
+            notes += [f"{key} {invented}"] if invented else []
+            spectrum = spectrum.resampled(WORKING_WAVELENGTHS_NM)
+            arguments[key] = spectrum if reflectance else spectrum.samples
+        with self._placed(self.name):
+            try:
+                brdf = model(**arguments)
+            except TypeError as reason:
+                raise InputError("parameters do not make the model", found=str(reason)) from None
+        with self._placed():
+            provenance = Provenance(
+                source=_joined(table.source for table in used.values()) or "made up for this catalogue",
+                licence=_joined(table.licence for table in used.values()) or "that of the description",
+                kind=str(self.values.get("kind", "")),
+                geometry=_joined(table.geometry for table in used.values()),
+                notes=_joined(notes),
+            )
+        parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
+        return MaterialSource(f"{self.family}/{self.name}", self.family, model.NAME, parameters, provenance, self.path)
+
+    def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table]) -> Spectrum:
+        """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
+        value, field = self.values[key], f"{self.name}.{key}"
+        if set(value) == {"constant"}:
+            with self._placed(field):
+                return constant_spectrum(value["constant"], quantity)
+        _expect_keys(value, ("table", "column"), self.path, field)
+        table = _table(value.get("table"), self.tables, self.path, field)
+        if table.quantity != quantity:
+            raise InputError(
+                "a table of another quantity", file=self.path, field=field, found=table.quantity, expected=quantity
+            )
+        used[table.name] = table
+        return table.spectrum(str(value.get("column")).replace("{column}", self.column))
+
+    @contextmanager
+    def _placed(self, *within: str) -> Iterator[None]:
+        """Errors of a value's own check, which knows no file, get the file and the place in it."""
+        try:
+            yield
+        except InputError as reason:
+            raise InputError(
+                reason.problem,
+                file=self.path,
+                field=".".join((*within, *([reason.field] if reason.field else []))),
+                found=reason.found,
+                expected=reason.expected,
+                hint=reason.hint,
+            ) from None
+
+
+def _table(name: Any, tables: Mapping[str, Table], path: Path, field: str) -> Table:
+    if name not in tables:
+        raise UnknownNameError("table", str(name), tables, file=path, field=field)
+    return tables[name]
+
+
+def _name(name: Any, path: Path, field: str) -> str:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        expected = "lower-case letters, digits and single hyphens"
+        raise InputError("unusable name", file=path, field=field, found=repr(name), expected=expected)
+    return name
+
+
+def _expect_keys(found: Mapping[str, Any], known: tuple[str, ...], path: Path, field: str) -> None:
+    for key in found:
+        if key not in known:
+            raise UnknownNameError("key", key, known, file=path, field=f"{field}.{key}" if field else key)
+
+
+def _joined(texts: Iterable[str]) -> str:
+    return " + ".join(dict.fromkeys(text for text in texts if text))

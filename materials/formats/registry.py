@@ -1,0 +1,103 @@
+"""Which reader takes a file: one module a format, known by content before name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol, cast, runtime_checkable
+
+from ...spectral.errors import InputError
+from ..inputs import InputFile, head_of
+from ..sources import MaterialSource, Rejected
+
+#: Modules beside this one, the most particular first: the first that recognises a file reads it.
+FORMATS = (
+    "family",
+    "merl",
+    "rgl",
+    "bispectral",
+    "cornell",
+)
+
+
+@runtime_checkable
+class Format(Protocol):
+    """What a module of this folder offers to be one of `FORMATS`.
+
+    A module may also have `companions(path) -> Iterable[Path]`, the further files that a recognised file is made of:
+    they are not read as sources of their own; and `label(path) -> str`, for one that stands for several formats.
+    """
+
+    NAME: str
+    SUFFIXES: tuple[str, ...]
+
+    def recognises(self, path: Path, head: bytes) -> bool:
+        """Whether the file is of this format, or has the name of one that is damaged; `head`: its first bytes."""
+        ...
+
+    def read_sources(self, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+        """Its materials; raises `InputError` where the file as a whole cannot be used."""
+        ...
+
+
+@cache
+def formats() -> tuple[Format, ...]:
+    """The readers, in the order in which they are asked."""
+    return tuple(cast(Format, import_module(f".{name}", __package__)) for name in FORMATS)
+
+
+def format_for(path: Path, named: bool = False) -> Format | None:
+    """The reader for a file, None where there is none; raises `InputError` where the file cannot be read.
+
+    named : the file itself was asked for: a name that a format's files have is then enough, and its reader says what is
+        wrong with the content.
+    """
+    head = head_of(path)
+    known = next((reader for reader in formats() if reader.recognises(path, head)), None)
+    if known is None and named:
+        known = next((reader for reader in formats() if path.suffix.lower() in reader.SUFFIXES), None)
+    return known
+
+
+def label(reader: Format, path: Path) -> str:
+    """What the format of a file is called."""
+    return getattr(reader, "label", lambda path: reader.NAME)(path)
+
+
+def recognised_files(
+    files: Iterable[InputFile | Rejected],
+) -> list[tuple[InputFile | Rejected, Format | None]]:
+    """Each file with its reader, or None; without those that are part of another one, such as tables and textures."""
+    found: list[tuple[InputFile | Rejected, Format | None]] = []
+    parts: set[Path] = set()
+    for file in files:
+        if isinstance(file, Rejected):
+            found.append((file, None))
+            continue
+        try:
+            reader = format_for(file.path, file.named)
+        except InputError as reason:
+            found.append((Rejected(file.name, reason), None))
+            continue
+        found.append((file, reader))
+        belonging: Any = getattr(reader, "companions", None)
+        if belonging is not None:
+            parts.update(path.resolve() for path in belonging(file.path))
+    return [(file, reader) for file, reader in found if not _part_of_another(file, parts)]
+
+
+def _part_of_another(file: InputFile | Rejected, parts: set[Path]) -> bool:
+    return isinstance(file, InputFile) and not file.named and bool(parts) and file.path.resolve() in parts
+
+
+def not_a_source(path: Path) -> InputError:
+    """The refusal of a file that no format knows."""
+    return InputError(
+        "not a material source",
+        file=path,
+        found=f"first bytes {head_of(path)[:16]!r}",
+        expected=", ".join(f"{reader.NAME} ({', '.join(reader.SUFFIXES)})" for reader in formats()),
+        hint="export the measurement in one of these formats",
+    )
