@@ -1,130 +1,63 @@
 """One material on disk: a self-contained HDF5 file with the original data, the factor packs and their measured error.
 
-Layout (schema 1), read back in five lines of h5py (docs/catalogue.md):
+Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
 
+    first 4096 bytes     the head: JSON, see `record_head`
     /                    attributes format, schema, id, family, model, source_hash, checksum
     /provenance          attributes source, licence, geometry, kind, notes
     /parameters/NAME     what `model` is rebuilt from; text is an attribute of /parameters
-    /packs/K             attributes frame, basis; spectral (R,J), wavelengths_nm (L,) [, analysis, synthesis (L,J)]
+    /original/NAME       the measurement as it came; text is an attribute of /original
+    /packs/K             attributes frame, basis, precision; spectral (R,J), wavelengths_nm (L,)
+                         [, analysis, synthesis (L,J)]
                          [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
-    /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians
+    /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians;
+                         factors of precision "half" are float16
     /error               attributes of `FitError`
+    /trials              a table (N,): what the fit tried, one column a field of `Trial`
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import os
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..spectral.basis import SpectralBasis
 from ..spectral.bispectral import Bispectral
-from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.errors import InputError
 from ..spectral.files import made_folder, written_whole
 from ..spectral.fluorescent_basis import FluorescentBasis
-from .brdf import Brdf
 from .factors import Axis, FactorPack, FitError
+from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
+from .material import MaterialRecord, Provenance
+from .models import model_named, rebuild
+from .record_head import FORMAT, HEAD_BYTES, SCHEMA, check_head, head_bytes, head_of, other_schema, read_head
+from .trial_table import trial_table, trials_from
 
-if TYPE_CHECKING:
-    from .analytic.model import AnalyticBrdf
+__all__ = [
+    "FORMAT",
+    "MARKER",
+    "SCHEMA",
+    "SUFFIX",
+    "MaterialRecord",
+    "Provenance",
+    "damaged",
+    "model_named",
+    "read_head",
+    "read_record",
+    "read_source_hash",
+    "rebuild",
+    "slug",
+    "write_record",
+]
 
-FORMAT = "metamer-material"
-SCHEMA = 1
 SUFFIX = ".h5"
 # What makes a folder a catalogue.
 MARKER = "catalogue.toml"
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Where a material's numbers come from.
-
-    kind : "measured" (the directional data were), "analytic" (a model carries published spectra or optical constants)
-    or "uplifted(METHOD)" (spectra were made up from tristimulus values: never colour-critical).
-    geometry : of the measurement, such as "45:0"; "" where it does not apply or is not stated.
-    """
-
-    source: str
-    licence: str
-    kind: str
-    geometry: str = ""
-    notes: str = ""
-
-    def __post_init__(self) -> None:
-        known = self.kind in ("measured", "analytic") or (self.kind.startswith("uplifted(") and self.kind.endswith(")"))
-        if not known:
-            expected = "measured, analytic or uplifted(METHOD)"
-            raise InputError("unknown kind of provenance", field="kind", found=repr(self.kind), expected=expected)
-        for field in ("source", "licence"):
-            if not getattr(self, field).strip():
-                raise InputError("provenance is incomplete", field=field, found="nothing", expected="a sentence")
-
-
-@dataclass(frozen=True)
-class MaterialRecord:
-    """What a catalogue stores of a material.
-
-    Attributes
-    ----------
-    id : "family/name" in lower case, the file's path in its catalogue.
-    model : NAME of the original BRDF's class; `parameters` is what it is rebuilt from (arrays, numbers, text), with
-        `wavelengths_nm` among them.
-    packs : the factored form, in the basis "sampled" on the working wavelengths (nothing spectral is lost).
-    error : measured difference between the two, and how it was measured.
-    source_hash : SHA-256 of the source data and of the settings of the fit; a re-import compares it.
-    """
-
-    id: str
-    family: str
-    model: str
-    parameters: Mapping[str, Any]
-    provenance: Provenance
-    packs: tuple[FactorPack, ...]
-    error: FitError | None
-    source_hash: str = ""
-
-    def brdf(self) -> Brdf:
-        """The original BRDF, at every wavelength: the truth that `packs` stand for."""
-        return rebuild(self.model, self.parameters)
-
-
-def model_named(name: str, file: Path | None = None, field: str | None = "model") -> type[AnalyticBrdf]:
-    """The analytic model of that NAME; raises `UnknownNameError` where this version has none."""
-    from .analytic import MODELS
-
-    models = {model.NAME: model for model in MODELS}
-    if name not in models:
-        raise UnknownNameError("model", name, models, file=file, field=field)
-    return models[name]
-
-
-def rebuild(model: str, parameters: Mapping[str, Any]) -> Brdf:
-    """The BRDF that a record's `model` and `parameters` stand for."""
-    if model == "scattered":
-        from .scattered import ScatteredBrdf
-
-        return ScatteredBrdf.from_parameters(parameters)
-    if model == "merl":
-        from .merl import MerlBrdf
-
-        return MerlBrdf.from_parameters(parameters)
-    if model == "rgl":
-        from .rgl import RglBrdf
-
-        return RglBrdf.from_parameters(parameters)
-    if model == "fluorescent_lambert":
-        from .fluorescent import FluorescentLambert
-
-        return FluorescentLambert.from_parameters(parameters)
-    rest = dict(parameters)
-    return model_named(model).from_parameters(rest.pop("wavelengths_nm"), rest)
 
 
 def slug(name: str) -> str:
@@ -133,33 +66,52 @@ def slug(name: str) -> str:
 
 
 def write_record(record: MaterialRecord, path: Path) -> None:
-    """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file."""
+    """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file.
+
+    Raises
+    ------
+    InputError : something in the record cannot be stored, or the folder cannot be written to.
+    """
     import h5py
 
+    if not record.is_surface and record.spectrum() is None:
+        expected = "wavelengths_nm (L,) and values (L,)"
+        raise InputError("a spectrum without samples", file=path, field="original", expected=expected)
     made_folder(path.parent)
+    tree = _tree(record)
+    checksum = tree.attributes["checksum"] = tree_checksum(tree)
+    head = head_bytes(head_of(record, checksum), path)
     try:
         with written_whole(path) as beside:
-            with h5py.File(beside, "w") as file:
-                _fill(file, record)
-                file.attrs["checksum"] = _checksum(file)
-            with beside.open("rb") as file:
+            with h5py.File(beside, "w", userblock_size=HEAD_BYTES) as file:
+                write_tree(file, tree)
+            with beside.open("r+b") as file:
+                file.write(head)
+                file.flush()
                 os.fsync(file.fileno())
     except OSError as reason:
         raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
 
 
-def read_record(path: Path) -> MaterialRecord:
-    """The record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another version."""
+def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
+    """The record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another version.
+
+    `check_colour`: also work out the colour that the head gives, which takes longer than all else.
+    """
     import h5py
 
     try:
         with h5py.File(path, "r") as file:
-            _check(file, path)
-            return _record(file)
+            _check_version(file, path)
+            tree = read_tree(file)
+        checksum = _checked(tree, path)
+        record = _record(tree)
     except FileNotFoundError:
         raise InputError("no such file", file=path) from None
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as reason:
         raise damaged(path, str(reason)) from None
+    check_head(read_head(path), record, checksum, path, check_colour)
+    return record
 
 
 def read_source_hash(path: Path) -> str | None:
@@ -178,132 +130,121 @@ def damaged(path: Path, reason: str) -> InputError:
     )
 
 
-def _fill(file: Any, record: MaterialRecord) -> None:
-    file.attrs.update(format=FORMAT, schema=SCHEMA, id=record.id, family=record.family, model=record.model)
-    file.attrs["source_hash"] = record.source_hash
-    file.create_group("provenance").attrs.update(dataclasses.asdict(record.provenance))
-    parameters = file.create_group("parameters")
-    for name, value in record.parameters.items():
-        if isinstance(value, str):
-            parameters.attrs[name] = value
-        else:
-            _dataset(parameters, name, value)
-    for index, pack in enumerate(record.packs):
-        group = file.create_group(f"packs/{index}")
-        group.attrs.update(frame=pack.frame, basis=pack.basis.name)
-        _dataset(group, "spectral", pack.spectral)
-        _dataset(group, "wavelengths_nm", pack.basis.wavelengths_nm)
-        if isinstance(pack.basis, FluorescentBasis):
-            _dataset(group, "excitation_nm", pack.basis.bispectral.wavelengths_in_nm)
-            _dataset(group, "donaldson", pack.basis.bispectral.matrix)
-        elif not pack.basis.is_sampled:
-            _dataset(group, "analysis", pack.basis.analysis)
-            _dataset(group, "synthesis", pack.basis.synthesis)
-        for position, (axis, factor) in enumerate(zip(pack.axes, pack.factors, strict=True)):
-            place = group.create_group(f"axes/{axis.name}")
-            place.attrs.update(position=position, maximum=axis.maximum, warp=axis.warp, periodic=axis.periodic)
-            _dataset(place, "factor", factor)
-            _dataset(place, "nodes", axis.nodes)
-    if record.error is not None:
-        file.create_group("error").attrs.update(dataclasses.asdict(record.error))
-
-
-def _dataset(group: Any, name: str, value: Any) -> None:
-    array = np.asarray(value)
-    if array.dtype.kind not in "fiub":
-        raise InputError("cannot be stored", field=name, found=f"{array.dtype} values", expected="numbers or text")
-    # Lossless, and only where it pays: HDF5 cannot compress a scalar and a few numbers only grow.
-    options = {"compression": "gzip", "shuffle": True} if array.size > 256 else {}
-    group.create_dataset(name, data=array, **options)
-
-
-def _check(file: Any, path: Path) -> None:
+def _check_version(file: Any, path: Path) -> None:
     if file.attrs.get("format") != FORMAT:
         raise InputError(
             "not a material file", file=path, field="format", found=file.attrs.get("format"), expected=FORMAT
         )
     if file.attrs["schema"] != SCHEMA:
-        raise InputError(
-            "written by another version",
-            file=path,
-            field="schema",
-            found=file.attrs["schema"],
-            expected=str(SCHEMA),
-            hint="import the material again, or upgrade metamer",
-        )
-    found = _checksum(file)
-    if found != file.attrs["checksum"]:
+        raise other_schema(path, file.attrs["schema"])
+
+
+def _checked(tree: Node, path: Path) -> str:
+    found = tree_checksum(tree)
+    if found != tree.attributes["checksum"]:
         raise InputError(
             "content has changed since it was written",
             file=path,
             field="checksum",
             found=found,
-            expected=str(file.attrs["checksum"]),
+            expected=str(tree.attributes["checksum"]),
             hint="import the material again: metamer catalogue import",
         )
+    return found
 
 
-def _record(file: Any) -> MaterialRecord:
-    error = FitError(**_attributes(file["error"])) if "error" in file else None
-    parameters: dict[str, Any] = _attributes(file["parameters"])
-    parameters |= {name: data[()] if data.shape else data[()].item() for name, data in file["parameters"].items()}
-    count = len(file["packs"]) if "packs" in file else 0
+def _tree(record: MaterialRecord) -> Node:
+    tree = Node(
+        {
+            "format": FORMAT,
+            "schema": SCHEMA,
+            "id": record.id,
+            "family": record.family,
+            "model": record.model,
+            "source_hash": record.source_hash,
+        }
+    )
+    tree.children["provenance"] = mapping_node(dataclasses.asdict(record.provenance))
+    tree.children["parameters"] = mapping_node(record.parameters)
+    tree.children["original"] = mapping_node(record.original)
+    tree.children["packs"] = Node(children={str(index): _pack_node(pack) for index, pack in enumerate(record.packs)})
+    if record.error is not None:
+        tree.children["error"] = Node(dataclasses.asdict(record.error))
+    if record.trials:
+        tree.children["trials"] = Node(value=trial_table(record.trials))
+    return tree
+
+
+def _record(tree: Node) -> MaterialRecord:
+    error = FitError(**tree["error"].attributes) if "error" in tree.children else None
+    packs = tree["packs"].children
     return MaterialRecord(
-        id=file.attrs["id"],
-        family=file.attrs["family"],
-        model=file.attrs["model"],
-        parameters=parameters,
-        provenance=Provenance(**_attributes(file["provenance"])),
-        packs=tuple(_pack(file[f"packs/{index}"], error) for index in range(count)),
+        id=tree.attributes["id"],
+        family=tree.attributes["family"],
+        model=tree.attributes["model"],
+        parameters=mapping_from(tree["parameters"]),
+        provenance=Provenance(**tree["provenance"].attributes),
+        packs=tuple(_pack(packs[str(index)], error) for index in range(len(packs))),
         error=error,
-        source_hash=file.attrs["source_hash"],
+        source_hash=tree.attributes["source_hash"],
+        original=mapping_from(tree["original"]),
+        trials=trials_from(tree["trials"].array) if "trials" in tree.children else (),
     )
 
 
-def _pack(group: Any, error: FitError | None) -> FactorPack:
-    wavelengths_nm = group["wavelengths_nm"][()]
+def _pack_node(pack: FactorPack) -> Node:
+    node = Node({"frame": pack.frame, "basis": pack.basis.name, "precision": pack.precision})
+    arrays: dict[str, Any] = {"spectral": pack.spectral, "wavelengths_nm": pack.basis.wavelengths_nm}
+    if isinstance(pack.basis, FluorescentBasis):
+        surface = pack.basis.bispectral
+        arrays |= {"excitation_nm": surface.wavelengths_in_nm, "donaldson": surface.matrix}
+    elif not pack.basis.is_sampled:
+        arrays |= {"analysis": pack.basis.analysis, "synthesis": pack.basis.synthesis}
+    node.children.update({name: array_node(name, value) for name, value in arrays.items()})
+    axes = node.children["axes"] = Node()
+    for position, (axis, factor) in enumerate(zip(pack.axes, pack.factors, strict=True)):
+        place = axes.children[axis.name] = Node(
+            {"position": position, "maximum": axis.maximum, "warp": axis.warp, "periodic": axis.periodic}
+        )
+        place.children["factor"] = array_node("factor", _halved(factor) if pack.precision == "half" else factor)
+        place.children["nodes"] = array_node("nodes", axis.nodes)
+    return node
+
+
+def _halved(factor: np.ndarray) -> np.ndarray:
+    with np.errstate(over="ignore"):
+        small = factor.astype(np.float16)
+    if not np.array_equal(small, factor):
+        raise InputError(
+            "factors are not what 16 bits hold",
+            field="precision",
+            found="half",
+            expected="factors that are exact in float16",
+            hint="round the pack first: materials.half.rounded_to_half",
+        )
+    return small
+
+
+def _pack(node: Node, error: FitError | None) -> FactorPack:
+    wavelengths_nm = node["wavelengths_nm"].array
     kind = FactorPack
-    if "donaldson" in group:
+    if "donaldson" in node.children:
         from .fluorescent import FluorescentPack as kind
 
-        surface = Bispectral(group["excitation_nm"][()], wavelengths_nm, group["donaldson"][()])
+        surface = Bispectral(node["excitation_nm"].array, wavelengths_nm, node["donaldson"].array)
         basis = FluorescentBasis.of(surface)
-    elif "analysis" in group:
-        basis = SpectralBasis(group.attrs["basis"], wavelengths_nm, group["analysis"][()], group["synthesis"][()])
+    elif "analysis" in node.children:
+        matrices = node["analysis"].array, node["synthesis"].array
+        basis = SpectralBasis(node.attributes["basis"], wavelengths_nm, *matrices)
     else:
         basis = SpectralBasis.sampled(wavelengths_nm)
-    places = sorted(group["axes"].items(), key=lambda place: place[1].attrs["position"])
-    factors = tuple(place["factor"][()] for _, place in places)
+    places = sorted(node["axes"].children.items(), key=lambda place: place[1].attributes["position"])
+    precision = node.attributes["precision"]
+    factors = tuple(place["factor"].array for _, place in places)
+    if precision == "half":
+        factors = tuple(factor.astype(np.float64) for factor in factors)
     axes = tuple(
-        Axis(name, len(factor), float(at.attrs["maximum"]), at.attrs["warp"], bool(at.attrs["periodic"]))
+        Axis(name, len(factor), float(at.attributes["maximum"]), at.attributes["warp"], at.attributes["periodic"])
         for (name, at), factor in zip(places, factors, strict=True)
     )
-    return kind(group.attrs["frame"], axes, factors, group["spectral"][()], basis, error)
-
-
-def _attributes(node: Any) -> dict[str, Any]:
-    return {name: _plain(value) for name, value in node.attrs.items()}
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _checksum(file: Any) -> str:
-    """SHA-256 of every attribute and every value in the order of their names; independent of HDF5's own layout."""
-    digest = hashlib.sha256()
-
-    def add(name: str, node: Any) -> None:
-        for key in sorted(node.attrs):
-            if (name, key) != ("", "checksum"):
-                digest.update(f"{name}@{key}={_plain(node.attrs[key])!r}\n".encode())
-        if hasattr(node, "shape"):
-            values = node[()]
-            digest.update(f"{name}:{node.shape}:{node.dtype}\n".encode() + np.ascontiguousarray(values).tobytes())
-
-    nodes: list[str] = []
-    file.visit(nodes.append)
-    add("", file)
-    for name in sorted(nodes):
-        add(name, file[name])
-    return digest.hexdigest()
+    return kind(node.attributes["frame"], axes, factors, node["spectral"].array, basis, error, precision)

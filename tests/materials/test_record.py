@@ -1,0 +1,217 @@
+"""Material files: the measurement beside the fit, half precision, spectra without a surface, the head."""
+
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.fit import Trial
+from metamer.materials.half import rounded_to_half
+from metamer.materials.material import MaterialRecord, Provenance
+from metamer.materials.record import read_record, write_record
+from metamer.materials.record_head import HEAD_BYTES, read_head
+from metamer.materials.trial_table import trial_table, trials_from
+from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.errors import InputError
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+
+ERROR = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "sphere", 1e-3, -1e-5)
+FROM = Provenance("a test", "none", "analytic")
+
+
+def matt(reflectance=0.5, precision="single", rank=1):
+    axes = tuple(Axis(name, 5, 1.5) for name in ("theta_h", "theta_d", "phi_d"))
+    factors = (np.full((5, rank), 1 / np.pi / rank), np.ones((5, rank)), np.ones((5, rank)))
+    pack = FactorPack("hd", axes, factors, np.full((rank, 81), reflectance), SpectralBasis.sampled(), ERROR)
+    return rounded_to_half(pack) if precision == "half" else pack
+
+
+def surface(**changes):
+    parameters = {"wavelengths_nm": NM, "reflectance": np.full(81, 0.5)}
+    record = MaterialRecord("paint/grey", "paint", "lambert", parameters, FROM, (matt(),), ERROR, "abc")
+    return replace(record, **changes)
+
+
+def spectrum_only(model, values=None, **original):
+    nm = np.array([380.0, 401.5, 560.0, 730.0])
+    kept = {"wavelengths_nm": nm, "values": np.array([0.1, 0.2, 0.9, 0.4]) if values is None else values}
+    return MaterialRecord("lamp/one", "lamp", model, {}, FROM, (), None, original=kept | original)
+
+
+def back(record, tmp_path):
+    path = tmp_path / f"{record.id}.h5"
+    write_record(record, path)
+    return read_record(path, check_colour=True), path
+
+
+def test_original_comes_back_bit_by_bit(tmp_path):
+    draw = np.random.default_rng(0)
+    original = {
+        "maps/base colour": draw.integers(256, size=(37, 53, 3), dtype=np.uint8),
+        "details.Gerät/µm %2F": "Grün ✓\n\ttwo lines",
+        "long": "é" * 200_000,
+        "empty text": "",
+        "nothing": np.empty((0, 3)),
+        "valid": np.array([True, False]),
+        "counts": np.arange(6, dtype=np.int16).reshape(1, 2, 3),
+        "halves": draw.standard_normal((4, 400)).astype(np.float16),
+        "values": draw.standard_normal(31),
+        ".": 4,
+        "flag": True,
+        "number": 0.1,
+    }
+    found = back(surface(original=original), tmp_path)[0].original
+    assert found.keys() == original.keys()
+    for name, value in original.items():
+        if isinstance(value, np.ndarray):
+            np.testing.assert_array_equal(found[name], value)
+            assert found[name].dtype == value.dtype
+        else:
+            assert found[name] == value and type(found[name]) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [(np.array(["a"]), "U1 values"), ([[1], [1, 2]], "ragged"), ("a\0b", "NUL"), ("\ud800", "half a char"), (None, "")],
+)
+def test_what_cannot_be_stored_is_named(tmp_path, value, said):
+    with pytest.raises(InputError, match=f"(?s)odd: cannot be stored.*{said}"):
+        back(surface(original={"odd": value}), tmp_path)
+    assert not list((tmp_path / "paint").iterdir())
+
+
+def test_trials_come_back(tmp_path):
+    trials = tuple(Trial(0, "hd", rank, 0.1 * rank, ERROR, 1.5 / rank, rank < 3) for rank in (1, 2, 3))
+    found, path = back(surface(trials=trials), tmp_path)
+    assert found.trials == trials
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["trials"]["rank"], [1, 2, 3])
+
+
+def test_trials_survive_fields_that_come_and_go():
+    table = trial_table((Trial(0, "hd", 4, 0.5, ERROR, 1.0, True),))
+    wider = np.empty(1, dtype=[*table.dtype.descr, ("joules", float)])
+    for name in table.dtype.names:
+        wider[name] = table[name]
+    wider["joules"] = 3.0
+    assert trials_from(wider) == (Trial(0, "hd", 4, 0.5, ERROR, 1.0, True),)
+    assert trial_table(()).shape == (0,)
+
+
+def test_half_precision_is_stored_as_such_and_comes_back_exactly(tmp_path):
+    pack = matt(1 / 3, "half", rank=3)
+    found, path = back(surface(packs=(pack, matt())), tmp_path)
+    assert [one.precision for one in found.packs] == ["half", "single"]
+    for a, b in zip((*found.packs[0].factors, found.packs[0].spectral), (*pack.factors, pack.spectral), strict=True):
+        assert a.dtype == np.float64
+        np.testing.assert_array_equal(a, b)
+    with h5py.File(path) as file:
+        assert file["packs/0/axes/theta_h/factor"].dtype == np.float16
+        assert file["packs/1/axes/theta_h/factor"].dtype == np.float64
+
+
+def test_half_that_is_not_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"(?s)precision: factors are not what 16 bits hold.*rounded_to_half"):
+        back(surface(packs=(replace(matt(), precision="half"),)), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("model", "words", "step"),
+    [
+        ("emission", "lamp/one: an emission spectrum, not a surface", "use it as a light"),
+        ("transmittance", "lamp/one: a transmittance spectrum, not a surface", "measure what the sample reflects"),
+        ("radiance_factor", "lamp/one: a radiance factor in one geometry", "several geometries"),
+    ],
+)
+def test_spectrum_without_a_surface(tmp_path, model, words, step):
+    found, _ = back(spectrum_only(model), tmp_path)
+    assert not found.is_surface and found.packs == () and found.error is None
+    spectrum = found.spectrum()
+    assert spectrum.quantity == model.replace("_", " ") == found.quantity
+    np.testing.assert_array_equal(spectrum.wavelengths_nm, [380.0, 401.5, 560.0, 730.0])
+    with pytest.raises(InputError, match=f"(?s){words}.*{step}"):
+        found.brdf()
+
+
+def test_spectrum_without_samples_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"(?s)original: a spectrum without samples.*values"):
+        back(replace(spectrum_only("emission"), original={"name": "x"}), tmp_path)
+
+
+def test_head_is_json_in_the_first_bytes(tmp_path):
+    _, path = back(surface(packs=(matt(0.25),)), tmp_path)
+    head = json.loads(path.read_bytes()[:HEAD_BYTES])
+    assert head["id"] == "paint/grey" and head["terms"] == [[1, "hd"]] and head["quantity"] == "reflectance"
+    assert head["error"]["p99"] == 0.3 and head["error"]["light"] == "D65"
+    with h5py.File(path) as file:
+        assert file.attrs["checksum"] == head["checksum"]
+
+
+def test_head_s_colour_is_that_of_45_0(tmp_path):
+    """A matt grey of radiance factor 0.25: the white's chromaticity, and L* = 116 0.25^(1/3) - 16 = 57.0754."""
+    colour = read_head(back(surface(packs=(matt(0.25),)), tmp_path)[1])["colour"]
+    np.testing.assert_allclose(colour["XYZ"], 0.25 * np.array([0.95043, 1.0, 1.08880]), atol=2e-4)
+    np.testing.assert_allclose(colour["Lab"], [57.0754, 0.0, 0.0], atol=1e-3)
+    assert (colour["illuminant"], colour["observer"], colour["geometry"]) == ("D65", "1931_2", "45a:0")
+
+
+def test_head_s_colour_of_spectra(tmp_path):
+    flat = spectrum_only("radiance_factor", np.full(4, 0.25))
+    assert read_head(back(flat, tmp_path)[1])["colour"]["Lab"][0] == pytest.approx(57.0754, abs=1e-3)
+    light = read_head(back(spectrum_only("emission"), tmp_path)[1])["colour"]
+    assert light["XYZ"][1] == 1.0 and "Lab" not in light
+    assert read_head(back(spectrum_only("emission", np.zeros(4)), tmp_path)[1])["colour"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("model", "ggx"), ("licence", "free"), ("checksum", "0"), ("error", None), ("sizes", {}), ("extra", 1)],
+)
+def test_head_that_lies_is_damage(tmp_path, name, value):
+    _, path = back(surface(), tmp_path)
+    rewrite(path, {**read_head(path), name: value})
+    with pytest.raises(InputError, match=f"(?s){name}: the head of the file says otherwise"):
+        read_record(path)
+
+
+def test_head_that_lies_about_the_colour_is_found_when_asked(tmp_path):
+    _, path = back(surface(), tmp_path)
+    head = read_head(path)
+    head["colour"]["Lab"][1] += 0.01
+    rewrite(path, head)
+    read_record(path)
+    with pytest.raises(InputError, match=r"(?s)colour: the head.*Lab"):
+        read_record(path, check_colour=True)
+
+
+def test_head_that_is_gone_is_damage(tmp_path):
+    _, path = back(surface(), tmp_path)
+    for block in (b"", b"[1]", b"{}", b"\xff\xfe"):
+        path.write_bytes(block.ljust(HEAD_BYTES) + path.read_bytes()[HEAD_BYTES:])
+        for read in (read_head, read_record):
+            with pytest.raises(InputError, match=r"grey\.h5"):
+                read(path)
+
+
+def test_older_schema_says_import_again(tmp_path):
+    path = tmp_path / "old.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs.update(format="metamer-material", schema=1)
+    with pytest.raises(InputError, match=r"(?s)schema: written by another version.*import the material again"):
+        read_record(path)
+    with pytest.raises(InputError, match=r"(?s)HDF5 without a head.*import the material again"):
+        read_head(path)
+
+
+def test_head_too_long_is_refused(tmp_path):
+    with pytest.raises(InputError, match="says of itself is too long"):
+        write_record(surface(family="x" * HEAD_BYTES), tmp_path / "a.h5")
+    shortened = read_head(back(surface(provenance=replace(FROM, licence="ü" * 5000)), tmp_path)[1])["licence"]
+    assert shortened == "ü" * 299 + "…"
+
+
+def rewrite(path, head):
+    text = json.dumps(head).encode().ljust(HEAD_BYTES)
+    path.write_bytes(text + path.read_bytes()[HEAD_BYTES:])
