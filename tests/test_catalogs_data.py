@@ -6,7 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from metamer.cli.catalogue import shipped_sources
+from metamer.cli.catalogue_import import shipped_sources
 from metamer.materials.analytic import MODELS
 from metamer.materials.sources import Rejected, read_sources
 from metamer.materials.tables import tables_from
