@@ -1,0 +1,269 @@
+"""Reads CxF3 (ISO 17972-1), the colour exchange format: spectra of objects, and tristimulus values beside them.
+
+A file lists Objects with ColorValues; each value names the ColorSpecification that says how it was measured and, for a
+list of values at even steps, where the wavelengths start and how far they are apart. Reflectance and transmittance are
+fractions, emission is spectral radiance in W/(sr m^2 nm). A CustomSpectrum gives each value its own wavelength, and
+leaves it to MeasurementType what it measures.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from ..spectrum import Quantity
+from .cxf_metadata import file_details, object_details, stated_values
+from .cxf_specification import Specification, specification
+from .gathering import Gathering
+from .reading import SpectralFile
+from .xml import Vocabulary, number, read_xml, root_name
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+NAME = "CxF3"
+SUFFIXES = (".cxf",)
+NAMESPACE = "http://colorexchangeformat.com/CxF3-core"
+
+_LISTS: dict[str, Quantity] = {
+    "ReflectanceSpectrum": "reflectance",
+    "TransmittanceSpectrum": "transmittance",
+    "EmissiveSpectrum": "emission",
+}
+_SPECTRA = (*_LISTS, "CustomSpectrum")
+# The schema's limit for fractions; a reading in percent is far above it.
+_LARGEST_FRACTION = 3.0
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for XML whose root is CxF, whatever its prefix and namespace."""
+    name = root_name(head)
+    return name in ("CxF", "CXF") or (name is not None and path.suffix.lower() in SUFFIXES)
+
+
+def read(path: Path) -> SpectralFile:
+    """Every spectrum of a file; objects whose spectrum cannot be used are in `rejected`.
+
+    Raises
+    ------
+    InputError
+        Not well-formed, not CxF3, or no object has a spectrum: the message lists what is there instead.
+    """
+    path = Path(path)
+    root = read_xml(path)
+    known = Vocabulary(root, NAMESPACE)
+    if known.name(root) != "CxF" or "gretagmacbeth" in known.root_uri.lower():
+        raise InputError(
+            "not a CxF3 file",
+            file=path,
+            field="root element",
+            found=root.tag[:120],
+            expected=f"CxF in namespace {NAMESPACE}",
+            hint="versions 1 and 2 of CxF are other formats: export as CxF3",
+        )
+    resources = list(known.children(root, "Resources"))
+    specifications = _specifications(resources, known)
+    objects = [
+        item
+        for resource in resources
+        for collection in known.children(resource, "ObjectCollection")
+        for item in known.children(collection, "Object")
+    ]
+    gathered = Gathering(path, NAME)
+    if known.note:
+        gathered.note(known.note)
+    for name, item in _named(objects, gathered):
+        values = [value for group in known.children(item, "ColorValues") for value in known.children(group)]
+        spectra = [value for value in values if known.name(value) in _SPECTRA]
+        if not spectra:
+            continue
+        beside = [value for value in values if known.name(value) not in _SPECTRA]
+        colours, other = stated_values(beside, name, specifications, known, gathered)
+        for value, label in zip(spectra, _labels(spectra, specifications), strict=True):
+            called = f"{name}, {label}" if label else name
+            try:
+                told = _referenced(value, specifications, path, called, gathered)
+                grid, samples, quantity = _samples(value, told, known, path, called, gathered)
+            except InputError as reason:
+                gathered.rejected.append((called, reason))
+                continue
+            details = object_details(item, value, told, known) | other
+            if quantity == "emission":
+                details["units"] = "W/(sr m^2 nm)"
+            gathered.add(called, grid, samples, quantity, stated=colours, details=details)
+    if not gathered.entries and not gathered.rejected:
+        raise _without_spectra(path, objects, known)
+    return gathered.finish(file_details(root, known))
+
+
+def _named(objects: list[Element], gathered: Gathering) -> list[tuple[str, Element]]:
+    """Objects by name; those that share one are told apart by Id, those without one are called by it."""
+    names = [item.get("Name") or item.get("Id") or f"object {place}" for place, item in enumerate(objects, 1)]
+    shared = {name for name, times in Counter(names).items() if times > 1}
+    if shared:
+        gathered.note(f"objects that share a name, such as {min(shared)!r}, were told apart by their Ids")
+    return [
+        (f"{name} ({item.get('Id') or place})" if name in shared else name, item)
+        for place, (name, item) in enumerate(zip(names, objects, strict=True), 1)
+    ]
+
+
+def _specifications(resources: list[Element], known: Vocabulary) -> dict[str, Specification | None]:
+    """By Id; None where two share one."""
+    found: dict[str, Specification | None] = {}
+    for resource in resources:
+        for collection in known.children(resource, "ColorSpecificationCollection"):
+            for element in known.children(collection, "ColorSpecification"):
+                name = element.get("Id", "")
+                found[name] = None if name in found else specification(element, known)
+    return found
+
+
+def _referenced(
+    value: Element, known: Mapping[str, Specification | None], path: Path, field: str, gathered: Gathering
+) -> Specification:
+    """The specification that a value names."""
+    wanted = value.get("ColorSpecification")
+    expected = ", ".join(list(known)[:8]) or "a specification, but the file has none"
+    if wanted is None:
+        if len(known) == 1 and (only := next(iter(known.values()))) is not None:
+            gathered.note("no ColorSpecification is named; the only one of the file was taken", field)
+            return only
+        raise InputError("the spectrum names no ColorSpecification", file=path, field=field, expected=expected)
+    if wanted not in known:
+        raise InputError(
+            f"ColorSpecification {wanted!r} is not in the file",
+            file=path,
+            field=field,
+            found=f"a reference to {wanted!r}",
+            expected=expected,
+            hint="export the specifications together with the objects; upper and lower case differ",
+        )
+    found = known[wanted]
+    if found is None:
+        raise InputError("two ColorSpecifications share an Id", file=path, field=field, found=wanted)
+    return found
+
+
+def _samples(
+    value: Element, told: Specification, known: Vocabulary, path: Path, field: str, gathered: Gathering
+) -> tuple[np.ndarray, np.ndarray, Quantity]:
+    """Wavelengths, values and quantity of one spectrum."""
+    kind = known.name(value) or ""
+    listed = _LISTS.get(kind)
+    quantity = listed or told.quantity
+    if quantity is None:
+        raise InputError(
+            "the file does not say what this spectrum measures",
+            file=path,
+            field=field,
+            found=f"MeasurementType {told.details.get('measurement', 'missing')}",
+            expected="Spectrum_Reflectance, Spectrum_Transmittance or Spectrum_Emissive",
+        )
+    if listed:
+        samples = np.array([number(text, file=path, field=field) for text in (value.text or "").split()])
+        grid = _even_grid(value, told, len(samples), path, field, gathered)
+    else:
+        if told.assumed:
+            gathered.note(told.assumed)
+        points = list(known.children(value, "SpectralPoint"))
+        grid = np.array([number(point.get("WL", ""), file=path, field=field) for point in points])
+        samples = np.array([number((point.text or "").strip(), file=path, field=field) for point in points])
+        if (np.diff(grid) < 0).any():
+            order = np.argsort(grid, kind="stable")
+            grid, samples = grid[order], samples[order]
+            gathered.note("points stand in another order in the file and were sorted by wavelength", field)
+    if quantity != "emission" and (samples >= _LARGEST_FRACTION).any():
+        raise InputError(
+            f"{quantity} looks like percent",
+            file=path,
+            field=field,
+            found=f"{samples.max():g}",
+            expected=f"fractions; CxF3 has 100 % = 1.0, and less than {_LARGEST_FRACTION:g} throughout",
+            hint="divide by 100",
+        )
+    return grid, samples, quantity
+
+
+def _even_grid(
+    value: Element, told: Specification, count: int, path: Path, field: str, gathered: Gathering
+) -> np.ndarray:
+    """Wavelengths of a list: the start that it gives itself counts before that of its specification."""
+    start, step = value.get("StartWL", told.start), value.get("Increment", told.increment)
+    if start is None or step is None:
+        lacking = "StartWL" if start is None else "Increment"
+        raise InputError(
+            f"no wavelengths: {lacking} is missing",
+            file=path,
+            field=field,
+            found=f"{count} values",
+            expected='a WavelengthRange such as StartWL="380" Increment="10" in its ColorSpecification',
+        )
+    first, apart = (number(text, file=path, field=field) for text in (start, step))
+    if told.start is not None and value.get("StartWL") is not None:
+        other = number(told.start, file=path, field=field)
+        if other != first:
+            gathered.note(
+                f"starts at {first:g} nm, as it says itself, not at {other:g} nm, as its specification", field
+            )
+    if not (np.isfinite([first, apart]).all() and apart > 0):
+        raise InputError("no even steps", file=path, field=field, found=f"{start} by {step}", expected="nm, above 0")
+    return first + apart * np.arange(count)
+
+
+def _labels(spectra: list[Element], specifications: Mapping[str, Specification | None]) -> list[str]:
+    """What tells the spectra of one object apart: the first of their own names, conditions, specifications, kinds."""
+    if len(spectra) < 2:
+        return [""] * len(spectra)
+
+    def condition(value: Element) -> str:
+        told = specifications.get(value.get("ColorSpecification", ""))
+        return "" if told is None else told.details.get("condition", "").partition(" ")[0]
+
+    ways = (
+        [value.get("Name", "") for value in spectra],
+        [condition(value) for value in spectra],
+        [value.get("ColorSpecification", "") for value in spectra],
+        [value.tag.rpartition("}")[2] for value in spectra],
+    )
+    for labels in ways:
+        if all(labels) and len(set(labels)) == len(labels):
+            return labels
+    return [f"spectrum {place}" for place in range(1, len(spectra) + 1)]
+
+
+def _without_spectra(path: Path, objects: list[Element], known: Vocabulary) -> InputError:
+    """The refusal of a file without spectra, which says what its objects have instead."""
+    if not objects:
+        return InputError(
+            "no spectra: the file has no objects",
+            file=path,
+            field="Resources",
+            found="an empty or missing ObjectCollection",
+            expected="objects with spectra",
+        )
+    kinds: Counter[str] = Counter()
+    for item in objects:
+        values = [
+            known.name(value) or ""
+            for group in known.children(item, "ColorValues", "DeviceColorValues")
+            for value in known.children(group)
+        ]
+        kinds[" and ".join(sorted(set(values))) or "no colour values"] += 1
+    names = ", ".join(repr(item.get("Name") or item.get("Id") or "") for item in objects[:6])
+    told = "; ".join(f"{times} with {kind}" for kind, times in kinds.most_common(6))
+    private = any("Private" in kind for kind in kinds)
+    bare = set(kinds) == {"no colour values"}
+    return InputError(
+        "no spectra: the objects have no values" if bare else "no spectra: the objects have other values only",
+        file=path,
+        field="ObjectCollection",
+        found=f"{len(objects)} objects ({told}): {names}{', ...' if len(objects) > 6 else ''}",
+        expected="one ReflectanceSpectrum, TransmittanceSpectrum, EmissiveSpectrum or CustomSpectrum at least",
+        hint="its spectra are encrypted: ask the owner for open ones" if private else "export with spectral values",
+    )

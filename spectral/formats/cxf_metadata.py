@@ -1,0 +1,105 @@
+"""What a CxF3 file says beside its spectra: tristimulus values, and everything else as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from .cxf_specification import Specification
+from .gathering import Gathering
+from .reading import StatedColour
+from .xml import Vocabulary, number, words
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+
+def stated_values(
+    values: list[Element],
+    name: str,
+    specifications: Mapping[str, Specification | None],
+    known: Vocabulary,
+    gathered: Gathering,
+) -> tuple[tuple[StatedColour, ...], dict[str, str]]:
+    """What an object states beside its spectra: tristimulus values, and `values` of other kinds as text by kind."""
+    colours: list[StatedColour] = []
+    other: dict[str, str] = {}
+    for value in values:
+        kind = known.name(value) or ""
+        told = specifications.get(value.get("ColorSpecification", ""))
+        colour = None
+        if told is None:
+            gathered.note(f"{kind} refers to no ColorSpecification of the file and is kept as text", name)
+        else:
+            try:
+                colour = _colour(kind, value, told, known, gathered.path, name)
+            except InputError as reason:
+                gathered.note(f"{kind} is not used: {reason.problem}", name)
+        if colour is None:
+            other[kind] = words(value)
+        else:
+            colours.append(colour)
+    return tuple(colours), other
+
+
+def _colour(
+    kind: str, value: Element, told: Specification, known: Vocabulary, path: Path, name: str
+) -> StatedColour | None:
+    """XYZ or Lab of a value that is one or turns into one without further data."""
+    axes = {
+        "ColorCIEXYZ": "XYZ", "ColorEmissiveCIEXYZ": "XYZ", "ColorCIExyY": "xyY", "ColorEmissiveCIExyY": "xyY",
+        "ColorCIELab": "LAB", "ColorCIELCh": "LCH",
+    }.get(kind)  # fmt: skip
+    if axes is None:
+        return None
+    a, b, c = (number(known.text(value, axis), file=path, field=f"{name}: {kind}") for axis in axes)
+    if not np.isfinite([a, b, c]).all():
+        raise InputError("not a finite number", file=path, field=name, found=f"{a} {b} {c}")
+    if axes == "xyY":
+        if b <= 0:
+            raise InputError("no chromaticity", file=path, field=name, found=f"y = {b:g}", expected="y > 0")
+        a, b, c = a * c / b, c, (1.0 - a - b) * c / b
+    elif axes == "LCH":
+        b, c = b * np.cos(np.radians(c)), b * np.sin(np.radians(c))
+    space = "Lab" if axes in ("LAB", "LCH") else "XYZ"
+    return StatedColour(space, np.array([a, b, c], dtype=np.float64), told.illuminant, told.observer)
+
+
+def object_details(item: Element, value: Element, told: Specification, known: Vocabulary) -> dict[str, str]:
+    """What is said of one spectrum, from the object, from the value and from its specification."""
+    details = dict(told.details)
+    label = value.get("Name", "")
+    if told.angles and label in told.angles:
+        details["geometry"] = f"{label}: {told.angles[label]}"
+    said = {"kind": "ObjectType", "id": "Id", "GUID": "GUID"}
+    details |= {ours: item.get(theirs, "") for ours, theirs in said.items()}
+    details |= {"spectrum": label, "measured": value.get("MeasureDate", "")}
+    details |= {"created": known.text(item, "CreationDate"), "comment": known.text(item, "Comment")}
+    for group in known.children(item, "TagCollection"):
+        details |= _tags(group, known, f"tag {group.get('Name', '')}".strip())
+    for name in ("PhysicalAttributes", "DeviceColorValues", "ColorDifferenceValues"):
+        if (element := known.child(item, name)) is not None:
+            details[name] = words(element)
+    return {name: text for name, text in details.items() if text}
+
+
+def _tags(group: Element, known: Vocabulary, prefix: str) -> dict[str, str]:
+    return {f"{prefix}: {tag.get('Name', '')}": tag.get("Value", "") for tag in known.children(group, "Tag")}
+
+
+def file_details(root: Element, known: Vocabulary) -> dict[str, str]:
+    """FileInformation, and CustomResources as one line of text each."""
+    details: dict[str, str] = {}
+    for group in known.children(root, "FileInformation"):
+        names = {"Creator": "creator", "CreationDate": "created", "Description": "description", "Comment": "comment"}
+        details |= {ours: text for theirs, ours in names.items() if (text := known.text(group, theirs))}
+        details |= _tags(group, known, "tag")
+    for group in known.children(root, "CustomResources"):
+        for place, element in enumerate(group, 1):
+            name = element.tag.rpartition("}")[2]
+            details[f"custom {place}: {name}"] = words(element)
+    return details

@@ -1,0 +1,131 @@
+"""Reads IES TM-27-14 (.spdx): one spectral distribution in XML, with a header that says whose it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from ..spectrum import Quantity
+from .gathering import Gathering
+from .reading import SpectralFile
+from .xml import Vocabulary, number, read_xml, root_name, words
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+NAME = "IES TM-27"
+SUFFIXES = (".spdx",)
+NAMESPACE = "iestm2714"
+_OTHER_NAMESPACE = "http://www.ies.org/iestm2714"
+
+# What each word of SpectralQuantity is to us, and the unit that the standard gives it. The "factors" compare with the
+# perfect diffuser; the standard's schema and its text call them value and factor.
+_QUANTITIES: dict[str, tuple[Quantity, str]] = {
+    "flux": ("emission", "W/nm"),
+    "intensity": ("emission", "W/(sr nm)"),
+    "irradiance": ("emission", "W/(m^2 nm)"),
+    "radiance": ("emission", "W/(sr m^2 nm)"),
+    "exitance": ("emission", "W/(m^2 nm)"),
+    "relative": ("emission", "relative"),
+    "reflectance": ("reflectance", ""),
+    "transmittance": ("transmittance", ""),
+    "r-value": ("radiance factor", ""),
+    "r-factor": ("radiance factor", ""),
+    "t-value": ("transmittance", ""),
+    "t-factor": ("transmittance", ""),
+}
+
+_READ = (
+    "SpectralQuantity", "ReflectionGeometry", "TransmissionGeometry", "BandwidthFWHM", "BandwidthCorrected",
+    "SpectralData",
+)  # fmt: skip
+# Far above any radiance factor that is not a mirror's, far below a reading in percent.
+_LARGEST_FRACTION = 3.0
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for XML whose root is that of TM-27, in any of its years."""
+    name = root_name(head)
+    return name is not None and (name.upper().startswith("IESTM27") or path.suffix.lower() in SUFFIXES)
+
+
+def read(path: Path) -> SpectralFile:
+    """The spectrum of a file, named by its description.
+
+    Raises
+    ------
+    InputError
+        Not well-formed, not TM-27, without spectral data, or of a quantity that is none of ours.
+    """
+    path = Path(path)
+    root = read_xml(path)
+    known = Vocabulary(root, NAMESPACE)
+    if not (known.name(root) or "").upper().startswith("IESTM27"):
+        raise InputError(
+            "not an IES TM-27 file", file=path, field="root element", found=root.tag[:120], expected="IESTM2714"
+        )
+    gathered = Gathering(path, NAME)
+    if known.note and known.root_uri != _OTHER_NAMESPACE:
+        gathered.note(known.note)
+    header = known.child(root, "Header")
+    about = {
+        known.name(element) or "": text for element in known.children(header) if (text := (element.text or "").strip())
+    }
+    if root.get("version"):
+        about["version"] = root.get("version", "")
+    distributions = list(known.children(root, "SpectralDistribution"))
+    if not distributions:
+        raise InputError("no SpectralDistribution", file=path, expected="one with SpectralData")
+    name = next(
+        (about[key] for key in ("Description", "UniqueIdentifier", "CatalogNumber") if about.get(key)), path.stem
+    )
+    for place, element in enumerate(distributions, 1):
+        _add(gathered, element, name if len(distributions) == 1 else f"{name} {place}", about, known)
+    return gathered.finish(about)
+
+
+def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary) -> None:
+    path, field = gathered.path, "SpectralData"
+    told = known.text(element, "SpectralQuantity")
+    if told.lower() not in _QUANTITIES:
+        raise InputError(
+            "a quantity that is no reflectance, transmittance or emission" if told else "no SpectralQuantity",
+            file=path,
+            field="SpectralQuantity",
+            found=told or None,
+            expected=", ".join(_QUANTITIES),
+            hint="absorptance is what reflectance and transmittance leave of 1" if told == "absorptance" else None,
+        )
+    quantity, units = _QUANTITIES[told.lower()]
+    points = list(known.children(element, field))
+    grid = np.array([number(point.get("wavelength", ""), file=path, field=field) for point in points])
+    samples = np.array([number((point.text or "").strip(), file=path, field=field) for point in points])
+    if (np.diff(grid) < 0).any():
+        order = np.argsort(grid, kind="stable")
+        grid, samples = grid[order], samples[order]
+        gathered.note("points stand in another order in the file and were sorted by wavelength", name)
+    if quantity != "emission" and (samples > _LARGEST_FRACTION).any():
+        raise InputError(
+            f"{told} looks like percent",
+            file=path,
+            field=field,
+            found=f"{samples.max():g}",
+            expected="fractions, 1 for all of the light or for the perfect diffuser",
+            hint="divide by 100",
+        )
+    details = {"quantity": told, "units": units, "geometry": _geometry(element, known)}
+    details |= {"bandwidth": known.text(element, "BandwidthFWHM")}
+    details |= {"bandwidth corrected": known.text(element, "BandwidthCorrected")}
+    details |= {"instrument": about.get("MeasurementEquipment", "")}
+    for other in known.children(element):
+        if known.name(other) not in _READ:
+            details[known.name(other) or ""] = words(other)
+    said = {key: text for key, text in details.items() if text}
+    gathered.add(name, grid, samples, quantity, details=said)
+
+
+def _geometry(element: Element, known: Vocabulary) -> str:
+    return known.text(element, "ReflectionGeometry") or known.text(element, "TransmissionGeometry")

@@ -1,0 +1,389 @@
+"""CxF3: what is read, what is said of it, and what is refused with which words."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats import cxf
+from metamer.spectral.formats.reading import format_of, read_spectra
+
+SPEC = """
+<cc:ColorSpecification Id="M1">
+  <cc:TristimulusSpec><cc:Illuminant>D50</cc:Illuminant><cc:Observer>2_Degree</cc:Observer>
+    <cc:Method>E308_Table5</cc:Method></cc:TristimulusSpec>
+  <cc:MeasurementSpec>
+    <cc:MeasurementType>{kind}</cc:MeasurementType>
+    <cc:GeometryChoice>{geometry}</cc:GeometryChoice>
+    <cc:WavelengthRange StartWL="380" Increment="10"/>
+    <cc:CalibrationStandard>XRGA</cc:CalibrationStandard>
+    <cc:Backing>white</cc:Backing>
+    <cc:Device><cc:Manufacturer>Acme</cc:Manufacturer><cc:Model>S 1</cc:Model><cc:SerialNumber>42</cc:SerialNumber>
+      <cc:DeviceFilter FilterDescription="cut">Filter_UVExcluded</cc:DeviceFilter>
+      <cc:DeviceIllumination>M1_Daylight</cc:DeviceIllumination></cc:Device>
+  </cc:MeasurementSpec>
+</cc:ColorSpecification>
+"""
+ANGLE = (
+    "<cc:SingleAngle><cc:SingleAngleConfiguration>Annular</cc:SingleAngleConfiguration>"
+    "<cc:IlluminationAngle>45.0</cc:IlluminationAngle><cc:MeasurementAngle>0.0</cc:MeasurementAngle></cc:SingleAngle>"
+)
+RED = '<cc:ReflectanceSpectrum ColorSpecification="M1">0.05 0.1 0.4 0.8</cc:ReflectanceSpectrum>'
+
+
+def item(values, name="red", ident="o1", after=""):
+    return (
+        f'<cc:Object ObjectType="Standard" Name="{name}" Id="{ident}"><cc:CreationDate>2026-01-02T03:04:05Z'
+        f"</cc:CreationDate><cc:Comment>wet</cc:Comment><cc:ColorValues>{values}</cc:ColorValues>{after}</cc:Object>"
+    )
+
+
+def document(objects, specs=None, kind="Spectrum_Reflectance", geometry=ANGLE, before="", after=""):
+    specs = SPEC.format(kind=kind, geometry=geometry) if specs is None else specs
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        f'<cc:CxF xmlns:cc="http://colorexchangeformat.com/CxF3-core">{before}<cc:Resources>'
+        f"<cc:ObjectCollection>{objects}</cc:ObjectCollection>"
+        f"<cc:ColorSpecificationCollection>{specs}</cc:ColorSpecificationCollection></cc:Resources>{after}</cc:CxF>"
+    )
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text, name="made.cxf"):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write
+
+
+def refusal(path):
+    with pytest.raises(InputError) as caught:
+        cxf.read(path)
+    assert str(path) in str(caught.value)
+    return caught.value
+
+
+def test_a_reflectance_with_all_that_is_said_of_it(written):
+    lab = "<cc:ColorCIELab ColorSpecification='M1'><cc:L>50</cc:L><cc:A>40.5</cc:A><cc:B>-3</cc:B></cc:ColorCIELab>"
+    tags = '<cc:TagCollection Name="Place"><cc:Tag Name="Row" Value="7"/></cc:TagCollection>'
+    about = (
+        "<cc:FileInformation><cc:Creator>us</cc:Creator><cc:Description>chart</cc:Description>"
+        '<cc:Tag Name="Batch" Value="B7"/></cc:FileInformation>'
+    )
+    custom = '<cc:CustomResources><x:Ink xmlns:x="urn:x" no="3">cyan<x:Lot>9</x:Lot></x:Ink></cc:CustomResources>'
+    file = cxf.read(written(document(item(RED + lab, after=tags), before=about, after=custom)))
+    (entry,) = file.entries
+    assert (entry.name, entry.spectrum.quantity) == ("red", "reflectance")
+    np.testing.assert_array_equal(entry.spectrum.wavelengths_nm, [380, 390, 400, 410])
+    np.testing.assert_array_equal(entry.spectrum.samples, [0.05, 0.1, 0.4, 0.8])
+    (colour,) = entry.stated
+    assert (colour.space, colour.illuminant, colour.observer) == ("Lab", "D50", "1931_2")
+    np.testing.assert_array_equal(colour.values, [50, 40.5, -3])
+    told = {
+        "geometry": "45:0 annular", "condition": "M1 (M1_Daylight)", "instrument": "Acme S 1 42",
+        "filter": "FilterDescription=cut Filter_UVExcluded", "calibration": "XRGA", "backing": "white",
+        "comment": "wet", "kind": "Standard", "id": "o1", "tag Place: Row": "7", "created": "2026-01-02T03:04:05Z",
+    }  # fmt: skip
+    assert told.items() <= dict(entry.details).items(), entry.details
+    assert dict(file.details) == {
+        "creator": "us", "description": "chart", "tag: Batch": "B7", "custom 1: Ink": "no=3 cyan; Lot: 9"
+    }  # fmt: skip
+    assert file.notes == () and file.rejected == ()
+
+
+@pytest.mark.parametrize("prefix", ["", "a:", "long-prefix:"])
+def test_any_prefix_will_do(written, prefix):
+    text = document(item(RED)).replace("xmlns:cc", f"xmlns{':' if prefix else ''}{prefix[:-1]}").replace("cc:", prefix)
+    path = written(text)
+    assert cxf.recognises(path, path.read_bytes()) and format_of(path) is cxf
+    assert len(cxf.read(path).entries) == 1 and cxf.read(path).notes == ()
+
+
+@pytest.mark.parametrize("uri", ["", "http://example.org/another"])
+def test_another_namespace_is_taken_with_a_note(written, uri):
+    text = document(item(RED)).replace("xmlns:cc", "xmlns").replace("cc:", "").replace(cxf.NAMESPACE, uri)
+    file = cxf.read(written(text))
+    assert len(file.entries) == 1
+    assert "namespace" in file.notes[0] and cxf.NAMESPACE in file.notes[0]
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1", "utf-8-sig"])
+def test_encodings_and_unicode_names(written, encoding):
+    label = encoding.removesuffix("-sig")
+    text = document(item(RED, "Rosé ½")).replace("UTF-8", label)
+    path = written(text.encode(encoding))
+    assert format_of(path) is cxf
+    assert cxf.read(path).entries[0].name == "Rosé ½"
+
+
+def test_names_keep_every_character_but_turn_white_space_into_blanks(written):
+    name = "漢字 🎨 &lt;b&gt; &amp; Tab&#x9;a&#x200B;b"
+    assert cxf.read(written(document(item(RED, name)))).entries[0].name == "漢字 🎨 <b> & Tab a\u200bb"
+
+
+def test_a_list_may_say_its_own_start(written):
+    value = RED.replace('ColorSpecification="M1"', 'ColorSpecification="M1" StartWL="400"')
+    file = cxf.read(written(document(item(value))))
+    assert file.entries[0].spectrum.wavelengths_nm[0] == 400
+    assert "400 nm" in file.notes[0] and "380 nm" in file.notes[0]
+
+
+def test_emission_and_transmittance(written):
+    glass = '<cc:TransmittanceSpectrum ColorSpecification="M1">0.9 0.91</cc:TransmittanceSpectrum>'
+    lamp = '<cc:EmissiveSpectrum ColorSpecification="M1">5 120.5</cc:EmissiveSpectrum>'
+    glass, lamp = cxf.read(written(document(item(glass) + item(lamp, "lamp", "o2")))).entries
+    assert glass.spectrum.quantity == "transmittance" and "units" not in glass.details
+    assert lamp.spectrum.quantity == "emission" and lamp.details["units"] == "W/(sr m^2 nm)"
+
+
+@pytest.mark.parametrize(
+    "kind, geometry, quantity",
+    [
+        ("Spectrum_TotalTransmittance", ANGLE, "transmittance"),
+        ("Spectrum_Emissive", ANGLE, "emission"),
+        ("Spectrum_Custom", ANGLE, "reflectance"),
+        ("Spectrum_Custom", "<cc:EmissiveMode>EmissiveMode_Other</cc:EmissiveMode>", "emission"),
+    ],
+)
+def test_a_custom_spectrum_is_what_its_specification_measures(written, kind, geometry, quantity):
+    points = "".join(f'<cc:SpectralPoint WL="{w}">{v}</cc:SpectralPoint>' for w, v in ((500.5, 0.3), (400, 0.1)))
+    value = f'<cc:CustomSpectrum ColorSpecification="M1">{points}</cc:CustomSpectrum>'
+    file = cxf.read(written(document(item(value), kind=kind, geometry=geometry)))
+    (entry,) = file.entries
+    assert entry.spectrum.quantity == quantity
+    np.testing.assert_array_equal(entry.spectrum.wavelengths_nm, [400, 500.5])
+    np.testing.assert_array_equal(entry.spectrum.samples, [0.1, 0.3])
+    assert any("sorted" in note for note in file.notes)
+    assert any("after its geometry" in note for note in file.notes) == (kind == "Spectrum_Custom")
+
+
+def test_a_custom_spectrum_under_a_sphere_could_be_two_things(written):
+    value = '<cc:CustomSpectrum ColorSpecification="M1"><cc:SpectralPoint WL="500">0.5</cc:SpectralPoint>'
+    value += '<cc:SpectralPoint WL="510">0.5</cc:SpectralPoint></cc:CustomSpectrum>'
+    sphere = "<cc:SphereGeometry>Diffuse</cc:SphereGeometry>"
+    reason = refusal(written(document(item(value), kind="Spectrum_Custom", geometry=sphere)))
+    assert "does not say what this spectrum measures" in str(reason) and "Spectrum_Custom" in str(reason)
+
+
+def test_multi_angle_spectra_get_the_angle_of_their_notation(written):
+    angles = "".join(
+        f'<cc:BRDFAngle Notation="{name}"><cc:IlluminationAngle>45</cc:IlluminationAngle>'
+        f"<cc:Aspecular>{away}</cc:Aspecular></cc:BRDFAngle>"
+        for name, away in (("45as15", 15), ("45as110", 110))
+    )
+    both = RED.replace('"M1">', '"M1" Name="45as15">')
+    both += RED.replace('"M1">', '"M1" Name="45as110">')
+    file = cxf.read(written(document(item(both), geometry=f"<cc:MultiAngle>{angles}</cc:MultiAngle>")))
+    assert [entry.name for entry in file.entries] == ["red, 45as15", "red, 45as110"]
+    assert file.entries[1].details["geometry"] == "45as110: light 45, aspecular 110"
+
+
+def test_spectra_of_several_conditions_are_told_apart(written):
+    m2 = SPEC.replace('Id="M1"', 'Id="second"').replace("M1_Daylight", "M2_UVExcluded")
+    specs = (SPEC + m2).format(kind="Spectrum_Reflectance", geometry=ANGLE)
+    file = cxf.read(written(document(item(RED + RED.replace('"M1"', '"second"')), specs)))
+    assert [entry.name for entry in file.entries] == ["red, M1", "red, M2"]
+
+
+def test_objects_that_share_a_name_are_told_apart(written):
+    file = cxf.read(written(document(item(RED) + item(RED, ident="o2"))))
+    assert [entry.name for entry in file.entries] == ["red (o1)", "red (o2)"]
+    assert "share a name" in file.notes[0]
+
+
+def test_stated_colours_are_converted_where_no_other_data_are_needed(written):
+    values = RED + (
+        '<cc:ColorCIELCh ColorSpecification="M1"><cc:L>50</cc:L><cc:C>10</cc:C><cc:H>90</cc:H></cc:ColorCIELCh>'
+        '<cc:ColorCIExyY ColorSpecification="M1"><cc:x>0.25</cc:x><cc:y>0.5</cc:y><cc:Y>40</cc:Y></cc:ColorCIExyY>'
+        '<cc:ColorCIEXYZ ColorSpecification="M1"><cc:X>1</cc:X><cc:Y>2</cc:Y><cc:Z>3</cc:Z></cc:ColorCIEXYZ>'
+        '<cc:ColorCIELuv ColorSpecification="M1"><cc:L>1</cc:L><cc:U>2</cc:U><cc:V>3</cc:V></cc:ColorCIELuv>'
+    )
+    (entry,) = cxf.read(written(document(item(values)))).entries
+    assert [colour.space for colour in entry.stated] == ["Lab", "XYZ", "XYZ"]
+    np.testing.assert_allclose(entry.stated[0].values, [50, 0, 10], atol=1e-14)
+    np.testing.assert_allclose(entry.stated[1].values, [20, 40, 20])
+    assert entry.details["ColorCIELuv"] == "ColorSpecification=M1; L: 1; U: 2; V: 3"
+
+
+def test_a_colour_that_is_no_colour_is_said_and_left_out(written):
+    values = RED + '<cc:ColorCIELab ColorSpecification="M1"><cc:L>fifty</cc:L></cc:ColorCIELab>'
+    values += (
+        '<cc:ColorCIExyY ColorSpecification="M1"><cc:x>0</cc:x><cc:y>0</cc:y><cc:Y>40</cc:Y></cc:ColorCIExyY>'
+        '<cc:ColorCIEXYZ ColorSpecification="gone"><cc:X>1</cc:X><cc:Y>2</cc:Y><cc:Z>3</cc:Z></cc:ColorCIEXYZ>'
+    )
+    file = cxf.read(written(document(item(values))))
+    assert file.entries[0].stated == ()
+    assert [note.partition(" ")[0] for note in file.notes] == ["ColorCIELab", "ColorCIExyY", "ColorCIEXYZ"]
+
+
+# What cannot be used
+
+
+def test_a_reference_to_nothing_names_the_id(written):
+    file = cxf.read(written(document(item(RED) + item(RED.replace("M1", "m1"), "blue", "o2"))))
+    ((name, reason),) = file.rejected
+    assert name == "blue" and "'m1' is not in the file" in str(reason) and "M1" in str(reason.expected)
+
+
+def test_two_specifications_of_one_id_are_not_chosen_between(written):
+    specs = (SPEC + SPEC).format(kind="Spectrum_Reflectance", geometry=ANGLE)
+    assert "share an Id" in str(refusal(written(document(item(RED), specs))))
+
+
+def test_without_a_reference_the_only_specification_is_taken(written):
+    value = RED.replace(' ColorSpecification="M1"', "")
+    assert "only one" in cxf.read(written(document(item(value)))).notes[0]
+    assert "names no ColorSpecification" in str(refusal(written(document(item(value), specs=""))))
+
+
+@pytest.mark.parametrize(
+    "values, words",
+    [
+        ("5 10 40 80", "looks like percent"),
+        ("0.1 -0.05 0.2", "negative reflectance"),
+        ("0.1 INF 0.2", "percent"),
+        ("0,1 0,2", "decimal commas"),
+        ("0.1 x", "not a number"),
+        ("", "not a spectrum"),
+        ("0.5", "not a spectrum"),
+    ],
+)
+def test_values_that_are_no_reflectance(written, values, words):
+    reason = refusal(written(document(item(RED.replace("0.05 0.1 0.4 0.8", values)))))
+    assert words in str(reason) and "red" in str(reason.field)
+
+
+def test_above_one_is_a_radiance_factor(written):
+    file = cxf.read(written(document(item(RED.replace("0.8", "1.2")))))
+    assert file.entries[0].spectrum.quantity == "radiance factor" and "above 1" in file.notes[0]
+
+
+@pytest.mark.parametrize("attribute", ['StartWL="380" ', 'Increment="10"'])
+def test_wavelengths_that_are_not_said(written, attribute):
+    path = written(document(item(RED)).replace(attribute, ""))
+    assert f"{attribute.partition('=')[0]} is missing" in str(refusal(path))
+
+
+@pytest.mark.parametrize("step", ["0", "-10", "NaN", "ten"])
+def test_steps_that_are_none(written, step):
+    refusal(written(document(item(RED)).replace('Increment="10"', f'Increment="{step}"')))
+
+
+def test_files_without_spectra_say_what_they_have(written):
+    lab = '<cc:ColorCIELab ColorSpecification="M1"><cc:L>1</cc:L><cc:A>1</cc:A><cc:B>1</cc:B></cc:ColorCIELab>'
+    reason = refusal(written(document(item(lab) + item("", "none", "o2"))))
+    assert "2 objects (1 with ColorCIELab; 1 with no colour values): 'red', 'none'" in str(reason)
+    private = '<cc:PrivateSpectrum ColorSpecification="M1" KeyID="k">AAAA</cc:PrivateSpectrum>'
+    assert "encrypted" in str(refusal(written(document(item(private)))))
+    assert "no objects" in str(refusal(written(document(""))))
+
+
+def test_older_versions_are_named(written):
+    old = '<CXF xmlns="http://www.gretagmacbeth.com/CxF"><SampleSet/></CXF>'
+    path = written(old)
+    assert format_of(path) is cxf and "versions 1 and 2" in str(refusal(path))
+
+
+# Hostile files
+
+
+def test_billion_laughs(written):
+    entities = '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10))
+    text = document(item(RED, "&a9;")).replace("<cc:CxF", f"<!DOCTYPE cc:CxF [{entities}]>\n<cc:CxF", 1)
+    path = written(text)
+    assert format_of(path) is cxf
+    assert "declares an entity" in str(refusal(path))
+
+
+def test_external_entity(written, tmp_path):
+    secret = tmp_path / "secret.txt"
+    secret.write_text("0.5 0.5")
+    entity = f'<!DOCTYPE cc:CxF [<!ENTITY x SYSTEM "{secret.as_uri()}">]>\n<cc:CxF'
+    text = document(item(RED.replace("0.05", "&x;"))).replace("<cc:CxF", entity, 1)
+    assert "declares an entity" in str(refusal(written(text)))
+
+
+def test_a_document_type_of_another_file_is_not_fetched(written):
+    text = document(item(RED)).replace("<cc:CxF", '<!DOCTYPE cc:CxF SYSTEM "http://example.org/cxf.dtd">\n<cc:CxF', 1)
+    path = written(text)
+    assert format_of(path) is cxf and len(cxf.read(path).entries) == 1
+
+
+def test_deep_nesting(written):
+    deep = document("<cc:Object>" * 100_000)
+    assert "nested too deeply" in str(refusal(written(deep)))
+
+
+def test_more_bytes_and_elements_than_a_measurement_has(written, monkeypatch):
+    from metamer.spectral.formats import xml
+
+    path = written(document(item(RED)))
+    monkeypatch.setattr(xml, "MOST_ELEMENTS", 10)
+    assert "too many elements" in str(refusal(path))
+    monkeypatch.setattr(xml, "MOST_BYTES", 100)
+    assert "too large" in str(refusal(path))
+
+
+@pytest.mark.parametrize("cut", [0, 1, 60, 300, 1000])
+def test_truncated(written, cut):
+    refusal(written(document(item(RED)).encode()[:cut]))
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_mutated_bytes_are_read_or_refused(written, data):
+    raw = bytearray(document(item(RED) + item(RED, "b", "o2")).encode())
+    for _ in range(data.draw(st.integers(1, 6))):
+        start = data.draw(st.integers(0, len(raw) - 1))
+        raw[start : start + data.draw(st.integers(0, 12))] = data.draw(st.binary(max_size=12))
+        if not raw:
+            return
+    path = written(bytes(raw))
+    cxf.recognises(path, bytes(raw[:4096]))
+    try:
+        cxf.read(path)
+    except InputError as reason:
+        assert str(path) in str(reason)
+
+
+# Real files
+
+
+@pytest.fixture
+def real(shared_data):
+    folder = shared_data / "spectra" / "cxf"
+    if not folder.is_dir():
+        pytest.skip(f"no CxF files in {folder}")
+    return folder
+
+
+def test_the_real_irregular_file(real):
+    file = read_spectra(real / "custom_spectrum_irregular.cxf")
+    assert file.format == "CxF3"
+    assert [entry.name for entry in file.entries] == [
+        "Irregular Wavelength Sample", "Out of Order Wavelengths", "High Precision Wavelengths"
+    ]  # fmt: skip
+    assert file.entries[0].spectrum.wavelengths_nm[1] == 381.7 and file.entries[2].spectrum.samples[0] == 0.45
+    ((name, reason),) = file.rejected
+    assert name == "Duplicate Wavelengths" and "stands twice" in str(reason) and "500 nm" in str(reason)
+
+
+@pytest.mark.parametrize(
+    "name, words",
+    [
+        ("minimal_cxf", "no objects"),
+        ("empty_sections", "no objects"),
+        ("datetime_edge_cases", "no objects"),
+        ("custom_resources", "no objects"),
+        ("fileinformation_all_optional", "no objects"),
+        ("multiple_objects", "10 objects (10 with no colour values): 'Reference Standard'"),
+        ("id_reference_validation", "9 objects (9 with ColorCIELab): 'Valid Reference'"),
+        ("unicode_special_characters", "12 objects (12 with ColorCIELab): 'Color™ • 漢字 & Ñoño'"),
+    ],
+)
+def test_real_files_without_spectra_say_so(real, name, words):
+    path = real / f"{name}.cxf"
+    assert format_of(path) is cxf
+    assert words in str(refusal(path))
