@@ -1,4 +1,8 @@
-"""Spectra in comma-, semicolon- or tab-separated text, wavelengths down the first column or across the header."""
+"""Spectra in text tables, as spreadsheets and instruments write them, wavelengths down a column or across the header.
+
+`read` takes whatever people have, and notes what it made of it; `read_csv_spectra` is for the project's own tables,
+where anything unexpected is an error.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,39 @@ from ..errors import InputError
 from ..files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
+from .dialect import comment, dialect_of
+from .layout import layout_of
+from .reading import SpectralFile
+from .tabular import read_table
+from .text import head_text
+
+NAME = "table (CSV, TSV)"
+SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Text with a table of wavelengths and numbers in it, or one that is named .csv or .tsv."""
+    text = head_text(head)
+    if not text or text.lstrip()[:1] in ("<", "{"):
+        return False
+    if path.suffix.casefold() in (".csv", ".tsv"):
+        return True
+    lines = [line for line in text.splitlines() if line.strip() and comment(line) is None]
+    dialect = dialect_of(lines)
+    return (
+        layout_of([(index, dialect.cells(line)) for index, line in enumerate(lines[:-1] or lines)], dialect) is not None
+    )
+
+
+def read(path: Path) -> SpectralFile:
+    """Read every spectrum of a table; what the file does not call anything is taken for reflectance.
+
+    Raises
+    ------
+    InputError
+        No table of wavelengths and numbers, or none of its spectra can be used.
+    """
+    return read_table(path, NAME, "reflectance")
 
 
 def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> dict[str, Spectrum]:

@@ -1,0 +1,181 @@
+"""Spectra as a reader finds them become entries: one set of rules for what is converted, said and refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..spectrum import Quantity, Spectrum, check_values
+from ..wavelengths import validated_wavelengths
+from .conditions import Unit
+from .reading import SpectralEntry, SpectralFile, StatedColour
+from .text import shortened
+
+#: Spectra in one file, and samples in all of them together.
+MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000
+
+# How far below zero a reading of nothing may fall: of the peak for emission, of 1 for the rest.
+_DARK_EMISSION, _DARK = 0.05, 0.01
+# No measured value in any unit in use is larger; beyond it, squares leave float64.
+_LARGEST = 1e30
+
+
+class Gathering:
+    """The entries of one file, those that were refused, and notes, each kind said once with the names it is about."""
+
+    def __init__(self, path: Path, format_name: str) -> None:
+        self.path, self.format = path, format_name
+        self.entries: list[SpectralEntry] = []
+        self.rejected: list[tuple[str, InputError]] = []
+        self._notes: dict[str, list[str]] = {}
+        self._samples = 0
+
+    def note(self, sentence: str, name: str | None = None) -> None:
+        """Say something of the file, or of one of its spectra."""
+        names = self._notes.setdefault(sentence, [])
+        if name is not None:
+            names.append(name)
+
+    def add(
+        self,
+        name: str,
+        wavelengths_nm: object,
+        values: object,
+        quantity: Quantity,
+        *,
+        scale: float = 1.0,
+        stated: tuple[StatedColour, ...] = (),
+        details: Mapping[str, str] | None = None,
+    ) -> None:
+        """Take one spectrum: `values` (L,) times `scale` at `wavelengths_nm` (L,), NaN where there is no sample.
+
+        Descending wavelengths are turned round, samples without a value left out, readings of nothing that fall a
+        little below zero taken as zero, and a reflectance above 1 called a radiance factor, each with a note. What
+        cannot be used goes among `rejected`.
+        """
+        name = shortened(name, 200)
+        grid, samples = np.asarray(wavelengths_nm, dtype=np.float64), np.asarray(values, dtype=np.float64)
+        self._samples += samples.size
+        if len(self.entries) + len(self.rejected) >= MOST_SPECTRA or self._samples > MOST_SAMPLES:
+            raise InputError(
+                "too many spectra in one file",
+                file=self.path,
+                found=f"more than {MOST_SPECTRA} spectra or {MOST_SAMPLES} samples",
+                hint="split the file",
+            )
+        said = dict(details or {})
+        try:
+            spectrum = self._spectrum(name, grid, samples, scale, quantity, said)
+        except InputError as reason:
+            self.rejected.append((name, reason))
+            return
+        self.entries.append(SpectralEntry(name, spectrum, stated, said))
+
+    def _spectrum(
+        self, name: str, grid: np.ndarray, samples: np.ndarray, scale: float, quantity: Quantity, said: dict[str, str]
+    ) -> Spectrum:
+        there = ~np.isnan(samples)
+        if not there.all():
+            self.note("samples without a value are left out", name)
+            said["missing samples"] = f"{np.count_nonzero(~there)} of {there.size}"
+            grid, samples = grid[there], samples[there]
+        if grid.size > 1 and (np.diff(grid) < 0).all():
+            self.note("wavelengths descend in the file and are turned round", name)
+            grid, samples = grid[::-1], samples[::-1]
+        if samples.size < 2:
+            raise InputError(
+                "not a spectrum",
+                file=self.path,
+                field=name,
+                found=f"{samples.size} samples",
+                expected="two samples or more",
+            )
+        if not (np.abs(samples) < _LARGEST).all():
+            raise InputError(
+                "a value is out of range",
+                file=self.path,
+                field=name,
+                found=f"{samples[~(np.abs(samples) < _LARGEST)][0]:g}",
+                expected=f"less than {_LARGEST:g}",
+            )
+        grid, samples = validated_wavelengths(grid, file=self.path, field=name), samples * scale
+        negative = samples < 0.0
+        floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
+        if negative.any() and samples.min() >= -floor:
+            self.note("values a little below zero, readings of nothing, are taken as zero", name)
+            said["negative samples"] = f"{np.count_nonzero(negative)} of {samples.size}, down to {samples.min():.3g}"
+            samples = np.maximum(samples, 0.0)
+        if quantity == "reflectance" and samples.max() > 1.0 + 1e-9:
+            self.note("reflectance above 1 is held as a radiance factor", name)
+            quantity = "radiance factor"
+        check_values(samples, grid, quantity, file=self.path, field=name)
+        return Spectrum.sampled(grid, samples, quantity)
+
+    def finish(self, details: Mapping[str, str] | None = None) -> SpectralFile:
+        """The file as read.
+
+        Raises
+        ------
+        InputError
+            No spectrum of it can be used: the reason of the first.
+        """
+        if not self.entries:
+            if len(self.rejected) == 1:
+                raise self.rejected[0][1]
+            if self.rejected:
+                first = self.rejected[0][1]
+                raise InputError(
+                    f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}",
+                    file=self.path,
+                    field=first.field,
+                    found=first.found,
+                    expected=first.expected,
+                    hint=first.hint,
+                )
+            raise InputError("no spectra in this file", file=self.path, expected="at least one spectrum")
+        names = [entry.name for entry in self.entries]
+        if len(set(names)) < len(names):
+            self.note("some spectra share a name; they stay apart, in the order of the file")
+        notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())
+        return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, tuple(self.rejected))
+
+
+def _sentence(sentence: str, names: list[str], everything: int) -> str:
+    if not names or (len(names) == everything == 1):
+        return sentence
+    if len(names) >= everything:
+        return f"{sentence} (all {everything} spectra)"
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return f"{sentence} ({', '.join(names[:3])}{more})"
+
+
+def reflective_scale(lowest: float, highest: float, unit: Unit | None, path: Path) -> tuple[float, str | None]:
+    """Factor to fractions of 1 for a file of reflectance or transmittance, and the note that says why.
+
+    A stated unit is followed. Otherwise values up to 2 are fractions; values that are all above 1.5, or reach above 10,
+    can only be percent; what is between could be either.
+
+    Raises
+    ------
+    InputError
+        Nothing is stated, and the values could be percent of a dark sample or radiance factors of a bright one.
+    """
+    said = f"{lowest:.4g} to {highest:.4g}"
+    if unit == "percent":
+        doubt = "; none of them exceeds 1, which is dark for percent" if highest <= 1.0 else ""
+        return 0.01, f"the file states percent: values from {said} are divided by 100{doubt}"
+    if unit == "fraction" or (highest <= 2.0 and lowest <= 1.5):
+        return 1.0, None
+    if lowest > 1.5 or highest > 10.0:
+        return 0.01, f"no unit is stated; values from {said} can only be percent and are divided by 100"
+    raise InputError(
+        "percent or fractions?",
+        file=path,
+        field="values",
+        found=f"{said}, no unit stated",
+        expected="a unit in the header, such as % or 0..1",
+        hint='write "reflectance (%)" or "radiance factor" above the values',
+    )

@@ -1,0 +1,171 @@
+"""Where a text table keeps its wavelengths: down columns, or across a header."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from .dialect import Dialect
+
+#: A row of a table: line number in the file, and stripped cells.
+Row = tuple[int, list[str]]
+
+_WAVELENGTH_WORD = re.compile(
+    r"wave.?len|^wave$|^wl\b|lambda|λ|^\W*(?:nm|µm|μm|um|microns?|[åÅ]|angstroms?)\W*$|wellenl|longueur|longitud|lunghezza",
+    re.I,
+)
+_WAVENUMBER = re.compile(r"wave.?number|cm\s*(?:\^\s*)?[-⁻−]\s*[1¹]|\b1/cm", re.I)
+_NAME_WORD = re.compile(
+    r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b", re.I
+)
+_UNIT_CELL = re.compile(
+    r"\W*(?:%|nm|µm|μm|um|[a-z.µμ]{0,4}W\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|-|1|\d\W{0,4}\d)?\W*", re.I
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the numbers are.
+
+    Parameters
+    ----------
+    way : wavelengths "down" columns or "across" a header.
+    first : index of the first row of numbers among the rows.
+    header : index of the row with the names ("down") or with the wavelengths ("across"), None if there is none.
+    axes : "down": columns that hold wavelengths; "across": columns whose header is a wavelength.
+    """
+
+    way: Literal["down", "across"]
+    first: int
+    header: int | None
+    axes: tuple[int, ...]
+
+
+def is_wavelength_header(cell: str) -> bool:
+    """Whether a header says that its column holds wavelengths."""
+    return bool(_WAVELENGTH_WORD.search(cell)) and not _WAVENUMBER.search(cell)
+
+
+def is_wavenumber_header(cell: str) -> bool:
+    """Whether a header says that its column holds wavenumbers."""
+    return bool(_WAVENUMBER.search(cell))
+
+
+def is_name_header(cell: str) -> bool:
+    """Whether a header says that its column names the samples."""
+    return bool(_NAME_WORD.search(cell))
+
+
+def is_units_row(cells: Sequence[str]) -> bool:
+    """Whether a row below the names holds units alone."""
+    return any(cells) and all(_UNIT_CELL.fullmatch(cell[:60]) for cell in cells)
+
+
+def nm_per_unit(header: str) -> float:
+    """Nanometres per unit that a header of wavelengths states; 1 where it states none."""
+    if re.search(r"[µμ]m|\bum\b|microns?\b|micromet", header, re.I):
+        return 1000.0
+    if re.search(r"[åÅ]|angstr", header, re.I):
+        return 0.1
+    return 1e9 if re.search(r"[\[(]\s?m\s?[\])]", header) else 1.0
+
+
+def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
+    """Find the table among rows of cells, the first thousands of a file; None if there is none."""
+    down, across = _down(rows, dialect), _across(rows, dialect)
+    if down is None or across is None:
+        return down or across
+    head = rows[across.header or 0][1]
+    below = [dialect.wavelength(cells[0]) for _, cells in rows[across.first : across.first + 50] if cells]
+    told = sum(bool(found and found[1]) for found in (dialect.wavelength(head[column]) for column in across.axes))
+    if down.first < (across.header or 0):
+        return down
+    if 2 * told > len(across.axes) or (is_name_header(head[0]) and not is_wavelength_header(head[0])):
+        return across
+    return down if _plausible([found[0] for found in below if found]) else across
+
+
+def _plausible(values: Sequence[float]) -> bool:
+    return len(values) > 0 and all(100.0 <= value <= 20_000.0 for value in values) and _monotone(values)
+
+
+def _monotone(values: Sequence[float]) -> bool:
+    return all(a < b for a, b in pairwise(values)) or all(a > b for a, b in pairwise(values))
+
+
+def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
+    """First rows with a wavelength in some column and a number in another, and rows like them below."""
+    for first in range(len(rows)):
+        run = [cells for _, cells in rows[first : first + 6]]
+        width = len(run[0])
+        if width < 2:
+            continue
+        header = _header_above(rows, first)
+        heads = rows[header][1] if header is not None else []
+        said = {column for column, cell in enumerate(heads[:width]) if is_wavelength_header(cell)}
+        axes = []
+        for column in sorted({*range(min(width, 12)), *said}):
+            found = [dialect.wavelength(cells[column]) if column < len(cells) else None for cells in run]
+            values = [pair[0] for pair in found if pair is not None]
+            if found[0] is None or (len(values) < 2 and column not in said):
+                continue
+            likely = 100.0 <= values[0] <= 20_000.0 or 0.1 <= values[0] <= 50.0
+            if column in said or (likely and _monotone(values[:3]) and all(found[:3])):
+                axes.append(column)
+        named = [column for column in axes if column in said]
+        large = [column for column in axes if (dialect.wavelength(run[0][column]) or (0.0,))[0] >= 100.0]
+        chosen = tuple(named or large[:1] or axes[:1])
+        others = [cell for column, cell in enumerate(run[0]) if column not in chosen]
+        if chosen and any(dialect.number(cell) == dialect.number(cell) for cell in others):
+            return Layout("down", first, header, chosen)
+    return None
+
+
+def _header_above(rows: Sequence[Row], first: int) -> int | None:
+    """Index of the row of names above the numbers, past a row of units; it has at least two cells."""
+    index = first - 1
+    if index > 0 and len(rows[index][1]) > 1 and is_units_row(rows[index][1]) and len(rows[index - 1][1]) > 1:
+        index -= 1
+    if index >= 0 and len(rows[index][1]) > 1:
+        return index
+    return None
+
+
+def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
+    """First row with a run of wavelengths and numbers below each of them."""
+    for header, (_, cells) in enumerate(rows[:-1]):
+        if len(cells) < 3 and not (len(cells) == 2 and header == 0):
+            continue
+        found = [dialect.wavelength(cell) for cell in cells]
+        run = _longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
+        told = sum(bool(found[column] and found[column][1]) for column in run)  # type: ignore[index]
+        if len(run) < (2 if told == len(run) or len(cells) - len(run) <= 1 else 5):
+            continue
+        first = header + 1
+        if first + 1 < len(rows) and is_units_row(rows[first][1]):
+            first += 1
+        below = rows[first][1]
+        values = [dialect.number(below[column]) for column in run if column < len(below)]
+        if 2 * sum(value == value for value in values) > len(run):
+            return Layout("across", first, header, tuple(run))
+    return None
+
+
+def _longest_run(values: Sequence[float | None]) -> list[int]:
+    """Columns of the longest stretch of neighbours with strictly ascending, or strictly descending, values."""
+    best: list[int] = []
+    for sign in (1.0, -1.0):
+        run: list[int] = []
+        last = None
+        for column, value in enumerate(values):
+            if value is None or (last is not None and sign * value <= sign * last):
+                run = []
+            if value is not None:
+                run.append(column)
+            last = value
+            if len(run) > len(best):
+                best = list(run)
+    return best

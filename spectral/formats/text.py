@@ -1,0 +1,104 @@
+"""Text as instruments and spreadsheets write it: encodings, lines, numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from ..errors import InputError
+from ..files import existing_file
+
+#: Bytes; a text that is larger is no measurement that a person meant to import.
+LARGEST = 256 * 2**20
+
+_LINE_END = re.compile(r"\r\n|\r|\n")
+_WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+# What no text holds: control characters other than tab, line and page ends, escape.
+_BINARY = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
+
+#: How "no value here" is written in a cell.
+MISSING = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "nil", "."})
+
+
+def decoded(data: bytes) -> str | None:
+    """Text of bytes: UTF-8, UTF-16 with a byte-order mark, or one byte a character; None if it is no text."""
+    if encoding := _WIDE.get(data[:2]):
+        text = data[2:].decode(encoding, errors="replace")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            try:
+                text = data.decode("cp1252")
+            except UnicodeDecodeError:
+                text = data.decode("latin-1")
+    return None if _BINARY.search(text) else text
+
+
+def head_text(head: bytes) -> str:
+    """The start of a file as text, "" if it is no text; the character that is cut at its end does no harm."""
+    if head[:2] in _WIDE:
+        head = head[: len(head) // 2 * 2]
+    else:
+        for cut in range(1, 4):  # a UTF-8 character has four bytes at most
+            if len(head) > cut and head[-cut] >= 0xC0:
+                head = head[:-cut]
+                break
+    return decoded(head) or ""
+
+
+def read_lines(path: str | Path) -> list[str]:
+    """Lines of a text file without their ends.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is empty, binary, unreadable or larger than `LARGEST`.
+    """
+    path = existing_file(path)
+    try:
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise InputError(
+                "too large for a text of spectra",
+                file=path,
+                found=f"{size / 2**20:.0f} MB",
+                expected=f"at most {LARGEST // 2**20} MB",
+                hint="split the file, or export fewer spectra at a time",
+            )
+        data = path.read_bytes()
+    except OSError as reason:
+        raise InputError("the file cannot be read", file=path, found=reason.strerror) from None
+    if not data.strip():
+        raise InputError("the file is empty", file=path)
+    text = decoded(data)
+    if text is None:
+        raise InputError(
+            "not a text file", file=path, found=f"first bytes {data[:8]!r}", expected="text with numbers in columns"
+        )
+    return _LINE_END.split(text)
+
+
+def number(cell: str, decimal: str = ".") -> float:
+    """The number in a cell that has `decimal` for its decimal mark; NaN if it is none, or not finite."""
+    if decimal == ",":
+        if "." in cell:
+            return math.nan
+        cell = cell.replace(",", ".")
+    try:
+        value = float(cell)
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) and "_" not in cell else math.nan
+
+
+def is_missing(cell: str) -> bool:
+    """Whether a cell says that there is no value."""
+    return cell.strip().casefold() in MISSING
+
+
+def shortened(words: str, most: int = 80) -> str:
+    """Words on one line that a message or a detail can hold."""
+    line = " ".join(words.split())
+    return line if len(line) <= most else line[: most - 1] + "…"
