@@ -28,7 +28,7 @@ _QUANTITIES: dict[str, tuple[Quantity, str]] = {
     "intensity": ("emission", "W/(sr nm)"),
     "irradiance": ("emission", "W/(m^2 nm)"),
     "radiance": ("emission", "W/(sr m^2 nm)"),
-    "exitance": ("emission", "W/(m^2 nm)"),
+    "exitance": ("emission", "W/(m^2 nm)"),  # codespell:ignore exitance
     "relative": ("emission", "relative"),
     "reflectance": ("reflectance", ""),
     "transmittance": ("transmittance", ""),

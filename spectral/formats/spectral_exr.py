@@ -19,14 +19,76 @@ from ..illuminants import illuminant
 from ..observers import observer
 from ..spectrum import Quantity, Spectrum, check_values
 from .exr import read_exr, write_exr
+from .gathering import Gathering
+from .reading import SpectralFile
+
+NAME = "spectral OpenEXR"
+SUFFIXES = (".exr",)
+# A picture of more colours than this is a texture, not a chart.
+MOST_COLOURS = 64
 
 _LENGTH = r"(\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)(n|u|m|p|)m"
 _PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{_LENGTH}$")
 _BISPECTRAL = re.compile(rf"^(?:.*\.)?T\.{_LENGTH}\.{_LENGTH}$")
+_IN_HEADER = re.compile(rb"(?:S0|T)\.\d[\d,.eE+-]*[nump]?m(?:\.\d[\d,.eE+-]*[nump]?m)?\0")
+_LONGEST_HEADER = 2**20
 _NM_PER_UNIT = {"p": 1e-3, "n": 1.0, "u": 1e3, "m": 1e6, "": 1e9}
 _QUANTITY: dict[str, Quantity] = {"S0": "emission", "T": "reflectance"}
 # IEC 61966-2-1, linear, for the R, G, B preview that the layout asks for.
 _SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for OpenEXR with spectral channels, which stand in its header, after attributes of any length."""
+    if not head.startswith(b"\x76\x2f\x31\x01"):
+        return False
+    if _IN_HEADER.search(head):
+        return True
+    with path.open("rb") as file:
+        return _IN_HEADER.search(file.read(_LONGEST_HEADER)) is not None
+
+
+def read(path: Path) -> SpectralFile:
+    """One spectrum for each colour of a chart, in the order in which its rows show them.
+
+    Raises
+    ------
+    InputError
+        Not a spectral picture, of more than `MOST_COLOURS` colours (a texture), or fluorescent.
+    """
+    path = Path(path)
+    image = read_spectral_exr(path)
+    if image.reradiation is not None:
+        raise InputError(
+            "a fluorescent surface is more than one spectrum",
+            file=path,
+            found="re-radiation channels",
+            expected="plain reflectance or emission",
+            hint="import it as a material: metamer catalogue import",
+        )
+    samples = image.spectrum.samples
+    pixels = samples.reshape(-1, samples.shape[-1])
+    # A texture shows in a few thousand pixels; sorting all of them would take long.
+    few = np.unique(pixels[:: max(len(pixels) // 4096, 1)], axis=0)
+    colours, first, count = np.unique(
+        pixels if len(few) <= MOST_COLOURS else few, axis=0, return_index=True, return_counts=True
+    )
+    if len(colours) > MOST_COLOURS:
+        raise InputError(
+            "a texture, not a chart of spectra",
+            file=path,
+            found=f"{len(colours)} different pixels or more",
+            expected=f"at most {MOST_COLOURS} colours",
+            hint="import it as a material: metamer catalogue import",
+        )
+    gathered = Gathering(path, NAME)
+    units = {"units": image.units or "not stated"} if image.spectrum.quantity == "emission" else {}
+    for place, index in enumerate(np.argsort(first), 1):
+        row, column = divmod(int(first[index]), samples.shape[1])
+        name = path.stem if len(colours) == 1 else f"{path.stem} {place}"
+        details = {"first pixel": f"row {row}, column {column}", "pixels": str(int(count[index]))} | units
+        gathered.add(name, image.spectrum.wavelengths_nm, colours[index], image.spectrum.quantity, details=details)
+    return gathered.finish({"picture": f"{samples.shape[1]} x {samples.shape[0]}"})
 
 
 @dataclass(frozen=True, eq=False)

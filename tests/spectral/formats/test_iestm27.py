@@ -43,7 +43,7 @@ def refusal(path):
     [
         ("flux", "emission", "W/nm"), ("intensity", "emission", "W/(sr nm)"),
         ("irradiance", "emission", "W/(m^2 nm)"), ("radiance", "emission", "W/(sr m^2 nm)"),
-        ("exitance", "emission", "W/(m^2 nm)"), ("relative", "emission", "relative"),
+        ("exitance", "emission", "W/(m^2 nm)"), ("relative", "emission", "relative"),  # codespell:ignore exitance
         ("reflectance", "reflectance", None), ("transmittance", "transmittance", None),
         ("R-Value", "radiance factor", None), ("R-Factor", "radiance factor", None),
         ("T-Value", "transmittance", None), ("T-Factor", "transmittance", None),

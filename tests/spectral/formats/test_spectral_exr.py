@@ -3,8 +3,12 @@
 import numpy as np
 import OpenEXR
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from metamer.spectral.errors import InputError
+from metamer.spectral.formats import spectral_exr
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.reading import format_of, read_spectra
 from metamer.spectral.formats.spectral_exr import read_spectral_exr, write_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -200,3 +204,75 @@ def test_real_fluorescent_image_loads(shared_data):
     # What shines is redder than what was absorbed: below the diagonal of [out, in] and never above it.
     assert np.tril(found.reradiation, -1).max() > 0
     assert np.triu(found.reradiation, 1).max() == 0
+
+
+# Charts: one spectrum a colour
+
+
+def chart(tmp_path, quantity="reflectance", units="W.m^-2.nm^-1"):
+    values = np.array([[[0.25, 0.5, 0.75]] * 3, [[0.5, 0.5, 0.5], [0.25, 0.5, 0.75], [0.5, 0.5, 0.5]]])
+    path = tmp_path / "chart.exr"
+    write_spectral_exr(path, Spectrum.sampled([400.0, 500.0, 600.0], values, quantity), units)
+    return path
+
+
+def test_a_chart_gives_a_spectrum_for_each_colour_in_reading_order(tmp_path):
+    file = read_spectra(chart(tmp_path))
+    assert file.format == "spectral OpenEXR" and file.details == {"picture": "3 x 2"}
+    assert [entry.name for entry in file.entries] == ["chart 1", "chart 2"]
+    assert file.entries[0].details == {"first pixel": "row 0, column 0", "pixels": "4"}
+    np.testing.assert_array_equal(file.entries[1].spectrum.samples, [0.5, 0.5, 0.5])
+
+
+def test_a_picture_of_one_emission_keeps_its_units(tmp_path):
+    path = tmp_path / "lamp.exr"
+    write_spectral_exr(path, Spectrum.sampled([400.0, 500.0], np.full((2, 2, 2), 7.0), "emission"), "W.sr^-1.nm^-1")
+    (entry,) = read_spectra(path).entries
+    assert (entry.name, entry.spectrum.quantity) == ("lamp", "emission")
+    assert entry.details["units"] == "W.sr^-1.nm^-1"
+
+
+def test_a_texture_and_a_fluorescent_picture_are_no_charts(tmp_path, rng):
+    write_spectral_exr(tmp_path / "t.exr", Spectrum.sampled([400.0, 500.0], rng.uniform(0, 1, (200, 300, 2))))
+    channels = {f"T.{nm},0nm": FLAT for nm in (400, 500)} | {"T.400,0nm.500,0nm": FLAT * 0.1}
+    write_exr(tmp_path / "f.exr", {}, channels)
+    for name, words in (("t", "a texture"), ("f", "fluorescent")):
+        with pytest.raises(InputError, match=words) as caught:
+            read_spectra(tmp_path / f"{name}.exr")
+        assert "metamer catalogue import" in str(caught.value)
+
+
+def test_channels_are_found_behind_long_attributes(tmp_path):
+    path = tmp_path / "x.exr"
+    write_exr(path, {"aaa": "long " * 4000}, {"T.400,0nm": FLAT, "T.500,0nm": FLAT})
+    assert format_of(path) is spectral_exr
+
+
+def test_other_pictures_are_left_to_others(tmp_path):
+    write_exr(tmp_path / "rgb.exr", {}, dict.fromkeys("RGB", FLAT))
+    assert format_of(tmp_path / "rgb.exr") is None
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_mutated_bytes_are_read_or_refused(tmp_path, data):
+    raw = bytearray(chart(tmp_path).read_bytes())
+    for _ in range(data.draw(st.integers(1, 5))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    path = tmp_path / "bad.exr"
+    path.write_bytes(bytes(raw))
+    spectral_exr.recognises(path, bytes(raw[:4096]))
+    try:
+        spectral_exr.read(path)
+    except InputError as reason:
+        assert str(path) in str(reason)
+
+
+@pytest.mark.parametrize("name, count", [("Macbeth", 25), ("Ohta1997", 24)])
+def test_real_charts(shared_data, name, count):
+    path = shared_data / "spectra" / "exr" / f"{name}.exr"
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    file = read_spectra(path)
+    assert len(file.entries) == count and file.rejected == ()
+    assert all(entry.spectrum.quantity == "reflectance" for entry in file.entries)
