@@ -1,48 +1,47 @@
-"""From sources to a catalogue: each material is fitted in a process of its own, and written whole or not at all."""
+"""From sources to a catalogue: plan, work, report. Each material is written whole or not at all."""
 
 from __future__ import annotations
 
-import hashlib
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Future, as_completed
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
-from ..spectral.errors import InputError, MetamerError
-from ..spectral.files import made_folder, written_whole
-from ..spectral.processes import usable_cores, worker_pool
+from ..spectral.errors import InputError
 from ..spectral.upsampling import DEFAULT_METHOD
-from .factors import FactorPack, FitError
-from .record import MARKER, SCHEMA, SUFFIX, MaterialRecord, read_source_hash, rebuild, write_record
-from .sources import MaterialSource, Rejected, read_sources
+from .factors import FitError
+from .import_folder import writing_to
+from .inputs import inputs_of
+from .material import MaterialRecord
+from .plan import PlannedFile, PlannedMaterial, Settings, material_path, planned
+from .record import write_record
+from .sources import MaterialSource, check_uplift, nothing_to_import
+from .work import Fitted, fit_material
+from .workers import Lost, Task, jobs_that_fit, supervised
 
 # ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
 DEFAULT_BUDGET = 0.5
-# The code that every fit depends on, beside that of its model: when it changes, materials are fitted again.
-FIT_CODE = ("brdf", "cp", "directions", "factors", "fit", "grids", "protocol", "tabulated", "tucker")
-# Models that are no formula, and the code that each of them depends on.
-MEASURED_CODE = {
-    "scattered": ("scattered", "kriging", "measurement", "lookup"),
-    "merl": ("merl", "lookup", "../spectral/upsampling"),
-    "rgl": ("rgl", "bilinear_warp", "../spectral/upsampling"),
-    "fluorescent_lambert": ("fluorescent", "../spectral/bispectral"),
-}
+# A process that fits, without what it is given: measured, benchmarks/importing.py.
+_WORKER_BYTES = 600 << 20
+# How many times a material's own size its fit needs beside that.
+_COPIES = 6
 
 
 @dataclass(frozen=True)
 class ImportOutcome:
-    """What became of one material; "new" is what a dry run says of those that it would import."""
+    """What became of one material; "new" is what a dry run says of those that it would import.
+
+    file, format : where it came from, and what that is.
+    """
 
     id: str
     status: Literal["imported", "skipped", "failed", "new"]
     reason: str = ""
     error: FitError | None = None
     seconds: float = 0.0
+    file: str = ""
+    format: str = ""
 
 
 Progress = Callable[[int, int, ImportOutcome], None]
@@ -50,15 +49,21 @@ Progress = Callable[[int, int, ImportOutcome], None]
 
 @dataclass(frozen=True)
 class ImportReport:
-    """Outcomes in the order in which they came, and how many materials were never reached."""
+    """Outcomes in the order in which they came, how many materials were never reached, and the files looked at."""
 
     folder: Path
     outcomes: tuple[ImportOutcome, ...]
     remaining: int = 0
+    files: tuple[PlannedFile, ...] = ()
 
     def count(self, status: str) -> int:
         """Materials with that status."""
         return sum(outcome.status == status for outcome in self.outcomes)
+
+    @property
+    def not_recognised(self) -> tuple[str, ...]:
+        """Names of the files in folders and archives that are of no known format."""
+        return tuple(file.name for file in self.files if not file.materials)
 
     @property
     def sentence(self) -> str:
@@ -66,6 +71,8 @@ class ImportReport:
         words = {"new": "to import", "imported": "imported", "skipped": "unchanged", "failed": "failed"}
         said = ", ".join(f"{self.count(status)} {word}" for status, word in words.items() if self.count(status))
         said = f"{self.folder}: {said or 'nothing imported'}"
+        if self.not_recognised:
+            said += f"; {len(self.not_recognised)} files not recognised"
         if self.remaining:
             said += f"; stopped with {self.remaining} to go, and the same command goes on from here"
         return said
@@ -84,10 +91,13 @@ def import_sources(
     into: str | Path,
     *,
     jobs: int | None = None,
+    scheduler: str | None = None,
     budget: float = DEFAULT_BUDGET,
     dry_run: bool = False,
     progress: Progress | None = None,
+    looking: Callable[[int, int, str], None] = lambda done, total, name: None,
     uplift: str = DEFAULT_METHOD,
+    family: str | None = None,
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
@@ -96,151 +106,147 @@ def import_sources(
 
     Parameters
     ----------
-    sources : source folders, family descriptions (.toml), measured files (.brdf, .binary), bispectral pictures (.exr).
-    jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
+    sources : files, folders, patterns, zip files and addresses of fsspec, as `inputs.inputs_of` takes them.
+    jobs : processes; default one a core, as far as memory goes. 1 works in this process; more need a `__main__` that
+        can be imported again (see `multiprocessing`).
+    scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
+    looking : called with (done, total, name) after each file that was looked at, before anything is fitted.
     uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
+    family : takes the place of the family of every material.
 
     Raises
     ------
     InputError
-        A source that does not exist, a folder that cannot be written to.
+        A source that does not exist, a folder that cannot be written to, a scheduler that cannot be reached.
     ImportInterrupted
         Ctrl-C: finished materials stay, no half-written file does.
     """
-    folder = Path(into)
-    found = [material for source in sources for material in read_sources(source, uplift)]
-    pending: list[tuple[MaterialSource, str]] = []
-    outcomes: list[ImportOutcome] = []
+    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family)
+    check_uplift(uplift)
+    with ExitStack() as stack:
+        files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looking)
+        if not any(file.materials for file in files):
+            raise nothing_to_import(", ".join(map(str, sources)), len(files))
+        if not dry_run:
+            stack.enter_context(writing_to(folder))
+        # From here on an interrupt leaves a catalogue, and a report.
+        told = _Told(folder, files, progress)
+        try:
+            pending = told.all_but_new()
+            if dry_run:
+                for material in pending:
+                    told.tell(material, ImportOutcome(material.id, "new"))
+                return told.report()
+            # The longest fits first, so that no process works alone at the end; more numbers are a guess at longer.
+            pending.sort(key=lambda material: -material.size)
+            work = _on_cluster(pending, budget, scheduler) if scheduler else _here(pending, budget, jobs)
+            # Whoever stops listening, by Ctrl-C too, ends the workers at once.
+            with closing(work):
+                for material, source, fitted in work:
+                    told.tell(material, _stored(folder, material, source, fitted))
+        except KeyboardInterrupt:
+            raise ImportInterrupted(told.report()) from None
+        return told.report()
 
-    def tell(outcome: ImportOutcome) -> None:
-        outcomes.append(outcome)
-        if progress is not None:
-            progress(len(outcomes), len(found), outcome)
 
-    if not dry_run:
-        _mark(folder)
-    try:
-        seen: dict[str, Path] = {}
-        for material in found:
-            if isinstance(material, Rejected):
-                tell(ImportOutcome(material.name, "failed", str(material.reason)))
-            elif material.id in seen:
-                tell(
-                    ImportOutcome(material.id, "failed", f"the id is used twice: {seen[material.id]}, {material.file}")
-                )
-            else:
-                seen[material.id] = material.file
-                source_hash = _source_hash(material, budget)
-                if read_source_hash(_path(folder, material.id)) == source_hash:
-                    tell(ImportOutcome(material.id, "skipped"))
-                elif dry_run:
-                    tell(ImportOutcome(material.id, "new"))
+class _Told:
+    """The outcomes so far, and who wants to hear of them."""
+
+    def __init__(self, folder: Path, files: tuple[PlannedFile, ...], progress: Progress | None) -> None:
+        self.folder, self.files, self.progress = folder, files, progress
+        self.outcomes: list[ImportOutcome] = []
+        self.file_of = {id(material): file for file in files for material in file.materials}
+
+    def tell(self, material: PlannedMaterial, outcome: ImportOutcome) -> None:
+        file = self.file_of[id(material)]
+        told = ImportOutcome(
+            outcome.id, outcome.status, outcome.reason, outcome.error, outcome.seconds, file.name, file.format
+        )
+        self.outcomes.append(told)
+        if self.progress is not None:
+            self.progress(len(self.outcomes), len(self.file_of), told)
+
+    def all_but_new(self) -> list[PlannedMaterial]:
+        """Tell of what needs no work; the rest."""
+        new = []
+        for file in self.files:
+            for material in file.materials:
+                if material.status == "new":
+                    new.append(material)
                 else:
-                    pending.append((material, source_hash))
-        # The longest fits first, so that no process works alone at the end; more numbers are a fair guess at longer.
-        pending.sort(key=lambda item: -sum(np.size(value) for value in item[0].parameters.values()))
-        for (material, source_hash), fitted in _fit_all(pending, budget, jobs or usable_cores()):
-            tell(_store(folder, material, source_hash, fitted))
-    except KeyboardInterrupt:
-        report = ImportReport(folder, tuple(outcomes), len(found) - len(outcomes))
-        raise ImportInterrupted(report) from None
-    return ImportReport(folder, tuple(outcomes))
+                    status = "skipped" if material.status == "unchanged" else "failed"
+                    self.tell(material, ImportOutcome(material.id, status, material.reason))
+        return new
+
+    def report(self) -> ImportReport:
+        remaining = len(self.file_of) - len(self.outcomes)
+        return ImportReport(self.folder, tuple(self.outcomes), remaining, self.files)
 
 
-@dataclass(frozen=True)
-class _Fitted:
-    """What comes back from a process: packs and their error, or why there are none."""
-
-    packs: tuple[FactorPack, ...]
-    error: FitError | None
-    seconds: float
-    reason: str = ""
+Work = Generator[tuple[PlannedMaterial, MaterialSource | None, Fitted], None, None]
 
 
-def _fit_one(material: MaterialSource, budget: float) -> _Fitted:
-    from .fit import fit
-    from .fluorescent import FluorescentLambert
-
-    start = time.perf_counter()
-    try:
-        brdf = rebuild(material.model, material.parameters)
-        if isinstance(brdf, FluorescentLambert):
-            packs, error = brdf.measured_packs()
-            return _Fitted(packs, error, time.perf_counter() - start)
-        result = fit(brdf, budget=budget)
-        return _Fitted(result.packs, result.error, time.perf_counter() - start)
-    except MetamerError as reason:
-        return _Fitted((), None, time.perf_counter() - start, str(reason))
-    except (ArithmeticError, ValueError, MemoryError) as reason:
-        return _Fitted((), None, time.perf_counter() - start, f"the fit broke down: {type(reason).__name__}: {reason}")
+def _loaded(pending: Iterable[PlannedMaterial]) -> Iterator[tuple[PlannedMaterial, MaterialSource | InputError]]:
+    """Each material with its data, read when it is asked for."""
+    for material in pending:
+        assert material.load is not None
+        try:
+            yield material, material.load()
+        except InputError as reason:
+            yield material, reason
 
 
-def _fit_all(
-    pending: Sequence[tuple[MaterialSource, str]], budget: float, jobs: int
-) -> Iterator[tuple[tuple[MaterialSource, str], _Fitted]]:
-    jobs = min(jobs, len(pending))
-    if jobs <= 1:
-        for item in pending:
-            yield item, _fit_one(item[0], budget)
+def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None) -> Work:
+    """The work in processes of this machine, or in this one."""
+    if not pending:
         return
-    with worker_pool(jobs) as pool:
-        futures = {pool.submit(_fit_one, item[0], budget): item for item in pending}
-        for future in as_completed(futures):
-            yield futures[future], _result(future)
+    jobs = min(jobs_that_fit(jobs, _WORKER_BYTES + _COPIES * pending[0].size), len(pending))
+    unread: list[tuple[PlannedMaterial, Fitted]] = []
+
+    def tasks() -> Iterator[Task]:
+        for material, source in _loaded(pending):
+            if isinstance(source, InputError):
+                unread.append((material, Fitted((), None, 0.0, str(source))))
+            else:
+                yield Task((material, source), (source, budget))
+
+    if jobs <= 1:
+        for task in tasks():
+            yield *task.key, fit_material(*task.arguments)
+    else:
+        with closing(supervised(fit_material, tasks(), jobs)) as results:
+            for key, result in results:
+                yield *key, Fitted((), None, 0.0, result.reason) if isinstance(result, Lost) else result
+    for material, fitted in unread:
+        yield material, None, fitted
 
 
-def _result(future: Future[_Fitted]) -> _Fitted:
-    try:
-        return future.result()
-    except BrokenExecutor:
-        reason = "the process that fitted it ended abruptly, as it does when memory runs out; try --jobs 1"
-        return _Fitted((), None, 0.0, reason)
+def _on_cluster(pending: Sequence[PlannedMaterial], budget: float, scheduler: str) -> Work:
+    """The same work by the workers of a Dask scheduler."""
+    from .cluster import fitted_on_cluster
+
+    yield from fitted_on_cluster(_loaded(pending), budget, scheduler)
 
 
-def _store(folder: Path, material: MaterialSource, source_hash: str, fitted: _Fitted) -> ImportOutcome:
-    if not fitted.packs:
+def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: Fitted) -> ImportOutcome:
+    if source is None or fitted.reason:
         return ImportOutcome(material.id, "failed", fitted.reason, seconds=fitted.seconds)
     record = MaterialRecord(
-        material.id,
-        material.family,
-        material.model,
-        material.parameters,
-        material.provenance,
+        source.id,
+        source.family,
+        source.model,
+        source.parameters,
+        source.provenance,
         fitted.packs,
         fitted.error,
-        source_hash,
+        material.source_hash,
+        source.original,
+        fitted.trials,
     )
-    write_record(record, _path(folder, material.id))
+    try:
+        write_record(record, material_path(folder, material.id))
+    except InputError as reason:
+        return ImportOutcome(material.id, "failed", str(reason), seconds=fitted.seconds)
     return ImportOutcome(material.id, "imported", "", fitted.error, fitted.seconds)
-
-
-def _source_hash(material: MaterialSource, budget: float) -> str:
-    settings = f"{material.content_hash}|schema {SCHEMA}|budget {budget!r}|code {_code_hash(material.model)}"
-    return hashlib.sha256(settings.encode()).hexdigest()
-
-
-@cache
-def _code_hash(model: str) -> str:
-    here = Path(__file__).parent
-    own = MEASURED_CODE.get(model, (f"analytic/{model}", "analytic/model"))
-    return hashlib.sha256(b"".join((here / f"{module}.py").read_bytes() for module in (*FIT_CODE, *own))).hexdigest()
-
-
-def _path(folder: Path, material_id: str) -> Path:
-    return folder / f"{material_id}{SUFFIX}"
-
-
-def _mark(folder: Path) -> None:
-    """Make the folder and say in it that it is a catalogue."""
-    made_folder(folder)
-    if (folder / MARKER).exists():
-        return
-    # Hidden files may be another import's, at work or broken off.
-    strangers = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
-    if strangers:
-        hint = "name an empty or a new folder: --into FOLDER"
-        raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
-    with written_whole(folder / MARKER) as beside:
-        beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")

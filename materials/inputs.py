@@ -49,10 +49,10 @@ def head_of(path: Path) -> bytes:
 def inputs_of(words: Iterable[str | Path]) -> Iterator[tuple[InputFile | Rejected, ...]]:
     """Every file that `words` stand for, in a fixed order, each once.
 
-    A word is a file, a folder (with all below it, hidden files left out), a pattern (`*`, `?`, `[...]`, `**`; quoted ones
-    reach here as they are), or an address of fsspec (`s3://...`, `memory://...`, `zip://member::file.zip`), of a file, a
-    folder or a pattern. Zip files are looked into, unless they lie in one. What is remote or packed is laid in a private
-    folder that is removed at the end.
+    A word is a file, a folder (with all below it, hidden files left out), a pattern (`*`, `?`, `[...]`, `**`; quoted
+    ones reach here as they are), or an address of fsspec (`s3://...`, `memory://...`, `zip://member::file.zip`): of a
+    file, a folder or a pattern. Zip files are looked into, unless they lie in one. What is remote or packed is laid in
+    a private folder that is removed at the end.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _local(path: Path, named: bool = True) -> Iterator[InputFile]:
 
 
 def _matching(pattern: str) -> Iterator[InputFile]:
-    found = sorted(glob.glob(pattern, recursive=True))
+    found = sorted(glob.glob(pattern, recursive=True))  # noqa: PTH207 (the pattern may be absolute)
     if not found:
         raise InputError("no file fits the pattern", file=pattern, hint="check the folder and the pattern")
     for path in map(Path, found):

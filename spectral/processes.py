@@ -31,7 +31,7 @@ def worker_pool(
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), initializer, arguments)
     finished = False
     try:
-        with _as_workers_should_start():
+        with as_workers_should_start():
             for _ in range(jobs):
                 pool.submit(_awake)
         yield pool
@@ -51,7 +51,8 @@ def _awake() -> None:
 
 
 @contextmanager
-def _as_workers_should_start() -> Iterator[None]:
+def as_workers_should_start() -> Iterator[None]:
+    """What is started within this inherits a blocked SIGINT and BLAS set to one thread."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     masks = hasattr(signal, "pthread_sigmask")
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()

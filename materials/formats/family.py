@@ -1,4 +1,4 @@
-"""Reads descriptions of material families: TOML files that name a model and its parameters, spectra by table and column.
+"""Reads descriptions of families: TOML files that name a model and its parameters, spectra by table and column.
 
 A folder of descriptions holds `sources.toml` too, which lists its tables of spectra with their source, licence and
 SHA-256 (`tables`). docs/catalogue.md describes both for people who write them.

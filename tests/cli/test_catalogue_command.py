@@ -39,9 +39,9 @@ def fast_fit(monkeypatch):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing._Fitted((pack,), error, 0.5)
+        return importing.Fitted((pack,), error, 0.5)
 
-    monkeypatch.setattr(importing, "_fit_one", fit_one)
+    monkeypatch.setattr(importing, "fit_material", fit_one)
     monkeypatch.setenv("COLUMNS", "120")
 
 

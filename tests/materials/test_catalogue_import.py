@@ -7,12 +7,13 @@ import subprocess
 import sys
 import textwrap
 import time
-from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from metamer.materials import importing
+from metamer.materials import importing, plan
 from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.code_version import imported_by
 from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.importing import ImportInterrupted
 from metamer.materials.record import MARKER, rebuild
@@ -72,9 +73,9 @@ def fits(monkeypatch):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing._Fitted((pack,), error, 0.5)
+        return importing.Fitted((pack,), error, 0.5)
 
-    monkeypatch.setattr(importing, "_fit_one", fit_one)
+    monkeypatch.setattr(importing, "fit_material", fit_one)
     return fitted
 
 
@@ -123,16 +124,16 @@ def test_second_run_skips_what_is_unchanged(source, tmp_path, fits):
 
 def test_change_of_the_fit_is_a_reason_to_fit_again(source, tmp_path, fits, monkeypatch):
     import_sources([source], tmp_path / "cat", jobs=1)
-    monkeypatch.setattr(importing, "_code_hash", lambda model: "another")
+    monkeypatch.setattr(plan, "code_hash", lambda model: "another")
     assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 3
 
 
-def test_every_module_of_the_fit_counts_as_its_code():
-    code = "import sys, metamer.materials.fit; print(*(name for name in sys.modules if name.startswith('metamer.mat')))"
+@pytest.mark.parametrize("module", ["fit", "scattered", "fluorescent"])
+def test_every_module_that_a_fit_loads_counts_as_its_code(module):
+    name = f"metamer.materials.{module}"
+    code = f"import sys, {name}; print(*(n for n in sys.modules if n.startswith('metamer.materials.')))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert {name.removeprefix("metamer.materials.") for name in loaded} - {"metamer.materials"} == set(
-        importing.FIT_CODE
-    )
+    assert {name.removeprefix("metamer.materials.").replace(".", "/") for name in loaded} <= imported_by(module)
 
 
 def test_damaged_material_is_imported_again(source, tmp_path, fits):
@@ -150,21 +151,15 @@ def test_dry_run_writes_nothing(source, tmp_path, fits):
 
 
 def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch):
-    good = importing._fit_one
+    good = importing.fit_material
 
     def broken(material, budget):
-        return importing._Fitted((), None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
+        return importing.Fitted((), None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
 
-    monkeypatch.setattr(importing, "_fit_one", broken)
+    monkeypatch.setattr(importing, "fit_material", broken)
     report = import_sources([source], tmp_path / "cat", jobs=1)
     assert (report.count("imported"), report.count("failed")) == (2, 1)
     assert Catalogue.open(tmp_path / "cat").ids() == ("paint/blue-matte", "paint/red-matte")
-
-
-def test_process_that_ends_abruptly_is_a_failure_with_a_reason():
-    future = Future()
-    future.set_exception(BrokenExecutor())
-    assert "memory" in importing._result(future).reason
 
 
 def test_bad_spectrum_fails_its_materials_only(tmp_path, fits):
