@@ -15,11 +15,12 @@ from .context import NoGL, create_context, describe
 from .geometry import SceneGeometry
 from .passes import MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
-from .renderer import Layer, Renderer, Tile
+from .renderer import Filtering, Layer, Renderer, Tile
 from .resources import (
     MOST_TRIANGLES,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
+    FactorTexels,
     Owner,
     factor_texels,
     triangle_texels,
@@ -33,12 +34,12 @@ if TYPE_CHECKING:
 __all__ = ["GLRenderer", "Renderer", "SoftwareRenderer", "create_renderer"]
 
 
-def create_renderer() -> tuple[Renderer, NoGL | None]:
+def create_renderer(filtering: Filtering = "linear") -> tuple[Renderer, NoGL | None]:
     """The GL renderer, or the numpy one and the reason why there is no GL here."""
     try:
-        return GLRenderer(), None
+        return GLRenderer(filtering=filtering), None
     except NoGL as reason:
-        return SoftwareRenderer(), reason
+        return SoftwareRenderer(filtering), reason
 
 
 @dataclass(eq=False)
@@ -46,14 +47,14 @@ class GLTile(Tile):
     """A tile on the GPU.
 
     seen : triangle number + 1 at each sample, 0 where there is none; `triangles` are those numbers.
-    lights : per light the textures of io angles, hd angles and azimuths.
+    lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
     """
 
     triangles: WindowTriangles
     first_face: Int[np.ndarray, "_"]
     samples: int
     seen: moderngl.Texture
-    lights: tuple[tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture], ...]
+    lights: tuple[tuple[moderngl.Texture, ...], ...]
     owner: Owner
 
 
@@ -63,14 +64,15 @@ class GLRenderer(Renderer):
     Parameters
     ----------
     context : a context to share; without it one is made, and released with the renderer.
+    filtering : see `Renderer`.
 
     Raises
     ------
     NoGL : no context can be made.
     """
 
-    def __init__(self, context: moderngl.Context | None = None) -> None:
-        super().__init__()
+    def __init__(self, context: moderngl.Context | None = None, filtering: Filtering = "linear") -> None:
+        super().__init__(filtering)
         self._owns_context = context is None
         self.context = create_context() if context is None else context
         self.name = describe(self.context)
@@ -92,7 +94,8 @@ class GLRenderer(Renderer):
             seen = self._passes.visibility(owner, window, triangles)
             table = scratch.table(triangle_texels(geometry, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
             numbers = range(len(geometry.lights))
-            lights = tuple(self._passes.light(owner, geometry, number, seen, table) for number in numbers)
+            mipmapped = self.filtering == "mipmapped"
+            lights = tuple(self._passes.light(owner, geometry, number, seen, table, mipmapped) for number in numbers)
             coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
@@ -109,13 +112,17 @@ class GLRenderer(Renderer):
         out = np.zeros((count, *tile.coverage.shape, 3), dtype=np.float32)
         scratch = Owner(self.context)
         try:
-            tables = {id(layer.pack): _factor_table(scratch, layer.pack) for layer in layers}
+            tables = {id(layer.pack): self._factors(scratch, layer.pack) for layer in layers}
             for start in range(0, count, MOST_SPECTRA):
                 stop = min(start + MOST_SPECTRA, count)
                 out[start:stop] = self._shade_some(tile, layers, tables, start, stop)
         finally:
             scratch.release()
         return out
+
+    def _factors(self, owner: Owner, pack: FactorPack) -> tuple[FactorTexels, moderngl.Texture]:
+        made = factor_texels(pack, self.filtering == "mipmapped")
+        return made, made.texture(owner)
 
     def _shade_some(self, tile: GLTile, layers: Sequence[Layer], tables: dict, start: int, stop: int) -> np.ndarray:
         """Pictures of the spectra `start` to `stop`, which share the look-ups."""
@@ -132,8 +139,8 @@ class GLRenderer(Renderer):
                 if box is None:
                     continue
                 weights = weight_texels(layer.weights[:, 3 * start : 3 * stop])
-                table, axes = tables[id(layer.pack)]
-                io, hd, azimuth = tile.lights[layer.light]
+                made, table = tables[id(layer.pack)]
+                io, hd, azimuth, *spans = tile.lights[layer.light]
                 in_io = layer.pack.frame == "io"
                 samplers = {
                     "seen": tile.seen,
@@ -142,21 +149,19 @@ class GLRenderer(Renderer):
                     "factors": table,
                     "weights": owner.texture(weights.shape[1::-1], 4, weights.tobytes()),
                 }
+                if spans:
+                    samplers["spans"] = spans[0 if in_io else 1]
                 values = {
                     "part": (first + 1, last),
                     "samples": tile.samples,
                     "rows": len(weights),
                     "azimuth_channel": 0 if in_io else 1,
+                    **made.values,
                 }
-                self._passes.shade(target, box, stop - start, axes, samplers, values)
+                self._passes.shade(target, box, stop - start, made.axes, samplers, values, bool(spans))
             return np.stack([_read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()
-
-
-def _factor_table(owner: Owner, pack: FactorPack) -> tuple[moderngl.Texture, list[tuple[float, ...]]]:
-    texels, axes = factor_texels(pack)
-    return owner.texture(texels.shape[1::-1], 4, texels.tobytes()), axes
 
 
 def _box(

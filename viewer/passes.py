@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import resources, shadows
+from . import pyramids, resources, shadows
 from .geometry import SceneGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .shaders import program
@@ -35,11 +35,13 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
 PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     ("visibility.vert", "visibility.frag", {}),
     *(
-        ("fullscreen.vert", "light.frag", {"DIRECTIONAL": directional, "PARALLEL": parallel, **_GEOMETRY_SIZES})
-        for directional, parallel in ((0, 0), (0, 1), (1, 1))
+        ("fullscreen.vert", "light.frag", {**kind, **mipmapped, **_GEOMETRY_SIZES})
+        for mipmapped in ({}, {"MIPMAPPED": 1})
+        for kind in ({"DIRECTIONAL": d, "PARALLEL": p} for d, p in ((0, 0), (0, 1), (1, 1)))
     ),
     *(
-        ("fullscreen.vert", "shade.frag", {"AXES": axes, "SPECTRA": spectra})
+        ("fullscreen.vert", "shade.frag", {"AXES": axes, "SPECTRA": spectra, **mipmapped})
+        for mipmapped in ({}, {"MIPMAPPED": 1, "MOST_LEVELS": pyramids.MOST_LEVELS})
         for axes in (3, 4)
         for spectra in range(1, MOST_SPECTRA + 1)
     ),
@@ -90,16 +92,22 @@ class Passes:
         number: int,
         seen: moderngl.Texture,
         triangles: moderngl.Texture,
-    ) -> tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture]:
-        """Angles and irradiance of one light at every sample; kept by `owner`."""
+        mipmapped: bool = False,
+    ) -> tuple[moderngl.Texture, ...]:
+        """Angles and irradiance of one light at every sample (io, hd, azimuths), kept by `owner`.
+
+        `mipmapped` adds what samples span of the angles (io, hd).
+        """
         context, light = self.context, geometry.lights[number]
-        io, hd, azimuth = (owner.texture(seen.size, components) for components in (4, 4, 2))
+        made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
+        outputs = tuple(owner.texture(seen.size, components) for components in made_of)
         scratch = resources.Owner(context)
         try:
             tables = _shadow_tables(scratch, light.shadows)
-            self._begin(scratch.keep(context.framebuffer([io, hd, azimuth])), seen.size)
+            self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
             context.enable_only(context.NOTHING)
             kind = {"DIRECTIONAL": int(light.directional), "PARALLEL": int(light.shadows.parallel)}
+            kind |= {"MIPMAPPED": 1} if mipmapped else {}
             made, everywhere = self._full_screen("light.frag", **kind)
             values = {
                 "eye": tuple(geometry.eye),
@@ -117,7 +125,7 @@ class Passes:
             everywhere.render(context.TRIANGLES, vertices=3)
         finally:
             scratch.release()
-        return io, hd, azimuth
+        return outputs
 
     def shade(
         self,
@@ -127,9 +135,11 @@ class Passes:
         axes: Sequence[tuple[float, ...]],
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
+        mipmapped: bool = False,
     ) -> None:
         """Add one layer to `target`, whose attachments are a picture each."""
-        made, everywhere = self._full_screen("shade.frag", AXES=len(axes), SPECTRA=spectra)
+        kind = {"MIPMAPPED": 1} if mipmapped else {}
+        made, everywhere = self._full_screen("shade.frag", AXES=len(axes), SPECTRA=spectra, **kind)
         self.draw_layer(made, everywhere, target, scissor, axes, samplers, values)
 
     def draw_layer(
@@ -166,8 +176,9 @@ class Passes:
         return made, self._everywhere[made]
 
     def _compiled(self, vertex: str, fragment: str, **sizes: int) -> moderngl.Program:
+        # What is linear stands first, so that it is found where nothing is said of mip-mapping.
         for names in PROGRAMS:
-            if names[:2] == (vertex, fragment) and all(names[2][key] == value for key, value in sizes.items()):
+            if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
                 return self.owner.keep(program(self.context, *names))
         raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
 

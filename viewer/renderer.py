@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -21,6 +21,8 @@ from ..spectral.wavelengths import interpolation_matrix
 from .geometry import SceneGeometry, geometry_key, scene_geometry
 from .raster import Window, WindowTriangles
 
+#: How factors are looked up between samples: as they are, or averaged over what a sample spans.
+Filtering = Literal["linear", "mipmapped"]
 Picture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
 # Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
 KEPT_SAMPLES = 8_000_000
@@ -61,16 +63,37 @@ class Renderer(ABC):
 
     What depends on meshes, camera and the places of lights alone is worked out once and kept for the next call. Use
     it as a context manager, or call `release`.
+
+    Parameters
+    ----------
+    filtering : "linear" reads factors off at each sample. "mipmapped" takes each factor's mean over what the sample
+        spans (`pyramids`): a highlight that is smaller than a sample neither sparkles nor is missed, at the price of a
+        product of means in place of a mean of products.
     """
 
     name: str
 
-    def __init__(self) -> None:
+    def __init__(self, filtering: Filtering = "linear") -> None:
         self._key: tuple | None = None
         self._scene: Scene | None = None
         self._geometry: SceneGeometry | None = None
         self._tiles: list[Any] = []
         self._folds: dict[tuple[int, int, int], tuple[object, np.ndarray]] = {}
+        self._filtering: Filtering = "linear"
+        self.filtering = filtering
+
+    @property
+    def filtering(self) -> Filtering:
+        """How factors are looked up; to change it is to forget the kept geometry, which holds what samples span."""
+        return self._filtering
+
+    @filtering.setter
+    def filtering(self, value: Filtering) -> None:
+        if value not in get_args(Filtering):
+            raise UnknownNameError("filtering", value, get_args(Filtering))
+        if value != self._filtering:
+            self.release()
+        self._filtering = value
 
     def render(
         self,

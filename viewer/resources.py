@@ -1,14 +1,17 @@
-"""What goes to the GPU: triangles, occluders, factors and weights as float32 texels, and who gives them back."""
+"""What goes to the GPU: triangles, occluders, factors and weights as texels, and who gives them back."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
 from ..materials.factors import FactorPack
+from ..spectral.errors import InputError
 from .geometry import SceneGeometry
+from .pyramids import MOST_LEVELS, axis_levels, pyramid
 from .raster import SUBSTEPS, Window, WindowTriangles
 
 if TYPE_CHECKING:
@@ -92,20 +95,75 @@ def triangle_vertices(triangles: WindowTriangles, window: Window) -> np.ndarray:
     return vertices
 
 
-def factor_texels(pack: FactorPack) -> tuple[Float[np.ndarray, "rows columns 4"], list[tuple[float, ...]]]:
-    """The factors of a pack four terms a texel, axes side by side, and `axes` as `factors.glsl` wants them."""
+@dataclass(frozen=True, eq=False)
+class FactorTexels:
+    """The factors of a pack as `factors.glsl` wants them.
+
+    texels (rows, columns, 4) : four terms a texel, axes side by side, and within an axis its levels; float16 where the
+    pack is in half precision, which holds its factors exactly, else float32.
+    axes : 1 / maximum, size - 1, first column and kind of each.
+    levels, last_levels : first column and size - 1 of each level of each axis, padded to `MOST_LEVELS`, and the number
+    of each axis' last; of mip-mapped factors alone.
+    """
+
+    texels: np.ndarray
+    axes: list[tuple[float, ...]]
+    levels: list[tuple[float, ...]]
+    last_levels: list[float]
+
+    @property
+    def values(self) -> dict[str, object]:
+        """Uniforms beside `axes`."""
+        return {"levels": self.levels, "last_level": self.last_levels} if self.levels else {}
+
+    def texture(self, owner: Owner) -> moderngl.Texture:
+        """The texels on the GPU, kept by `owner`."""
+        dtype = "f2" if self.texels.dtype == np.float16 else "f4"
+        return owner.texture((self.texels.shape[1], self.texels.shape[0]), 4, self.texels.tobytes(), dtype)
+
+
+def factor_texels(pack: FactorPack, mipmapped: bool = False) -> FactorTexels:
+    """Lay the factors of a pack out for the GPU, their means over wider and wider samples too if `mipmapped`.
+
+    Raises
+    ------
+    InputError : a pack that calls itself half precision holds what 16 bits do not.
+    """
     rows = -(-pack.rank // 4)
-    columns = sum(axis.size for axis in pack.axes)
+    tables = pyramid(pack) if mipmapped else pack.factors
+    columns = sum(len(table) for table in tables)
     texels = np.zeros((rows, columns, 4), dtype=np.float32)
-    descriptions, first = [], 0
-    for axis, factor in zip(pack.axes, pack.factors, strict=True):
-        padded = np.zeros((axis.size, rows * 4), dtype=np.float32)
-        padded[:, : pack.rank] = factor
-        texels[:, first : first + axis.size] = padded.reshape(axis.size, rows, 4).swapaxes(0, 1)
+    axes, levels, last_levels, first = [], [], [], 0
+    for axis, table in zip(pack.axes, tables, strict=True):
+        padded = np.zeros((len(table), rows * 4), dtype=np.float32)
+        padded[:, : pack.rank] = table
+        texels[:, first : first + len(table)] = padded.reshape(len(table), rows, 4).swapaxes(0, 1)
         kind = 2.0 if axis.periodic else 1.0 if axis.warp == "sqrt" else 0.0
-        descriptions.append((1.0 / axis.maximum, axis.size - 1.0, float(first), kind))
-        first += axis.size
-    return texels, descriptions
+        axes.append((1.0 / axis.maximum, axis.size - 1.0, float(first), kind))
+        if mipmapped:
+            made = axis_levels(axis)
+            of_axis = [(float(first + at), size - 1.0) for at, size in zip(made.starts, made.sizes, strict=True)]
+            levels += of_axis + [of_axis[-1]] * (MOST_LEVELS - len(of_axis))
+            last_levels.append(len(of_axis) - 1.0)
+        first += len(table)
+    if pack.precision == "half":
+        texels = _halved(texels)
+    return FactorTexels(texels, axes, levels, last_levels)
+
+
+def _halved(texels: np.ndarray) -> np.ndarray:
+    with np.errstate(over="ignore"):
+        halved = texels.astype(np.float16)
+    if not np.array_equal(halved, texels):
+        worst = texels.flat[np.argmax(np.abs(texels - np.nan_to_num(halved.astype(np.float32))))]
+        raise InputError(
+            "factors of a half-precision pack do not fit into 16 bits",
+            field="factors",
+            found=float(worst),
+            expected="numbers that 16 bits hold exactly",
+            hint="materials.half.rounded_to_half makes such a pack",
+        )
+    return halved
 
 
 def weight_texels(weights: Float[np.ndarray, "R M3"]) -> Float[np.ndarray, "rows M3 4"]:

@@ -157,14 +157,14 @@ def _ways(
     synthesis = np.linalg.qr(rng.normal(size=(SAMPLES, COEFFICIENTS)))[0]
     coefficients = pack.spectral @ synthesis
     spectra = coefficients @ synthesis.T
-    texels, axes = factor_texels(pack)
+    factors = factor_texels(pack)
     shared = {
         "seen": tile.seen,
         "angles": hd,
         "azimuth": azimuth,
-        "factors": owner.texture(texels.shape[1::-1], 4, texels.tobytes()),
+        "factors": factors.texture(owner),
     }
-    values = {"samples": 1, "rows": texels.shape[0], "part": (1, len(tile.triangles.parent)), "azimuth_channel": 1}
+    values = {"samples": 1, "rows": len(factors.texels), "part": (1, len(tile.triangles.parent)), "azimuth_channel": 1}
 
     def way(fragment: str, quads: int | None, tables: dict[str, np.ndarray]) -> _Way:
         picture = owner.texture((size, size), 4)
@@ -176,7 +176,7 @@ def _ways(
 
         def draw() -> None:
             target.clear()
-            passes.draw_layer(made, everywhere, target, (0, 0, size, size), axes, shared | textures, values)
+            passes.draw_layer(made, everywhere, target, (0, 0, size, size), factors.axes, shared | textures, values)
 
         def read() -> np.ndarray:
             return np.frombuffer(picture.read(), dtype=np.float32).reshape(size, size, 4)[..., :3]

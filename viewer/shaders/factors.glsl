@@ -1,22 +1,65 @@
-// The terms of a factor pack at one sample, four at a time; twin of FactorPack.geometry_at.
+// Factors of a pack: one texel holds four terms at one node of one axis. Interpolated by hand, because texture units
+// filter with 8 bits of fraction, which would show.
 
-uniform sampler2D factors;      // a column a node, the axes side by side; a row for every four terms
-uniform vec4 axes[AXES];        // 1 / maximum, size - 1, first column, 0 linear, 1 square root, 2 periodic
+uniform sampler2D factors;
+uniform vec4 axes[AXES];      // 1 / maximum, size - 1, first column, 0 linear, 1 square root, 2 periodic
 
 struct Place {
     int below, beyond;          // columns of the two nodes about an angle
     float between;              // how far it is from the one to the other
 };
 
-Place place_on(vec4 axis, float angle) {
+// How far along an axis an angle lies, 0 to 1: nodes are uniform in it.
+float along_axis(vec4 axis, float angle) {
     float u = angle * axis.x;
     u = axis.w == 2.0 ? fract(u) : clamp(u, 0.0, 1.0);
-    float position = (axis.w == 1.0 ? sqrt(u) : u) * axis.y;
-    float below = min(floor(position), axis.y);
-    return Place(int(axis.z + below), int(axis.z + min(below + 1.0, axis.y)), position - below);
+    return axis.w == 1.0 ? sqrt(u) : u;
+}
+
+Place place_among(float first, float steps, float u) {
+    float position = u * steps;
+    float below = min(floor(position), steps);
+    return Place(int(first + below), int(first + min(below + 1.0, steps)), position - below);
+}
+
+Place place_on(vec4 axis, float angle) {
+    return place_among(axis.z, axis.y, along_axis(axis, angle));
 }
 
 vec4 look_up(Place place, int row) {
     return mix(texelFetch(factors, ivec2(place.below, row), 0), texelFetch(factors, ivec2(place.beyond, row), 0),
         place.between);
 }
+
+#ifdef MIPMAPPED
+// Means over what a sample spans, between two levels; twin of pyramids.py.
+
+uniform vec2 levels[AXES * MOST_LEVELS];        // first column and size - 1 of each
+uniform float last_level[AXES];
+
+struct Mean {
+    Place fine, coarse;
+    float blend;                // how far from the fine level to the coarse one; 0 reads the fine one alone
+};
+
+Mean mean_on(int number, float angle, float span) {
+    vec4 axis = axes[number];
+    float u = along_axis(axis, angle), steps = axis.y;
+    float nodes = span * axis.x * steps;
+    if (axis.w == 1.0) {
+        float position = u * steps;
+        float spread = 0.5 * nodes * steps;
+        nodes = spread > 2.0 * position * position ? 2.0 * sqrt(spread - position * position) : spread / position;
+    }
+    float level = clamp(log2(max(nodes, 1.0)), 0.0, last_level[number]);
+    int fine = int(level);
+    vec2 here = levels[number * MOST_LEVELS + fine];
+    vec2 next = levels[number * MOST_LEVELS + min(fine + 1, int(last_level[number]))];
+    return Mean(place_among(here.x, here.y, u), place_among(next.x, next.y, u), level - float(fine));
+}
+
+vec4 look_up(Mean mean, int row) {
+    vec4 found = look_up(mean.fine, row);
+    return mean.blend > 0.0 ? mix(found, look_up(mean.coarse, row), mean.blend) : found;
+}
+#endif

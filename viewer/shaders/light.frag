@@ -1,5 +1,6 @@
 // One light at every sample: the angles that materials are looked up at, and the irradiance that arrives. Kept for all
-// materials and all spectra; twin of software._reached and materials.factors.frame_angles.
+// materials and all spectra; twin of software._reached and materials.factors.frame_angles. Where factors are mip-mapped,
+// what the sample spans of each angle too.
 
 #include "angles.glsl"
 #include "surface.glsl"
@@ -12,14 +13,23 @@ uniform float irradiance;       // pi E / E_ref over the samples of a pixel; of 
 layout(location = 0) out vec4 io;       // theta_i, theta_o, phi; irradiance
 layout(location = 1) out vec4 hd;       // theta_h, theta_d, phi_d; irradiance cos(theta_i)
 layout(location = 2) out vec2 azimuth;  // phi_i, phi_h
+#ifdef MIPMAPPED
+#include "footprint.glsl"
+layout(location = 3) out vec4 io_span;  // radians of theta_i, theta_o, phi, phi_i
+layout(location = 4) out vec4 hd_span;  // radians of theta_h, theta_d, phi_d, phi_h
+#endif
 
 void main() {
     io = vec4(0.0);
     hd = vec4(0.0);
     azimuth = vec2(0.0);
+#ifdef MIPMAPPED
+    io_span = vec4(0.0);
+    hd_span = vec4(0.0);
+#endif
     int number = int(texelFetch(seen, ivec2(gl_FragCoord.xy), 0).x) - 1;
     if (number < 0) return;
-    Surface at = surface_at(number);
+    Surface at = surface_at(number, gl_FragCoord.xy * SUBSTEPS);
     if (((at.lit >> light_number) & 1) == 0) return;
 #if DIRECTIONAL
     vec3 to_light = light;
@@ -38,4 +48,7 @@ void main() {
     io = vec4(io_angles(wi, wo), arriving);
     hd = vec4(hd_angles(wi, wo), arriving * wi.z);
     azimuth = azimuths(wi, wo);
+#ifdef MIPMAPPED
+    footprint(number, at, to_light, wi, wo, io_span, hd_span);
+#endif
 }

@@ -6,6 +6,14 @@
 uniform sampler2D seen;         // triangle number + 1 at every sample
 uniform sampler2D angles;       // io or hd, with what the table is multiplied by
 uniform sampler2D azimuth;
+#ifdef MIPMAPPED
+uniform sampler2D spans;        // radians of each angle that a sample stands for
+#define PLACE Mean
+#define PLACE_ON(number, angle) mean_on(number, angle, span[number])
+#else
+#define PLACE Place
+#define PLACE_ON(number, angle) place_on(axes[number], angle)
+#endif
 uniform sampler2D weights;      // X, Y, Z of every four terms, for each spectrum; a row for every four terms
 uniform ivec2 part;             // first and last triangle number + 1 of the part
 uniform int samples;            // along a side of a pixel
@@ -24,14 +32,17 @@ void main() {
         if (number < part.x || number > part.y) continue;
         vec4 at = texelFetch(angles, sample_at, 0);
         if (at.w == 0.0) continue;
+#ifdef MIPMAPPED
+        vec4 span = texelFetch(spans, sample_at, 0);
+#endif
 #if AXES == 3
         at.z = min(at.z, 6.28318530717958648 - at.z);
 #else
-        Place fourth = place_on(axes[3], texelFetch(azimuth, sample_at, 0)[azimuth_channel]);
+        PLACE fourth = PLACE_ON(3, texelFetch(azimuth, sample_at, 0)[azimuth_channel]);
 #endif
-        Place first = place_on(axes[0], at.x);
-        Place second = place_on(axes[1], at.y);
-        Place third = place_on(axes[2], at.z);
+        PLACE first = PLACE_ON(0, at.x);
+        PLACE second = PLACE_ON(1, at.y);
+        PLACE third = PLACE_ON(2, at.z);
         for (int row = 0; row < rows; ++row) {
             vec4 term = look_up(first, row) * look_up(second, row) * look_up(third, row) * at.w;
 #if AXES == 4

@@ -1,4 +1,4 @@
-// What a sample sees: position, shading frame and direction to the viewer; twin of software.surface_samples.
+// What a sample sees: position, shading frame and direction to the viewer; twin of surfaces.py.
 
 uniform sampler2D seen;         // triangle number + 1 at every sample, 0 where there is none
 uniform sampler2D triangles;    // see resources.triangle_texels
@@ -13,6 +13,7 @@ struct Surface {
     vec3 position;      // in radii about the scene's centre
     vec3 to_viewer;
     vec3 tangent, bitangent, normal;
+    float whole;        // a depth's inverse, up to a factor of the triangle
 };
 
 vec4 triangle_texel(int number, int index) {
@@ -35,16 +36,16 @@ vec3 level(vec3 direction, vec3 normal) {
     return direction - dot(direction, normal) * normal;
 }
 
-Surface surface_at(int number) {
+// At a point of the picture, in 1/256 sample; the plane of a triangle goes on beyond its edges.
+Surface surface_at(int number, vec2 point) {
     vec4 corners = triangle_texel(number, 0);
     vec4 rest = triangle_texel(number, 1);
-    vec2 point = gl_FragCoord.xy * SUBSTEPS;
     vec2 a = corners.xy - point, b = corners.zw - point, c = rest.xy - point;
     vec4 p0 = triangle_texel(number, 2), p1 = triangle_texel(number, 3), p2 = triangle_texel(number, 4);
     vec3 weights = vec3(cross_product(b, c), cross_product(c, a), cross_product(a, b)) * vec3(p0.w, p1.w, p2.w);
-    weights /= weights.x + weights.y + weights.z;
-
     Surface at;
+    at.whole = weights.x + weights.y + weights.z;
+    weights /= at.whole == 0.0 ? 1.0 : at.whole;
     at.face = int(rest.z);
     at.lit = int(rest.w);
     at.position = weights.x * p0.xyz + weights.y * p1.xyz + weights.z * p2.xyz;

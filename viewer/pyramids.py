@@ -1,0 +1,182 @@
+"""Mip-mapped factors: each one averaged along its own axis, level by level, and looked up between two levels.
+
+A sample that stands for a piece of surface sees a mean over directions. A sum of products has no mean that is cheap:
+here it is the sum of products of each factor's own mean, an approximation that is exact where one factor alone changes.
+
+Level k averages over the angle that 2^k nodes span about each node, in the measure that a surface spreads its
+directions in. The theta of a direction is its distance from a pole, and what a sample covers is a disc about it, of the
+same solid angle as the square of that width: close to the pole most of the disc lies far from it, so that a mean
+along theta alone would make a highlight several times too bright. An azimuth is averaged evenly, around its period or
+folded at the mirror plane. A level keeps `NODES_A_WIDTH` nodes to each width that it averages over (the classic
+pyramid's one would blur twice as far again); all of them take some four times the room of the factors alone.
+
+Twin of the levels in `factors.glsl`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..materials.factors import Axis, FactorPack, FrameAngles
+
+# Nodes that a level keeps to each width that it averages over, where the axis has as many.
+NODES_A_WIDTH = 4
+# Levels that a shader has room for: axes of up to 2^15 steps.
+MOST_LEVELS = 16
+# Points of the numerical means to each node.
+_POINTS = 16
+# Samples looked up at once: their rows of factors stay in the second-level cache.
+_BLOCK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """The levels of an axis.
+
+    sizes : nodes of each level, uniform in the axis' u; the first level is the axis itself.
+    starts : row of each level's first node in `weights`.
+    weights (sum of sizes, n) : the nodes of all levels from those of the axis.
+    """
+
+    sizes: tuple[int, ...]
+    starts: tuple[int, ...]
+    weights: Float[np.ndarray, "_ n"]
+
+
+@lru_cache(maxsize=64)
+def axis_levels(axis: Axis) -> Levels:
+    """The levels of an axis, up to the one that averages over all directions: an axis may end before they do."""
+    steps, polar = axis.size - 1, axis.name.startswith("theta")
+    all_of_it = np.pi if polar else axis.maximum if axis.periodic else 2.0 * np.pi
+    count = 1
+    while count < MOST_LEVELS and width_of(axis, np.zeros(1), 2.0 ** (count - 1))[0] < all_of_it:
+        count += 1
+    sizes = [axis.size] + [-(-steps * NODES_A_WIDTH // max(2**k, NODES_A_WIDTH)) + 1 for k in range(1, count)]
+    means = _polar_means if polar else _azimuth_means
+    weights = [np.eye(axis.size)]
+    for level in range(1, count):
+        position = np.linspace(0.0, steps, sizes[level])
+        found = means(axis, _angle(axis, position), width_of(axis, position, 2.0**level))
+        weights.append(found / found.sum(axis=1, keepdims=True))
+    stacked = np.concatenate(weights)
+    stacked.setflags(write=False)
+    return Levels(tuple(sizes), tuple(int(start) for start in np.cumsum([0, *sizes[:-1]])), stacked)
+
+
+def pyramid(pack: FactorPack) -> tuple[Float[np.ndarray, "_ R"], ...]:
+    """The nodes of all levels of every factor; rounded to 16 bits where the pack is in half precision."""
+    stacked = [axis_levels(axis).weights @ factor for axis, factor in zip(pack.axes, pack.factors, strict=True)]
+    if pack.precision == "half":
+        stacked = [values.astype(np.float16).astype(np.float64) for values in stacked]
+    return tuple(stacked)
+
+
+def width_of(axis: Axis, position: Float[np.ndarray, "*n"], nodes: float) -> Float[np.ndarray, "*n"]:
+    """Radians from half of `nodes` before a node position to as many after it; before 0 the axis runs on, mirrored."""
+    steps, half = axis.size - 1, 0.5 * nodes
+    if axis.warp == "linear":
+        return np.full_like(position, axis.maximum * nodes / steps)
+    spread = np.where(position >= half, 2.0 * position * half, position**2 + half**2)
+    return np.asarray(2.0 * axis.maximum * spread / steps**2)
+
+
+def level_of(axis: Axis, position: Float[np.ndarray, " K"], width: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
+    """The level, with its fraction, that averages over `width` radians about a node position; inverse of `width_of`."""
+    steps = axis.size - 1
+    if axis.warp == "linear":
+        nodes = width * (steps / axis.maximum)
+    else:
+        spread = width * (0.5 * steps**2 / axis.maximum)
+        inner = spread > 2.0 * position**2
+        beside = spread / np.where(inner, 1.0, np.maximum(position, 1e-30))
+        nodes = np.where(inner, 2.0 * np.sqrt(np.maximum(spread - position**2, 0.0)), beside)
+    last = len(axis_levels(axis).sizes) - 1
+    return np.clip(np.log2(np.maximum(nodes, 1.0)), 0.0, last)
+
+
+def filtered_geometry(
+    pack: FactorPack, at: FrameAngles, widths: Float[np.ndarray, "K axes"]
+) -> Float[np.ndarray, "K R"]:
+    """`FactorPack.geometry_at` with each factor averaged over `widths`, radians, in the order of the pack's axes."""
+    tables = pyramid(pack)
+    out = np.empty((len(at.scale), pack.rank))
+    for start in range(0, len(out), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        out[rows] = at.scale[rows, None]
+        for number, (axis, table) in enumerate(zip(pack.axes, tables, strict=True)):
+            position = axis.position(at.angles[axis.name][rows])
+            level = level_of(axis, position, widths[rows, number])
+            fine = level.astype(np.intp)
+            blend = (level - fine)[:, None]
+            u = position / (axis.size - 1)
+            looked_up = _look_up(axis, table, u, fine)
+            coarse = np.minimum(fine + 1, len(axis_levels(axis).sizes) - 1)
+            looked_up += blend * (_look_up(axis, table, u, coarse) - looked_up)
+            out[rows] *= looked_up
+    return out
+
+
+def _look_up(
+    axis: Axis, table: Float[np.ndarray, "_ R"], u: Float[np.ndarray, " K"], level: Int[np.ndarray, " K"]
+) -> Float[np.ndarray, "K R"]:
+    levels = axis_levels(axis)
+    steps = np.array(levels.sizes)[level] - 1
+    first = np.array(levels.starts)[level]
+    position = u * steps
+    below = np.minimum(position.astype(np.intp), steps)
+    fraction = (position - below)[:, None]
+    low, high = table[first + below], table[first + np.minimum(below + 1, steps)]
+    return low + fraction * (high - low)
+
+
+def _angle(axis: Axis, position: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    u = position / (axis.size - 1)
+    return axis.maximum * (u if axis.warp == "linear" else u * u)
+
+
+def _polar_means(
+    axis: Axis, centre: Float[np.ndarray, " m"], width: Float[np.ndarray, " m"]
+) -> Float[np.ndarray, "m n"]:
+    """Weights of the nodes in the mean over spherical discs: circles about the pole, by how much of each is inside."""
+    steps = axis.size - 1
+    edges = _angle(axis, np.arange(steps * _POINTS + 1) / _POINTS)
+    # Beyond the axis' end, where the last node holds.
+    edges = np.append(edges, np.linspace(axis.maximum, np.pi, steps * _POINTS + 1)[1:])
+    theta, band = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+    place = axis.position(theta)
+    radius = np.minimum(width / np.sqrt(np.pi), np.pi)[:, None]
+    # The law of haversines gives half the angle that the disc spans on a circle.
+    inside = np.sin(0.5 * radius) ** 2 - np.sin(0.5 * (theta - centre[:, None])) ** 2
+    around = np.sin(theta) * np.sin(centre)[:, None]
+    share = np.divide(inside, around, out=np.where(inside > 0.0, 1.0, 0.0), where=around > 0.0)
+    area = np.arcsin(np.sqrt(np.clip(share, 0.0, 1.0))) * (np.sin(theta) * band)
+    below = np.minimum(place.astype(np.intp), steps - 1)
+    hats = np.zeros((len(place), axis.size))
+    hats[np.arange(len(place)), below] = 1.0 - (place - below)
+    hats[np.arange(len(place)), below + 1] = place - below
+    return area @ hats
+
+
+def _azimuth_means(
+    axis: Axis, centre: Float[np.ndarray, " m"], width: Float[np.ndarray, " m"]
+) -> Float[np.ndarray, "m n"]:
+    """Weights of the nodes in even means over an azimuth."""
+    steps = axis.size - 1
+    most = int(np.ceil(np.max(width) / axis.maximum * steps)) * _POINTS
+    across = (np.arange(most) + 0.5) / most - 0.5
+    phi = centre[:, None] + across * width[:, None]
+    if not axis.periodic:
+        phi = np.mod(phi, 2.0 * np.pi)
+        if axis.maximum <= np.pi * (1.0 + 1e-9):
+            phi = np.minimum(phi, 2.0 * np.pi - phi)
+    place = axis.position(phi)
+    below = np.minimum(place.astype(np.intp), steps - 1)
+    row = np.broadcast_to(np.arange(len(centre))[:, None], below.shape) * axis.size
+    weights = np.zeros(len(centre) * axis.size)
+    for node, share in ((below, 1.0 - (place - below)), (below + 1, place - below)):
+        weights += np.bincount((row + node).ravel(), share.ravel(), minlength=len(weights))
+    return weights.reshape(len(centre), axis.size)
