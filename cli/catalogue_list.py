@@ -1,50 +1,147 @@
-"""`metamer catalogue list`: every material with its model and measured error."""
+"""`metamer catalogue list`: every material, or those that fit, with model, colour and measured error."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
+from typing import TYPE_CHECKING, Any
 
-from .catalogue_words import add_catalogue_argument, opened, print_table, say, terms_words
+from .catalogue_words import add_catalogue_argument, columns, opened
+from .shared import comma_separated, positive_delta_e
+
+if TYPE_CHECKING:
+    from ..materials.query import Query, Summary
+
+_SORTS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
+_FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `list`."""
-    listing = verbs.add_parser("list", help="every material with its model and measured error")
+    listing = verbs.add_parser(
+        "list",
+        help="every material, or those that fit, with model, colour and measured error",
+        description="Filters take several words with commas between them, and * and ?.",
+    )
     add_catalogue_argument(listing)
+    filters = listing.add_argument_group("which")
+    for name, example in (
+        ("match", 'ids, such as "paint/*"'),
+        ("family", "families"),
+        ("model", "models, such as lambert"),
+        ("kind", "measured, analytic or uplifted"),
+        ("quantity", 'such as reflectance, emission, transmittance or "radiance factor"'),
+    ):
+        filters.add_argument(f"--{name}", type=comma_separated, default=(), metavar="WORD,WORD", help=example)
+    filters.add_argument("--max-error", type=positive_delta_e, metavar="D", help="ΔE94 p99 at most")
+    filters.add_argument(
+        "--near", type=_lab, metavar="L,A,B", help="sort by ΔE from this CIELAB (45:0, D65, 2 degrees)"
+    )
+    filters.add_argument("--within", type=positive_delta_e, metavar="D", help="at most so far from --near")
+    filters.add_argument(
+        "--formula", choices=_FORMULAS, default="94", help="ΔE of --near, which is its reference; default: 94"
+    )
+    order = listing.add_argument_group("in which order")
+    order.add_argument("--sort", choices=_SORTS, help="default: id, or near where --near is given")
+    order.add_argument("--reverse", action="store_true", help="largest first")
+    order.add_argument("--limit", type=_count, metavar="N", help="the first N")
+    listing.add_argument("--json", action="store_true", help="everything that is known of each, for a program")
     listing.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """List; 0, or 4 where a file could not be read."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
+    """List; 0, or 4 where a file could not be used."""
+    from ..spectral.errors import InputError
 
-    catalogue, console = opened(args.catalogue), Console()
-    table = Table(box=box.SIMPLE)
-    for heading in ("material", "model", "kind"):
-        table.add_column(heading, no_wrap=True)
-    for heading in ("terms", "ΔE94 p99"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    unusable, measured = [], set()
-    for material_id in catalogue.ids():
-        try:
-            record = catalogue.load(material_id)
-        except Exception as reason:
-            from ..spectral.errors import InputError
-
-            if not isinstance(reason, InputError):
-                raise
-            unusable.append(reason)
-            continue
-        p99 = f"{record.error.p99:.3f}" if record.error else "?"
-        if record.error:
-            measured.add(f"{record.error.light} and the observer {record.error.observer}")
-        table.add_row(material_id, record.model, record.provenance.kind, terms_words(record), p99)
-    print_table(table)
-    for reason in unusable:
-        say(console, str(reason))
-    for conditions in sorted(measured):
-        say(console, f"ΔE94 p99: factored against original data, on a sphere under {conditions}; show ID says more")
-    say(console, f"{catalogue.folder}: {table.row_count} materials")
+    catalogue, query = opened(args.catalogue), _query(args)
+    unusable: list[InputError] = []
+    everything = catalogue.query(unusable=unusable)
+    found = query.of(everything)
+    if args.json:
+        _print_json(catalogue.folder, found, unusable)
+    else:
+        _print_table(found, args)
+        for reason in unusable:
+            print(reason)
+        for conditions in sorted({f"{one.light} and the observer {one.observer}" for one in found if one.light}):
+            print(f"ΔE94 p99: factored against original data, on a sphere under {conditions}; show ID says more")
+        of = "" if len(found) == len(everything) else f" of {len(everything)}"
+        print(f"{catalogue.folder}: {len(found)}{of} materials")
+        if everything and not found:
+            print(_what_there_is(everything))
     return 4 if unusable else 0
+
+
+def _query(args: argparse.Namespace) -> Query:
+    from ..materials.query import Query
+    from ..spectral.errors import UsageError
+
+    if args.near is None and (args.within is not None or args.sort == "near"):
+        raise UsageError("--within and --sort near need a colour: --near L,A,B")
+    return Query(
+        ids=args.match,
+        families=args.family,
+        models=args.model,
+        kinds=args.kind,
+        quantities=args.quantity,
+        max_error=args.max_error,
+        near=args.near,
+        within=args.within,
+        formula=_FORMULAS[args.formula],
+        sort=args.sort,
+        reverse=args.reverse,
+        limit=args.limit,
+    )
+
+
+def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
+    headings = ["material", "model", "kind", "terms", "ΔE94 p99", "L*", "a*", "b*"]
+    if args.near is not None:
+        headings.append(f"ΔE{args.formula}")
+    rows = []
+    for one in found:
+        terms = " + ".join(f"{count} {frame}" for count, frame in one.terms)
+        row = [one.id, one.model, one.kind, terms or one.quantity]
+        row.append("" if not one.terms else "?" if one.p99 is None else f"{one.p99:.3f}")
+        row += [f"{value:.1f}" for value in one.lab] if one.lab else ["", "", ""]
+        if args.near is not None:
+            row.append("" if one.distance is None else f"{one.distance:.2f}")
+        rows.append(row)
+    print(columns(headings, rows, left=3))
+
+
+def _print_json(folder: Any, found: tuple[Summary, ...], unusable: list[Any]) -> None:
+    import json
+
+    materials = [dataclasses.asdict(one) | {"file": str(one.file)} for one in found]
+    document = {"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]}
+    print(json.dumps(document, ensure_ascii=False, indent=1))
+
+
+def _what_there_is(everything: tuple[Summary, ...]) -> str:
+    lines = []
+    for name, words in (
+        ("families", {one.family for one in everything}),
+        ("models", {one.model for one in everything}),
+        ("kinds", {one.kind for one in everything}),
+        ("quantities", {one.quantity for one in everything}),
+    ):
+        shown = sorted(words)
+        lines.append(f"{name} here: {', '.join(shown[:12])}{' ...' if len(shown) > 12 else ''}")
+    return "\n".join(lines)
+
+
+def _lab(text: str) -> tuple[float, float, float]:
+    try:
+        first, second, third = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"three numbers such as 50,20,10, not {text}") from None
+    if not all(abs(part) < 1000 for part in (first, second, third)):
+        raise argparse.ArgumentTypeError(f"a colour, not {text}")
+    return first, second, third
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"a whole number, not {text}")
+    return int(text)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
-    from ..materials.material import MaterialRecord
 
 CATALOGUE_HELP = "catalogue folder (default: $METAMER_CATALOGUE, or ./metamer-catalogue)"
 
@@ -37,6 +37,15 @@ def say(console: Any, text: str) -> None:
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def terms_words(record: MaterialRecord) -> str:
-    """Terms of each pack and their frame."""
-    return " + ".join(f"{pack.rank} {pack.frame}" for pack in record.packs)
+def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
+    """A table as text, never cut; the first `left` columns stand to the left, figures to the right."""
+    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
+    rule = ["─" * width for width in widths]
+    lines = []
+    for cells in (headings, rule, *rows):
+        aligned = [
+            cell.ljust(width) if index < left else cell.rjust(width)
+            for index, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        ]
+        lines.append("  ".join(aligned).rstrip())
+    return "\n".join(lines)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from ..spectral.errors import InputError, UnknownNameError
 from .importing import ImportOutcome, ImportReport, import_sources
+from .models import SPECTRA, no_surface
+from .query import Query, Summary, material_files, summary
 from .record import MARKER, SUFFIX, MaterialRecord, Provenance, read_record, write_record
 
 __all__ = [
@@ -17,6 +19,8 @@ __all__ = [
     "ImportReport",
     "MaterialRecord",
     "Provenance",
+    "Query",
+    "Summary",
     "default_catalogue",
     "import_sources",
     "write_record",
@@ -48,8 +52,7 @@ class Catalogue:
 
     def ids(self) -> tuple[str, ...]:
         """Every material's id, sorted; files are not opened."""
-        files = self.folder.rglob(f"[!.]*{SUFFIX}")
-        return tuple(sorted(file.relative_to(self.folder).with_suffix("").as_posix() for file in files))
+        return tuple(sorted(material_id for material_id, _ in material_files(self.folder, SUFFIX)))
 
     def match(self, pattern: str) -> tuple[str, ...]:
         """Ids that fit a pattern such as "colorchecker/*-gloss"; raises `UnknownNameError` where none does."""
@@ -59,12 +62,23 @@ class Catalogue:
             raise UnknownNameError("material", pattern, known, file=self.folder)
         return found
 
+    def match_surfaces(self, pattern: str) -> tuple[str, ...]:
+        """Ids as of `match`, but for spectra without a surface; raises `InputError` where those are all there are."""
+        found = {material_id: self.summary(material_id) for material_id in self.match(pattern)}
+        surfaces = tuple(material_id for material_id, one in found.items() if one.model not in SPECTRA)
+        if not surfaces:
+            first = next(iter(found.values()))
+            raise no_surface(first.model, first.id)
+        return surfaces
+
     def path(self, material_id: str) -> Path:
         """The file of a material; raises `UnknownNameError`, which gives the nearest ids."""
-        known = self.ids()
-        if material_id not in known:
-            raise UnknownNameError("material", material_id, known, file=self.folder)
-        return self.folder / f"{material_id}{SUFFIX}"
+        path = self.folder / f"{material_id}{SUFFIX}"
+        plain = all(part and not part.startswith(".") for part in material_id.split("/"))
+        # The names of all files are asked for only where a wrong one was given.
+        if not (plain and path.is_file()):
+            raise UnknownNameError("material", material_id, self.ids(), file=self.folder)
+        return path
 
     def load(self, material_id: str) -> MaterialRecord:
         """The record of a material, its checksum verified; raises `InputError` naming a file that is damaged."""
@@ -74,6 +88,35 @@ class Catalogue:
             hint = "material files are renamed by importing them again"
             raise InputError("file holds another material", file=path, field="id", found=record.id, hint=hint)
         return record
+
+    def surface(self, material_id: str) -> MaterialRecord:
+        """`load` of what a part of a scene can be made of; raises `InputError` for a spectrum without a surface."""
+        record = self.load(material_id)
+        if not record.is_surface:
+            raise no_surface(record.model, material_id)
+        return record
+
+    def summary(self, material_id: str) -> Summary:
+        """What the head of a material's file says: no more is read."""
+        return summary(material_id, self.path(material_id))
+
+    def query(self, query: Query | None = None, unusable: list[InputError] | None = None) -> tuple[Summary, ...]:
+        """Summaries of the materials that fit, sorted; all of them by default.
+
+        `unusable` takes one error for each file whose head cannot be read; without it, the first one is raised.
+
+        >>> Query(families=("paint",), near=(50.0, 20.0, 10.0), within=3.0, sort="error").formula
+        'CIE 1994'
+        """
+        found: list[Summary] = []
+        for material_id, file in material_files(self.folder, SUFFIX):
+            try:
+                found.append(summary(material_id, file))
+            except InputError as reason:
+                if unusable is None:
+                    raise
+                unusable.append(reason)
+        return (query or Query()).of(found)
 
     def verify(self) -> dict[str, InputError | None]:
         """Every id with what is wrong with its file, or None."""

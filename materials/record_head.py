@@ -86,7 +86,7 @@ def read_head(path: str | Path) -> dict[str, Any]:
     except OSError as reason:
         raise InputError("cannot be read", file=path, found=reason.strerror or str(reason)) from None
     try:
-        head = json.loads(block)
+        head = json.loads(block.rstrip())
         if head["format"] != FORMAT:
             raise InputError("not a material file", file=path, field="format", found=head["format"], expected=FORMAT)
         schema = head["schema"]

@@ -82,3 +82,53 @@ def gl():
         return create_context()
     except NoGL as reason:
         pytest.skip(str(reason))
+
+
+@pytest.fixture
+def write_matt():
+    """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
+    import numpy as np
+    from metamer.materials.factors import Axis, FactorPack
+    from metamer.materials.material import MaterialRecord, Provenance
+    from metamer.materials.protocol import sphere_protocol
+    from metamer.materials.record import MARKER, write_record
+    from metamer.spectral.basis import SpectralBasis
+    from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+
+    def write(folder, material_id, reflectance=0.5, shown=None, **changes):
+        reflectance = np.broadcast_to(reflectance, WORKING_WAVELENGTHS_NM.shape).astype(float)
+        axes = tuple(Axis(name, 2, end) for name, end in (("theta_h", 1.6), ("theta_d", 1.6), ("phi_d", 3.2)))
+        factors = (np.full((2, 1), 1 / np.pi), np.ones((2, 1)), np.ones((2, 1)))
+        pack = FactorPack("hd", axes, factors, (reflectance if shown is None else shown)[None], SpectralBasis.sampled())
+        record = MaterialRecord(
+            material_id,
+            material_id.partition("/")[0],
+            "lambert",
+            {"wavelengths_nm": WORKING_WAVELENGTHS_NM, "reflectance": reflectance},
+            Provenance("a test", "none", "analytic"),
+            (pack,),
+            None,
+        )
+        sphere = sphere_protocol(32)
+        error = sphere.compare(sphere.reference(record.brdf()), sphere.sample((pack,)))
+        fields = {**record.__dict__, "packs": (pack,), "error": error} | changes
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / MARKER).write_text("schema = 2\n")
+        path = folder / f"{material_id}.h5"
+        write_record(MaterialRecord(**fields), path)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def write_spectrum(write_matt):
+    """Writes a spectrum without a surface: (folder, id, model, values) -> path."""
+    import numpy as np
+
+    def write(folder, material_id, model="emission", values=(0.2, 0.5, 0.9)):
+        original = {"wavelengths_nm": np.linspace(400.0, 700.0, len(values)), "values": np.array(values)}
+        bare = {"model": model, "parameters": {}, "packs": (), "error": None, "original": original}
+        return write_matt(folder, material_id, **bare)
+
+    return write

@@ -63,7 +63,7 @@ def render_picture(
 ) -> tuple[str, ...]:
     """Render factor packs to `output` (.exr: XYZ, .png: display-encoded); returns what has to be said of it."""
     check_output(output)
-    packs = {name: catalogue.load(name).packs for name in scene.material_ids}
+    packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
     xyz, coverage = renderer.render(scene, scene.camera(camera), packs)
     return _write(scene, output, xyz, coverage, renderer.name, renderer)
 
@@ -71,7 +71,7 @@ def render_picture(
 def render_reference(scene: Scene, catalogue: Catalogue, output: Path, camera: str | None) -> tuple[str, ...]:
     """The same picture by the slow truth: rays, every wavelength, the original data."""
     check_output(output)
-    brdfs = {name: catalogue.load(name).brdf() for name in scene.material_ids}
+    brdfs = {name: catalogue.surface(name).brdf() for name in scene.material_ids}
     xyz, coverage = reference_image(scene, scene.camera(camera), brdfs)
     return _write(scene, output, xyz, coverage, "reference")
 
@@ -85,7 +85,7 @@ def render_spectral(
     light of equal energy, and under any other light that diffuser has Y = 1 (`Renderer.render_spectra`).
     """
     check_output(output, spectral=True)
-    packs = {name: catalogue.load(name).packs for name in scene.material_ids}
+    packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
     values = renderer.render_spectra(scene, scene.camera(camera), packs, WORKING_WAVELENGTHS_NM)
     notes = _thinned(scene, WORKING_WAVELENGTHS_NM)
     below = values < 0

@@ -105,7 +105,7 @@ def review(
     view = scene.camera(camera)
     cases = _cases(scene, catalogue, materials)
     records = {
-        material_id: catalogue.load(material_id)
+        material_id: catalogue.surface(material_id)
         for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
     }
     lights = _distinct_lights(scene, spectra)
@@ -225,7 +225,7 @@ def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) 
             )
         return [_Case(scene, scene.material_ids)]
     patterns = materials or scene.review.materials
-    ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match(pattern))
+    ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match_surfaces(pattern))
     return [_Case(scene.with_material(scene.review.on, material_id), (material_id,)) for material_id in ids]
 
 
