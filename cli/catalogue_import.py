@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import json
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .catalogue_words import CATALOGUE_HELP, print_table, say
+from .shared import positive_count, positive_delta_e
 
 if TYPE_CHECKING:
     from ..materials.importing import ImportReport, Progress
+
+_SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
+measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, family
+descriptions (.toml); known by content. Default: what ships"""
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `import`."""
     bring = verbs.add_parser("import", help="fit materials and store them in a catalogue")
-    bring.add_argument(
-        "sources",
-        nargs="*",
-        type=Path,
-        metavar="SRC",
-        help="source folder, family description (.toml) or measured file (.brdf, .binary, .bsdf, .exr); "
-        "default: what ships",
-    )
+    # Text, not paths: a path would make one slash of the two in an address.
+    bring.add_argument("sources", nargs="*", metavar="SRC", help=_SOURCES_HELP)
     bring.add_argument("--into", type=Path, metavar="CAT", help=CATALOGUE_HELP)
-    bring.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one a core)")
+    bring.add_argument("--dry-run", action="store_true", help="say what is what and what is new; write nothing")
+    bring.add_argument("--verbose", action="store_true", help="also name each material and each file not recognised")
+    bring.add_argument("--jobs", type=positive_count, metavar="N", help="processes (default: one a core)")
     bring.add_argument(
-        "--budget", type=_budget, default=0.5, metavar="D", help="ΔE94 that a fit aims at (default: 0.5)"
+        "--scheduler", metavar="ADDRESS", help="let the workers of this Dask scheduler fit (extra: cluster)"
+    )
+    bring.add_argument(
+        "--budget", type=positive_delta_e, default=0.5, metavar="D", help="ΔE94 that a fit aims at (default: 0.5)"
     )
     bring.add_argument(
         "--uplift",
@@ -35,7 +41,8 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         metavar="METHOD",
         help="how spectra are made for RGB measurements: mallett-yuksel (default), jakob-hanika or smits",
     )
-    bring.add_argument("--dry-run", action="store_true", help="say what would be imported, and write nothing")
+    bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
+    bring.add_argument("--json", type=Path, metavar="F", help="write the report as JSON, too")
     bring.set_defaults(run=run)
 
 
@@ -47,22 +54,31 @@ def run(args: argparse.Namespace) -> int:
     from ..materials.importing import ImportInterrupted, import_sources
 
     console = Console()
-    sources = args.sources or [shipped_sources()]
+    folder = args.into or default_catalogue()
     try:
         with ExitStack() as stack:
+            bar = terminal_bar(stack)
             report = import_sources(
-                sources,
-                args.into or default_catalogue(),
+                args.sources or [shipped_sources()],
+                folder,
                 jobs=args.jobs,
+                scheduler=args.scheduler,
                 budget=args.budget,
                 dry_run=args.dry_run,
-                progress=import_progress(stack),
+                progress=None if args.dry_run else import_progress(stack, bar),
+                looking=looking_progress(bar),
                 uplift=args.uplift,
+                family=args.family,
             )
     except ImportInterrupted as interrupted:
-        console.print(f"Interrupted. {interrupted.report.sentence}.", markup=False, highlight=False, soft_wrap=True)
+        _write_json(args, interrupted.report)
+        say(console, f"Interrupted. {interrupted.report.sentence}.")
         return 130
-    _print_report(console, report, args.budget)
+    _write_json(args, report)
+    if args.dry_run:
+        _print_plan(console, report, args.verbose)
+    else:
+        _print_report(console, report, args.budget, args.verbose)
     return 4 if report.count("failed") else 0
 
 
@@ -73,37 +89,33 @@ def shipped_sources() -> Path:
     return Path(str(files("metamer.catalogs"))) / "shipped"
 
 
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"at least 1, not {text}")
-    return number
+def _family(text: str) -> str:
+    import re
+
+    if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", text):
+        raise argparse.ArgumentTypeError(f"lower-case letters, digits and single hyphens, not {text!r}")
+    return text
 
 
-def _budget(text: str) -> float:
-    number = float(text)
-    if not 0 < number < 100:
-        raise argparse.ArgumentTypeError(f"a ΔE94 above 0, not {text}")
-    return number
+def import_progress(stack: ExitStack, bar: Any = None) -> Progress:
+    """A live bar with the time left on a terminal, else a plain line a material; lives as long as `stack`.
 
+    What needs no work is left out of the bar: it would make the time left too short.
+    """
+    bar = bar or terminal_bar(stack)
+    if bar is not None:
+        task = bar.add_task("fitting", total=None, visible=False)
+        idle = 0
 
-def import_progress(stack: ExitStack) -> Progress:
-    """A live bar with the time left on a terminal, else a plain line a material; lives as long as `stack`."""
-    import os
+        def advance(done: int, total: int, outcome: Any) -> None:
+            nonlocal idle
+            idle += not outcome.seconds
+            told = {"completed": done - idle, "total": total - idle, "visible": total > idle}
+            bar.update(task, description=outcome.id, **told)
 
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        return advance
 
-    console = Console()
-    if console.is_terminal and not os.environ.get("NO_COLOR"):
-        text = TextColumn("{task.description}", markup=False)
-        bar = stack.enter_context(
-            Progress(text, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=console)
-        )
-        task = bar.add_task("importing", total=None)
-        return lambda done, total, outcome: bar.update(task, completed=done, total=total, description=outcome.id)
-
-    def line(done: int, total: int, outcome) -> None:
+    def line(done: int, total: int, outcome: Any) -> None:
         # A skipped material took no time: a line each would bury the others.
         if outcome.status != "skipped":
             print(f"[{done}/{total}] {outcome.status} {outcome.id}", flush=True)
@@ -111,25 +123,86 @@ def import_progress(stack: ExitStack) -> Progress:
     return line
 
 
-def _print_report(console, report: ImportReport, budget: float) -> None:
+def looking_progress(bar: Any) -> Callable[[int, int, str], None]:
+    """The bar moves while files are looked at; without one nothing is said, as that takes seconds."""
+    if bar is None:
+        return lambda done, total, name: None
+    task = bar.add_task("looking", total=None)
+    return lambda done, total, name: bar.update(
+        task, completed=done, total=total, description=Path(name).name, visible=done < total
+    )
+
+
+def terminal_bar(stack: ExitStack) -> Any:
+    """A bar on a terminal that lives as long as `stack`; None elsewhere."""
+    import os
+
+    from rich import progress
+    from rich.console import Console
+
+    console = Console()
+    if not console.is_terminal or os.environ.get("NO_COLOR"):
+        return None
+    text = progress.TextColumn("{task.description}", markup=False)
+    columns = (text, progress.BarColumn(), progress.MofNCompleteColumn(), progress.TimeElapsedColumn())
+    remaining = (progress.TextColumn("left"), progress.TimeRemainingColumn())
+    return stack.enter_context(progress.Progress(*columns, *remaining, console=console))
+
+
+def _table(*headings: str, numbers: tuple[str, ...] = ()) -> Any:
     from rich import box
     from rich.table import Table
 
-    rows = [outcome for outcome in report.outcomes if outcome.status != "skipped"]
+    table = Table(box=box.SIMPLE)
+    for heading in headings:
+        table.add_column(heading, no_wrap=True, justify="right" if heading in numbers else "left")
+    return table
+
+
+def _print_plan(console: Any, report: ImportReport, verbose: bool) -> None:
+    from rich.text import Text
+
+    statuses = ("new", "unchanged", "refused")
+    table = _table("file", "format", "materials", *statuses, numbers=("materials", *statuses))
+    known = [file for file in report.files if file.materials]
+    base = _common_folder([file.name for file in known])
+    for file in known:
+        counts = [file.count(status) for status in statuses]
+        cells = [str(count) if count else "" for count in (len(file.materials), *counts)]
+        table.add_row(Text(file.name[len(base) :]), file.format or "?", *cells)
+    if base:
+        say(console, f"below {base}")
+    print_table(table)
+    if verbose:
+        for file in report.files:
+            for material in file.materials:
+                say(console, f"{material.status} {material.id}")
+    _say_reasons(console, report, verbose)
+    say(console, report.sentence)
+
+
+def _common_folder(names: list[str]) -> str:
+    """What all names begin with, up to a slash; "" for one name alone."""
+    import os
+
+    # Letter by letter: names are addresses too, and members of archives.
+    folder, slash, _ = os.path.commonprefix(names).rpartition("/")  # noqa: RUF071
+    return folder + slash if len(names) > 1 else ""
+
+
+def _print_report(console: Any, report: ImportReport, budget: float, verbose: bool) -> None:
+    from rich.text import Text
+
+    rows = [outcome for outcome in report.outcomes if outcome.status != "skipped" or verbose]
     if rows:
-        table = Table(box=box.SIMPLE)
-        for heading in ("material", "status"):
-            table.add_column(heading, no_wrap=True)
-        for heading in ("ΔE94 mean", "p99", "s"):
-            table.add_column(heading, justify="right", no_wrap=True)
+        table = _table("material", "status", "format", "ΔE94 mean", "p99", "s", numbers=("ΔE94 mean", "p99", "s"))
         for outcome in sorted(rows, key=lambda outcome: (outcome.status, outcome.id)):
             error = outcome.error
             figures = (f"{error.mean:.3f}", f"{error.p99:.3f}") if error else ("", "")
-            table.add_row(outcome.id, outcome.status, *figures, f"{outcome.seconds:.1f}" if outcome.seconds else "")
+            seconds = f"{outcome.seconds:.1f}" if outcome.seconds else ""
+            table.add_row(Text(outcome.id), outcome.status, outcome.format, *figures, seconds)
         print_table(table)
-    for outcome in report.outcomes:
-        if outcome.status == "failed":
-            say(console, f"{outcome.id} failed: {outcome.reason}")
+    _say_reasons(console, report, verbose)
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
         missed = sum(p99 > budget for p99, _ in measured)
@@ -137,3 +210,43 @@ def _print_report(console, report: ImportReport, budget: float) -> None:
         if missed:
             say(console, f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
     say(console, report.sentence)
+
+
+def _say_reasons(console: Any, report: ImportReport, verbose: bool) -> None:
+    for outcome in report.outcomes:
+        if outcome.status == "failed":
+            # The reason often begins with the file, which is then all the name that there is.
+            named = outcome.reason.startswith(outcome.id)
+            say(console, f"failed: {outcome.reason}" if named else f"{outcome.id} failed: {outcome.reason}")
+        elif outcome.reason and verbose:
+            say(console, f"{outcome.id} {outcome.status}: {outcome.reason}")
+    if verbose:
+        for name in report.not_recognised:
+            say(console, f"not recognised: {name}")
+
+
+def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
+    """The report for a program (docs/catalogue.md), where it was asked for."""
+    if args.json is None:
+        return
+    from dataclasses import asdict
+    from importlib.metadata import version
+
+    from ..spectral.files import written_whole
+
+    statuses = ("imported", "skipped", "failed", "new")
+    told = {
+        "metamer": version("metamer"),
+        "catalogue": str(report.folder),
+        "budget_delta_e94": args.budget,
+        "uplift": args.uplift,
+        "counts": {status: report.count(status) for status in statuses} | {"remaining": report.remaining},
+        "materials": [asdict(outcome) for outcome in report.outcomes],
+        "files": [
+            {"name": file.name, "format": file.format, "materials": [each.id for each in file.materials]}
+            for file in report.files
+        ],
+        "not_recognised": list(report.not_recognised),
+    }
+    with written_whole(args.json) as beside:
+        beside.write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -97,6 +97,12 @@ def read_with(reader: Any, path: Path, uplift: str) -> Iterator[MaterialSource |
         yield from reader.read_sources(path, uplift)
     except InputError as reason:
         yield Rejected(path.name, reason)
+    except Exception as reason:
+        # A defect of ours costs one file, not the import of a thousand.
+        found = f"{type(reason).__name__}: {reason}".split("\n")[0]
+        hint = "report it with the file: a reader should say what is wrong with it"
+        problem = f"the reader of {reader.NAME} broke down"
+        yield Rejected(path.name, InputError(problem, file=path, found=found, hint=hint))
 
 
 def nothing_to_import(path: str | Path, looked_at: int) -> InputError:

@@ -19,6 +19,7 @@ FORMATS = (
     "rgl",
     "bispectral",
     "cornell",
+    "spectra",
 )
 
 
