@@ -3,6 +3,7 @@
 from .ashikhmin_shirley import AshikhminShirley
 from .cook_torrance import CookTorrance
 from .lambert import Lambert
+from .metallic_roughness import MetallicRoughness
 from .oren_nayar import OrenNayar
 
-MODELS = (Lambert, OrenNayar, AshikhminShirley, CookTorrance)
+MODELS = (Lambert, OrenNayar, AshikhminShirley, CookTorrance, MetallicRoughness)

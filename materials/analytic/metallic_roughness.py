@@ -1,0 +1,124 @@
+"""The material of game engines and glTF files: facets with Schlick's Fresnel term over a matt body, under a coat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...spectral.spectrum import Spectrum
+from ..brdf import Lobe
+from .cook_torrance import ggx, smith_ggx
+from .model import AnalyticBrdf, Part
+
+# Of the coat, whose refractive index is 1.5.
+_COAT_F0 = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class MetallicRoughness(AnalyticBrdf):
+    """The BRDF of glTF 2.0 (Khronos 2021, appendix B.3.5), with its extensions specular and clearcoat.
+
+        F(c) = f0 + (f90 - f0) (1 - c)^5,   c = h.wi           Schlick, between F at the normal and at grazing
+        base = (1 - F) rho/pi + F D_a G_a / (4 cos(theta_i) cos(theta_o))
+        f_r  = (1 - w Fc) base + w Fc D_b G_b / (4 cos(theta_i) cos(theta_o)),   Fc = 0.04 + 0.96 (1 - c)^5
+
+    D is GGX with alpha a of the surface and b of the coat, G the product of Smith's two one-sided terms. A metal has
+    rho = 0 and its colour in f0; a plastic has its colour in rho and f0 = 0.04.
+
+    The extension takes the coat's Fresnel term at the viewer's angle, which is not reciprocal; here it is that of the
+    half vector, as in the base. Facets take light from the body at the half vector only: a white, smooth surface sends
+    back up to 1.9 times the light that grazes it.
+
+    Parameters
+    ----------
+    diffuse : rho, (L,) in [0, 1].
+    specular : f0, (L,) in [0, 1].
+    edge : f90 in [0, 1].
+    alpha, coat_alpha : a and b in (0, 1]; glTF's roughness is their square root.
+    coat : w in [0, 1]; 0 is no coat.
+    """
+
+    NAME: ClassVar[str] = "metallic_roughness"
+    ALBEDO_BOUND: ClassVar[float] = 1.95
+    isotropic = True
+
+    diffuse: Spectrum
+    specular: Spectrum
+    edge: float
+    alpha: float
+    coat: float = 0.0
+    coat_alpha: float = 1.0
+
+    def __post_init__(self) -> None:
+        body, f0 = self._checked_reflectance("diffuse"), self._checked_reflectance("specular")
+        self._set(edge=self._checked_number("edge", 0.0, 1.0), coat=self._checked_number("coat", 0.0, 1.0))
+        self._set(alpha=self._checked_number("alpha", 0.0, 1.0, open_low=True))
+        self._set(coat_alpha=self._checked_number("coat_alpha", 0.0, 1.0, open_low=True))
+        # Coefficients of 1 and of (1 - c)^5.
+        self._set(_facet=np.stack([f0, self.edge - f0]))
+        self._set(_under=np.stack([(1.0 - f0) * body, (f0 - self.edge) * body]) / np.pi)
+
+    @classmethod
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
+        ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
+        up, black, low = (Spectrum.sampled(wavelengths_nm, values) for values in (ramp, 0.0 * ramp, 0.04 + 0.0 * ramp))
+        return (
+            cls(up, low, 1.0, 0.25),
+            cls(black, up, 1.0, 0.02),
+            cls(up, low, 1.0, 1.0, 1.0, 0.04),
+            cls(up, black, 0.0, 0.5),
+            cls(up, up, 1.0, 0.002, 0.5, 0.5),
+        )
+
+    def lobes(self) -> tuple[Lobe, ...]:
+        """Body, facets and coat, all in half/difference angles, where the body depends on theta_d alone."""
+        parts = [self._body, self._facets]
+        if self.coat > 0.0:
+            parts.append(self._coat)
+        return tuple(Lobe("hd", Part(self.wavelengths_nm, True, part)) for part in parts)
+
+    def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        out = self._body(wi, wo)
+        out += self._facets(wi, wo)
+        if self.coat > 0.0:
+            out += self._coat(wi, wo)
+        return out
+
+    def _body(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        fall = _schlick(wi, wo)
+        return _outer(self._through(fall), fall, self._under)
+
+    def _facets(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        fall = _schlick(wi, wo)
+        return _outer(self._through(fall) * _facet_geometry(wi, wo, self.alpha), fall, self._facet)
+
+    def _coat(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        reflected = self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * _schlick(wi, wo))
+        reflected *= _facet_geometry(wi, wo, self.coat_alpha)
+        return np.repeat(reflected[:, None], len(self.wavelengths_nm), axis=1)
+
+    def _through(self, fall: np.ndarray) -> np.ndarray:
+        """What the coat lets through, 1 - w Fc, (N,)."""
+        return 1.0 - self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * fall)
+
+
+def _schlick(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    """(1 - h.wi)^5, (N,); from |wi - wo| = 2 sin, so that it does not cancel near retro-reflection."""
+    h, d = wi + wo, wi - wo
+    cos = 0.5 * np.sqrt(np.sum(h * h, axis=-1))
+    return (0.25 * np.sum(d * d, axis=-1) / (1.0 + cos)) ** 5
+
+
+def _facet_geometry(wi: np.ndarray, wo: np.ndarray, alpha: float) -> np.ndarray:
+    """D G / (4 cos(theta_i) cos(theta_o)), (N,)."""
+    h = wi + wo
+    length2 = np.sum(h * h, axis=-1)
+    density = ggx(h[:, 2] ** 2 / length2, (h[:, 0] ** 2 + h[:, 1] ** 2) / length2, alpha)
+    return density * smith_ggx(wi, alpha) * smith_ggx(wo, alpha)
+
+
+def _outer(geometry: np.ndarray, fall: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """geometry (coefficients[0] + fall coefficients[1]), (N,L)."""
+    return np.stack([geometry, geometry * fall], axis=-1) @ coefficients
