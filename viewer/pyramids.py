@@ -8,7 +8,8 @@ directions in. The theta of a direction is its distance from a pole, and what a 
 same solid angle as the square of that width: close to the pole most of the disc lies far from it, so that a mean
 along theta alone would make a highlight several times too bright. An azimuth is averaged evenly, around its period or
 folded at the mirror plane. A level keeps `NODES_A_WIDTH` nodes to each width that it averages over (the classic
-pyramid's one would blur twice as far again); all of them take some four times the room of the factors alone.
+pyramid's one would blur twice as far again), and goes on beyond the end of an axis, where the last node holds, until
+its discs have left the axis behind. All levels take four to five times the room of the factors alone.
 
 Twin of the levels in `factors.glsl`.
 """
@@ -27,8 +28,9 @@ from ..materials.factors import Axis, FactorPack, FrameAngles
 NODES_A_WIDTH = 4
 # Levels that a shader has room for: axes of up to 2^15 steps.
 MOST_LEVELS = 16
-# Points of the numerical means to each node.
+# Points of the numerical means to each node, and beyond the last one.
 _POINTS = 16
+_BEYOND = 1024
 # Samples looked up at once: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
 
@@ -37,12 +39,14 @@ _BLOCK = 4096
 class Levels:
     """The levels of an axis.
 
-    sizes : nodes of each level, uniform in the axis' u; the first level is the axis itself.
+    sizes : nodes of each level, the first at the axis' first. spacings : of its nodes, in those of the axis; the first
+    level is the axis itself.
     starts : row of each level's first node in `weights`.
     weights (sum of sizes, n) : the nodes of all levels from those of the axis.
     """
 
     sizes: tuple[int, ...]
+    spacings: tuple[float, ...]
     starts: tuple[int, ...]
     weights: Float[np.ndarray, "_ n"]
 
@@ -52,19 +56,20 @@ def axis_levels(axis: Axis) -> Levels:
     """The levels of an axis, up to the one that averages over all directions: an axis may end before they do."""
     steps, polar = axis.size - 1, axis.name.startswith("theta")
     all_of_it = np.pi if polar else axis.maximum if axis.periodic else 2.0 * np.pi
-    count = 1
-    while count < MOST_LEVELS and width_of(axis, np.zeros(1), 2.0 ** (count - 1))[0] < all_of_it:
-        count += 1
-    sizes = [axis.size] + [-(-steps * NODES_A_WIDTH // max(2**k, NODES_A_WIDTH)) + 1 for k in range(1, count)]
     means = _polar_means if polar else _azimuth_means
-    weights = [np.eye(axis.size)]
-    for level in range(1, count):
-        position = np.linspace(0.0, steps, sizes[level])
-        found = means(axis, _angle(axis, position), width_of(axis, position, 2.0**level))
+    sizes, spacings, weights = [axis.size], [1.0], [np.eye(axis.size)]
+    while len(sizes) < MOST_LEVELS and width_of(axis, np.zeros(1), 2.0 ** (len(sizes) - 1))[0] < all_of_it:
+        nodes = 2.0 ** len(sizes)
+        spacings.append(max(1.0, nodes / NODES_A_WIDTH))
+        last = _last_position(axis, nodes) if polar else steps
+        position = spacings[-1] * np.arange(int(np.ceil(last / spacings[-1])) + 1)
+        found = means(axis, _angle(axis, position), width_of(axis, position, nodes))
         weights.append(found / found.sum(axis=1, keepdims=True))
+        sizes.append(len(position))
     stacked = np.concatenate(weights)
     stacked.setflags(write=False)
-    return Levels(tuple(sizes), tuple(int(start) for start in np.cumsum([0, *sizes[:-1]])), stacked)
+    starts = tuple(int(start) for start in np.cumsum([0, *sizes[:-1]]))
+    return Levels(tuple(sizes), tuple(spacings), starts, stacked)
 
 
 def pyramid(pack: FactorPack) -> tuple[Float[np.ndarray, "_ R"], ...]:
@@ -108,29 +113,45 @@ def filtered_geometry(
         rows = slice(start, start + _BLOCK)
         out[rows] = at.scale[rows, None]
         for number, (axis, table) in enumerate(zip(pack.axes, tables, strict=True)):
-            position = axis.position(at.angles[axis.name][rows])
+            position = _position(axis, at.angles[axis.name][rows])
             level = level_of(axis, position, widths[rows, number])
             fine = level.astype(np.intp)
             blend = (level - fine)[:, None]
-            u = position / (axis.size - 1)
-            looked_up = _look_up(axis, table, u, fine)
+            looked_up = _look_up(axis, table, position, fine)
             coarse = np.minimum(fine + 1, len(axis_levels(axis).sizes) - 1)
-            looked_up += blend * (_look_up(axis, table, u, coarse) - looked_up)
+            looked_up += blend * (_look_up(axis, table, position, coarse) - looked_up)
             out[rows] *= looked_up
     return out
 
 
 def _look_up(
-    axis: Axis, table: Float[np.ndarray, "_ R"], u: Float[np.ndarray, " K"], level: Int[np.ndarray, " K"]
+    axis: Axis, table: Float[np.ndarray, "_ R"], position: Float[np.ndarray, " K"], level: Int[np.ndarray, " K"]
 ) -> Float[np.ndarray, "K R"]:
     levels = axis_levels(axis)
     steps = np.array(levels.sizes)[level] - 1
     first = np.array(levels.starts)[level]
-    position = u * steps
-    below = np.minimum(position.astype(np.intp), steps)
-    fraction = (position - below)[:, None]
+    place = np.minimum(position / np.array(levels.spacings)[level], steps)
+    below = place.astype(np.intp)
+    fraction = (place - below)[:, None]
     low, high = table[first + below], table[first + np.minimum(below + 1, steps)]
     return low + fraction * (high - low)
+
+
+def _position(axis: Axis, angle: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """`Axis.position`, which goes on beyond the last node."""
+    if axis.periodic:
+        return axis.position(angle)
+    u = angle / axis.maximum
+    return np.asarray((u if axis.warp == "linear" else np.sqrt(u)) * (axis.size - 1))
+
+
+def _last_position(axis: Axis, nodes: float) -> float:
+    """Where the disc of a level no longer reaches back onto a polar axis, or the horizon."""
+    steps, reach = axis.size - 1, nodes / np.sqrt(np.pi)
+    horizon = 0.5 * np.pi / axis.maximum
+    if axis.warp == "linear":
+        return min(steps + reach, max(steps * horizon, steps))
+    return min(reach + np.hypot(reach, steps), max(steps * np.sqrt(horizon), steps))
 
 
 def _angle(axis: Axis, position: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
@@ -145,7 +166,7 @@ def _polar_means(
     steps = axis.size - 1
     edges = _angle(axis, np.arange(steps * _POINTS + 1) / _POINTS)
     # Beyond the axis' end, where the last node holds.
-    edges = np.append(edges, np.linspace(axis.maximum, np.pi, steps * _POINTS + 1)[1:])
+    edges = np.append(edges, np.geomspace(axis.maximum, max(axis.maximum, np.pi), _BEYOND + 1)[1:])
     theta, band = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
     place = axis.position(theta)
     radius = np.minimum(width / np.sqrt(np.pi), np.pi)[:, None]

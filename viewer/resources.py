@@ -102,8 +102,8 @@ class FactorTexels:
     texels (rows, columns, 4) : four terms a texel, axes side by side, and within an axis its levels; float16 where the
     pack is in half precision, which holds its factors exactly, else float32.
     axes : 1 / maximum, size - 1, first column and kind of each.
-    levels, last_levels : first column and size - 1 of each level of each axis, padded to `MOST_LEVELS`, and the number
-    of each axis' last; of mip-mapped factors alone.
+    levels, last_levels : first column, size - 1 and 1 / spacing of each level of each axis, padded to `MOST_LEVELS`,
+    and the number of each axis' last; of mip-mapped factors alone.
     """
 
     texels: np.ndarray
@@ -142,7 +142,8 @@ def factor_texels(pack: FactorPack, mipmapped: bool = False) -> FactorTexels:
         axes.append((1.0 / axis.maximum, axis.size - 1.0, float(first), kind))
         if mipmapped:
             made = axis_levels(axis)
-            of_axis = [(float(first + at), size - 1.0) for at, size in zip(made.starts, made.sizes, strict=True)]
+            each = zip(made.starts, made.sizes, made.spacings, strict=True)
+            of_axis = [(float(first + at), size - 1.0, 1.0 / spacing) for at, size, spacing in each]
             levels += of_axis + [of_axis[-1]] * (MOST_LEVELS - len(of_axis))
             last_levels.append(len(of_axis) - 1.0)
         first += len(table)

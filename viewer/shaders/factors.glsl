@@ -9,21 +9,15 @@ struct Place {
     float between;              // how far it is from the one to the other
 };
 
-// How far along an axis an angle lies, 0 to 1: nodes are uniform in it.
-float along_axis(vec4 axis, float angle) {
-    float u = angle * axis.x;
-    u = axis.w == 2.0 ? fract(u) : clamp(u, 0.0, 1.0);
-    return axis.w == 1.0 ? sqrt(u) : u;
-}
-
-Place place_among(float first, float steps, float u) {
-    float position = u * steps;
+Place place_among(float first, float steps, float position) {
     float below = min(floor(position), steps);
     return Place(int(first + below), int(first + min(below + 1.0, steps)), position - below);
 }
 
 Place place_on(vec4 axis, float angle) {
-    return place_among(axis.z, axis.y, along_axis(axis, angle));
+    float u = angle * axis.x;
+    u = axis.w == 2.0 ? fract(u) : clamp(u, 0.0, 1.0);
+    return place_among(axis.z, axis.y, (axis.w == 1.0 ? sqrt(u) : u) * axis.y);
 }
 
 vec4 look_up(Place place, int row) {
@@ -34,7 +28,7 @@ vec4 look_up(Place place, int row) {
 #ifdef MIPMAPPED
 // Means over what a sample spans, between two levels; twin of pyramids.py.
 
-uniform vec2 levels[AXES * MOST_LEVELS];        // first column and size - 1 of each
+uniform vec3 levels[AXES * MOST_LEVELS];        // first column, size - 1 and 1 / spacing of each
 uniform float last_level[AXES];
 
 struct Mean {
@@ -44,18 +38,22 @@ struct Mean {
 
 Mean mean_on(int number, float angle, float span) {
     vec4 axis = axes[number];
-    float u = along_axis(axis, angle), steps = axis.y;
+    float u = angle * axis.x, steps = axis.y;
+    if (axis.w == 2.0) u = fract(u);
+    // Levels go on beyond the last node.
+    float position = (axis.w == 1.0 ? sqrt(u) : u) * steps;
     float nodes = span * axis.x * steps;
     if (axis.w == 1.0) {
-        float position = u * steps;
         float spread = 0.5 * nodes * steps;
         nodes = spread > 2.0 * position * position ? 2.0 * sqrt(spread - position * position) : spread / position;
     }
     float level = clamp(log2(max(nodes, 1.0)), 0.0, last_level[number]);
     int fine = int(level);
-    vec2 here = levels[number * MOST_LEVELS + fine];
-    vec2 next = levels[number * MOST_LEVELS + min(fine + 1, int(last_level[number]))];
-    return Mean(place_among(here.x, here.y, u), place_among(next.x, next.y, u), level - float(fine));
+    vec3 here = levels[number * MOST_LEVELS + fine];
+    vec3 next = levels[number * MOST_LEVELS + min(fine + 1, int(last_level[number]))];
+    Place finer = place_among(here.x, here.y, min(position * here.z, here.y));
+    Place coarser = place_among(next.x, next.y, min(position * next.z, next.y));
+    return Mean(finer, coarser, level - float(fine));
 }
 
 vec4 look_up(Mean mean, int row) {
