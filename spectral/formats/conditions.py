@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -15,7 +15,7 @@ Unit = Literal["percent", "fraction"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"reflect|r[eé]mission|albedo|%\s*R\b|\bR\s*[\[(]?%|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint", re.I
+    r"reflect(?!or)|r[eé]mission|albedo|%\s*R\b|\bR\s*[\[(]?%|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint", re.I
 )
 _TRANSMITTANCE = re.compile(r"transm|%\s*T\b|\bT\s*[\[(]?%|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(
@@ -29,6 +29,12 @@ _ABSORBANCE = re.compile(
     r"absorb|\babs\.?(?:$|[^a-z])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|optical density|F\(R\)", re.I
 )
 _INDEX = re.compile(r"refractive|extinction|\.(?:eta|k)$|\bior\b", re.I)
+# What lights are called, where nothing says what was measured.
+_LIGHT = re.compile(
+    r"illumi|\blamps?\b|\bleds?\b|daylight(?! fluo)|tungsten|xenon|halogen|sunlight|skylight|incandescent|"
+    r"(?<![A-Za-z0-9])D(?:50|55|65|75|93)(?![0-9])|^(?:[ABCE]|FL?\d{1,2})$",
+    re.I,
+)
 _PERCENT = re.compile(r"%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
 _FRACTION = re.compile(
     r"\b0(?:\.0)?\s*(?:\.\.+|-|–|to)\s*1(?:\.0)?\b|fraction|decimal|\b_?dec\b|\[-\]|unitless|dimensionless", re.I
@@ -41,6 +47,7 @@ _NAMED_ILLUMINANT = re.compile(
 _PLAIN_ILLUMINANT = re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2})(?![0-9])")
 _WITH_ANGLE = re.compile(rf"(?<![A-Za-z0-9])({_ILLUMINANT})\s*[/,_ -]\s*(?:2|10)\s*(?:°|deg|º|$|[)\]])", re.I)
 _OBSERVER = re.compile(
+    r"(?:viewing angle|field of view)\D{0,8}(2|10)\b|"
     r"(?<![\d.,])(2|10)(?:\.0+)?\s*(?:°|º|deg|_?degree)|observer\w*\W{0,4}(?:angle\W{0,4})?(?:CIE\s*)?(2|10|1931|1964)\b|"
     r"CIE\s*_?(1931|1964)|(?:D\d\d|[AC]|FL?\d{1,2})\s*[/_-]\s*(2|10)\b",
     re.I,
@@ -68,6 +75,16 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     if _REFLECTANCE.search(words):
         return "reflectance"
     return "emission" if _EMISSION.search(words) else None
+
+
+def measured(told: str | None) -> Quantity | None:
+    """The quantity that `quantity_in` told, None where it told none or one that is no spectrum of a colour."""
+    return {name: name for name in get_args(Quantity)}.get(told)
+
+
+def names_light(words: str) -> bool:
+    """Whether a name is that of a light, such as "D65", "LED 4000 K" or "Tungsten"."""
+    return bool(_LIGHT.search(_one_line(words).replace("_", " ")))
 
 
 def unit_in(words: str) -> Unit | None:
@@ -105,7 +122,8 @@ def condition_in(words: str) -> str | None:
 
 
 _COLOUR_COLUMN = re.compile(
-    r"(?:(?P<space>XYZ|CIE[ _]?XYZ|LAB|CIE[ _]?LAB|CIE)[ _.:-]+)?(?P<axis>X|Y|Z|L|a|b) ?\*?(?P<rest>$|[ (\[/,_].*)",
+    r"(?:tristimulus(?: values?)? )?(?:(?P<space>XYZ|CIE[ _]?XYZ|LAB|CIE[ _]?LAB|CIE)[ _.:-]+)?"
+    r"(?P<axis>X|Y|Z|L|a|b) ?\*?(?P<rest>$|[ (\[/,_].*)",
     re.I,
 )
 
@@ -125,8 +143,10 @@ def colour_axis(header: str) -> tuple[str, int] | None:
     return None
 
 
-def stated_colours(cells: Mapping[str, float], words: str = "") -> tuple[StatedColour, ...]:
-    """Tristimulus values among cells by header; the illuminant and observer of a header go before those in `words`."""
+def stated_colours(
+    cells: Mapping[str, float], illuminant: str | None = None, observer: str | None = None
+) -> tuple[StatedColour, ...]:
+    """Tristimulus values among cells by header; an illuminant and observer in a header go before those given."""
     found: dict[tuple[str, str | None, str | None], dict[int, float]] = {}
     for header, value in cells.items():
         axis = colour_axis(header)
@@ -143,8 +163,8 @@ def stated_colours(cells: Mapping[str, float], words: str = "") -> tuple[StatedC
                 StatedColour(
                     "XYZ" if space == "XYZ" else "Lab",
                     triple,
-                    light or illuminant_in(words),
-                    angle or observer_in(words),
+                    light or illuminant,
+                    angle or observer,
                 )
             )
     return tuple(stated)

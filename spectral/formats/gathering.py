@@ -152,18 +152,34 @@ def _sentence(sentence: str, names: list[str], everything: int) -> str:
     return f"{sentence} ({', '.join(names[:3])}{more})"
 
 
-def reflective_scale(lowest: float, highest: float, unit: Unit | None, path: Path) -> tuple[float, str | None]:
+def reflective_scale(
+    lowest: float, highest: float, unit: Unit | None, path: Path, told: bool = True
+) -> tuple[float, str | None]:
     """Factor to fractions of 1 for a file of reflectance or transmittance, and the note that says why.
 
     A stated unit is followed. Otherwise values up to 2 are fractions; values that are all above 1.5, or reach above 10,
     can only be percent; what is between could be either.
 
+    Parameters
+    ----------
+    told : whether the file says that it holds reflectance or transmittance.
+
     Raises
     ------
     InputError
-        Nothing is stated, and the values could be percent of a dark sample or radiance factors of a bright one.
+        Nothing is stated, and the values could be percent of a dark sample or radiance factors of a bright one; or
+        they are so large that they need be neither.
     """
     said = f"{lowest:.4g} to {highest:.4g}"
+    if unit is None and not told and highest > 200.0:
+        raise InputError(
+            "what was measured?",
+            file=path,
+            field="values",
+            found=f"{said}, no word and no unit above them",
+            expected="a header that says reflectance, transmittance or emission, and the unit",
+            hint='write "reflectance (%)" or "irradiance (mW/m2/nm)" above the values',
+        )
     if unit == "percent":
         doubt = "; none of them exceeds 1, which is dark for percent" if highest <= 1.0 else ""
         return 0.01, f"the file states percent: values from {said} are divided by 100{doubt}"

@@ -22,7 +22,7 @@ _NAME_WORD = re.compile(
     r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b", re.I
 )
 _UNIT_CELL = re.compile(
-    r"\W*(?:%|nm|µm|μm|um|[a-z.µμ]{0,4}W\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|-|1|\d\W{0,4}\d)?\W*", re.I
+    r"\W*(?:%|nm|µm|μm|um|[a-z.µμ]{0,4}W\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|[01]\W{1,4}1)?\W*", re.I
 )
 
 
@@ -103,7 +103,7 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         width = len(run[0])
         if width < 2:
             continue
-        header = _header_above(rows, first)
+        header = _header_above(rows, first, dialect)
         heads = rows[header][1] if header is not None else []
         said = {column for column, cell in enumerate(heads[:width]) if is_wavelength_header(cell)}
         axes = []
@@ -112,7 +112,8 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
             values = [pair[0] for pair in found if pair is not None]
             if found[0] is None or (len(values) < 2 and column not in said):
                 continue
-            likely = 100.0 <= values[0] <= 20_000.0 or 0.1 <= values[0] <= 50.0
+            # R1 to R15 are colour rendering indices; micrometres come as plain numbers.
+            likely = 100.0 <= values[0] <= 20_000.0 or (0.1 <= values[0] <= 50.0 and not found[0][1])
             if column in said or (likely and _monotone(values[:3]) and all(found[:3])):
                 axes.append(column)
         named = [column for column in axes if column in said]
@@ -124,14 +125,25 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     return None
 
 
-def _header_above(rows: Sequence[Row], first: int) -> int | None:
-    """Index of the row of names above the numbers, past a row of units; it has at least two cells."""
+def _header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | None:
+    """Index of the row of names above the numbers, past a row of units.
+
+    It has two cells or more. Names may be numbers where the first cell is empty or speaks of wavelengths; elsewhere a
+    number after a word is one more line of keys and values.
+    """
     index = first - 1
     if index > 0 and len(rows[index][1]) > 1 and is_units_row(rows[index][1]) and len(rows[index - 1][1]) > 1:
         index -= 1
-    if index >= 0 and len(rows[index][1]) > 1:
+    if index < 0 or len(rows[index][1]) < 2:
+        return None
+    cells = rows[index][1]
+    if not cells[0] or is_wavelength_header(cells[0]):
         return index
-    return None
+    first_cell = dialect.wavelength(rows[first][1][0])
+    keyed = first_cell is not None and first_cell[1]  # "380nm" needs no header, and what is above are keys and values
+    if keyed or any(dialect.number(cell) == dialect.number(cell) for cell in cells[1:]):
+        return None
+    return index
 
 
 def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:

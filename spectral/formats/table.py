@@ -13,7 +13,16 @@ from ..errors import InputError
 from .conditions import colour_axis, quantity_in, unit_in
 from .dialect import Dialect, checked_lines, comment, dialect_of
 from .gathering import MOST_SAMPLES
-from .layout import Layout, Row, is_name_header, is_units_row, is_wavenumber_header, layout_of, nm_per_unit
+from .layout import (
+    Layout,
+    Row,
+    is_name_header,
+    is_units_row,
+    is_wavelength_header,
+    is_wavenumber_header,
+    layout_of,
+    nm_per_unit,
+)
 from .text import is_missing, read_lines, shortened
 
 # Lines, and characters of them, that the layout is looked for in.
@@ -283,11 +292,11 @@ class _Down:
             bracket = _UNIT_BRACKET.search(head)
             if bracket and (unit_in(bracket[1]) or quantity_in(bracket[1]) or not unit):
                 unit = unit or bracket[1]
-            if head and is_units_row([head]):
+            if re.search("[A-Za-z%]", head) and is_units_row([head]):
                 head, unit = "", head
-            name = self._name(head, at, axis)
+            name = self._name(head, at, axis, width - len(self.axes))
             nm = nm_per_unit(f"{self._head(axis)} {self.units[axis] if axis < len(self.units) else ''}")
-            if nm == 1.0 and not self._head(axis):
+            if nm == 1.0 and not is_wavelength_header(self._head(axis)):
                 nm = nm_per_unit(self.said)
             if is_wavenumber_header(f"{self._head(axis)} {self.units[axis] if axis < len(self.units) else ''}"):
                 raise InputError(
@@ -312,7 +321,7 @@ class _Down:
     def _head(self, at: int) -> str:
         return self.heads[at] if at < len(self.heads) else ""
 
-    def _name(self, head: str, at: int, axis: int) -> str:
+    def _name(self, head: str, at: int, axis: int, count: int) -> str:
         """The header without its unit; the row above names columns that are only called what was measured."""
         plain = _UNIT_BRACKET.sub("", head).strip() if _UNIT_BRACKET.search(head) else head
         if plain and not _GENERIC.fullmatch(plain):
@@ -321,10 +330,7 @@ class _Down:
             for place in (at, axis):
                 if place < len(self.above) and self.above[place] and not is_units_row([self.above[place]]):
                     return self.above[place]
-        return plain if self._values() > 1 and plain else f"column {at + 1}" if self._values() > 1 else ""
-
-    def _values(self) -> int:
-        return max(len(self.heads), max(self.axes) + 2) - len(self.axes)
+        return "" if count == 1 else plain or f"column {at + 1}"
 
 
 def _continues(column: Column, last: float, at: float) -> bool:

@@ -5,19 +5,27 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
-from .conditions import Unit, colour_axis, condition_in, quantity_in, stated_colours, unit_in
+from .conditions import (
+    Unit,
+    colour_axis,
+    condition_in,
+    illuminant_in,
+    measured,
+    names_light,
+    observer_in,
+    quantity_in,
+    stated_colours,
+    unit_in,
+)
 from .gathering import Gathering, reflective_scale
 from .reading import SpectralFile
 from .table import Column, Table, parse_table
 from .text import shortened
-
-_QUANTITIES: dict[str, Quantity] = {name: name for name in get_args(Quantity)}
 
 
 def read_table(path: Path, format_name: str, usual: Quantity) -> SpectralFile:
@@ -43,7 +51,10 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
     around = quantity_in(table.words)
     columns = _without_counts(_named(table, path), gathering)
     told = [quantity_in(f"{column.words} {column.unit}") or around for column in columns]
-    if not all(told):
+    silent = not all(told)
+    if silent and usual != "emission" and all(names_light(column.name) for column in columns):
+        usual = "emission"
+    if silent:
         gathering.note(f"the file does not say what was measured; taken as {usual}")
     units: list[Unit | None] = [_unit(column, table.words) for column in columns]
     ranges: dict[Unit | None, tuple[float, float]] = {}
@@ -54,27 +65,29 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
             ranges[unit] = min([low, *values]), max([high, *values])
     alone = len(columns) == 1
     beside = {key: table.dialect.number(value) for key, value in table.preamble.items()} if alone else {}
+    light, angle = illuminant_in(table.words), observer_in(table.words)
     for column, quantity, unit in zip(columns, told, units, strict=True):
         if (refusal := _refusal(column, quantity, path)) is not None:
             gathering.rejected.append((column.name, refusal))
             continue
-        measured = _QUANTITIES.get(quantity or usual, usual)
+        kind = measured(quantity) or usual
         scale = 1.0
-        if measured != "emission" and unit in ranges:
+        if kind != "emission" and unit in ranges:
             low, high = ranges[unit]
-            stated_unit = "fraction" if unit is None and measured == "radiance factor" and high <= 20.0 else unit
-            scale, note = reflective_scale(low, high, stated_unit, path)
+            stated_unit = "fraction" if unit is None and kind == "radiance factor" and high <= 20.0 else unit
+            scale, note = reflective_scale(low, high, stated_unit, path, told=quantity is not None)
             if note:
                 gathering.note(note)
         cells = {head: table.dialect.number(cell) for head, cell in column.beside.items() if colour_axis(head)}
-        details = {shortened(head, 60): shortened(cell) for head, cell in column.beside.items() if head not in cells}
+        details = dict(table.preamble) if alone else {}
+        details |= {shortened(head, 60): shortened(cell) for head, cell in column.beside.items() if head not in cells}
         if column.unit:
             details["units"] = column.unit
         if condition := condition_in(f"{column.words} {table.words}"):
             details["condition"] = condition
         grid = np.asarray(column.wavelengths, dtype=np.float64) * column.nm
-        stated = stated_colours({**beside, **cells}, table.words)
-        gathering.add(column.name, grid, column.values, measured, scale=scale, stated=stated, details=details)
+        stated = stated_colours({**beside, **cells}, light, angle)
+        gathering.add(column.name, grid, column.values, kind, scale=scale, stated=stated, details=details)
     return gathering.finish(table.preamble)
 
 

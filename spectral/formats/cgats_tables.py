@@ -1,0 +1,230 @@
+"""The syntax of CGATS.17 and its relatives: keywords, a data format, and sets of data, table after table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+from ..errors import InputError
+from .text import number, read_lines, shortened
+
+# A string, in which "" is a quotation mark, or a word; what follows # outside strings is a comment.
+_TOKEN = re.compile(r'"((?:[^"]|"")*)"?|(#.*)|([^\s"]+)')
+_NUMBER_WITH_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+
+#: Fields in one format, and characters in one line.
+MOST_FIELDS, LONGEST_LINE = 20_000, 4 * 2**20
+
+
+@dataclass(frozen=True, eq=False)
+class CgatsTable:
+    """One table.
+
+    Parameters
+    ----------
+    identifier : the word that starts the table, "" where there is none.
+    keywords : upper-case keyword to value; those of the tables before it hold until they are given again.
+    fields : names as written.
+    rows : cells, one list a set, as many as there are fields.
+    decimal : "." or ",".
+    notes : counts that the file does not state.
+    """
+
+    identifier: str
+    keywords: dict[str, str]
+    fields: list[str]
+    rows: list[list[str]]
+    decimal: str
+    notes: tuple[str, ...]
+
+    def number(self, cell: str) -> float:
+        """The number in a cell, NaN if there is none."""
+        return number(cell, self.decimal)
+
+
+def tokens(line: str) -> list[str]:
+    """Words and strings of a line, without its comment."""
+    found = []
+    for match in _TOKEN.finditer(line):
+        if match[2] is not None:
+            break
+        found.append(match[3] if match[3] is not None else match[1].replace('""', '"'))
+    return found
+
+
+def read_tables(path: Path) -> list[CgatsTable]:
+    """Every table of a file.
+
+    Raises
+    ------
+    InputError
+        No data, a format and data that do not fit together, counts other than the file states, or an end that is
+        missing.
+    """
+    lines = enumerate(read_lines(path), 1)
+    keywords: dict[str, str] = {}
+    fields: list[str] = []
+    tables: list[CgatsTable] = []
+    identifier, counts = "", {}
+    for line_number, line in lines:
+        _check_length(line, line_number, path)
+        words = tokens(line)
+        if not words:
+            continue
+        key = words[0].upper()
+        if key == "BEGIN_DATA_FORMAT":
+            fields = _format(words[1:], lines, path, line_number)
+        elif key == "BEGIN_DATA":
+            if not fields:
+                raise InputError(
+                    "data without a format", file=path, field=f"line {line_number}", expected="BEGIN_DATA_FORMAT before"
+                )
+            tables.append(_table(identifier, dict(keywords), fields, counts, lines, path))
+            identifier, counts = "", {}
+        elif key in ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS"):
+            counts[key] = _count(words, path, line_number)
+        elif key == "KEYWORD":
+            continue
+        elif len(words) == 1 and not identifier:
+            identifier = words[0]
+        else:
+            keywords[key] = " ".join(words[1:])
+    if not tables:
+        raise InputError(
+            "no data in this CGATS file",
+            file=path,
+            found=f"a format of {len(fields)} fields" if fields else "keywords alone",
+            expected="BEGIN_DATA_FORMAT and BEGIN_DATA, each with its end",
+            hint="the file may be truncated; export it again",
+        )
+    return tables
+
+
+def _check_length(line: str, line_number: int, path: Path) -> None:
+    if len(line) > LONGEST_LINE:
+        raise InputError(
+            "a line is too long", file=path, field=f"line {line_number}", expected=f"{LONGEST_LINE} characters at most"
+        )
+
+
+def _count(words: list[str], path: Path, line_number: int) -> int:
+    if len(words) < 2 or not re.fullmatch(r"\d{1,9}", words[1]):
+        raise InputError(
+            "not a count",
+            file=path,
+            field=f"{words[0]}, line {line_number}",
+            found=shortened(" ".join(words[1:])) or "nothing",
+            expected="a whole number",
+        )
+    return int(words[1])
+
+
+def _format(fields: list[str], lines: Iterator[tuple[int, str]], path: Path, begun: int) -> list[str]:
+    fields = list(fields)
+    while "END_DATA_FORMAT" not in (field.upper() for field in fields[-1:]):
+        following = next(lines, None)
+        if following is None or len(fields) > MOST_FIELDS or following[1].lstrip()[:10].upper() == "BEGIN_DATA":
+            raise InputError(
+                "a data format without its end",
+                file=path,
+                field=f"BEGIN_DATA_FORMAT, line {begun}",
+                found=f"{len(fields)} fields",
+                expected=f"END_DATA_FORMAT after at most {MOST_FIELDS} fields",
+                hint="the file may be truncated; export it again",
+            )
+        _check_length(following[1], following[0], path)
+        fields += tokens(following[1])
+    return fields[:-1]
+
+
+def _table(
+    identifier: str,
+    keywords: dict[str, str],
+    fields: list[str],
+    counts: dict[str, int],
+    lines: Iterator[tuple[int, str]],
+    path: Path,
+) -> CgatsTable:
+    declared = counts.get("NUMBER_OF_FIELDS")
+    if declared is not None and declared != len(fields):
+        raise InputError(
+            "the data format has not the number of fields that the file states",
+            file=path,
+            field="NUMBER_OF_FIELDS",
+            found=f"{len(fields)} fields in the format",
+            expected=f"{declared}, as stated",
+            hint="export the file again, or correct the count",
+        )
+    rows, ended = _rows(fields, lines, path)
+    stated = counts.get("NUMBER_OF_SETS")
+    if not ended and stated != len(rows):
+        raise InputError(
+            "data without its end",
+            file=path,
+            field="END_DATA",
+            found=f"{len(rows)} sets, then the end of the file",
+            expected=f"{stated} sets and END_DATA" if stated is not None else "END_DATA",
+            hint="the file is truncated; export it again",
+        )
+    if stated is not None and stated != len(rows):
+        raise InputError(
+            "the data have not the number of sets that the file states",
+            file=path,
+            field="NUMBER_OF_SETS",
+            found=f"{len(rows)} sets in the data",
+            expected=f"{stated}, as stated",
+            hint="the file may be truncated; export it again, or correct the count",
+        )
+    notes = [f"the file does not state {key}" for key in ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS") if key not in counts]
+    notes += [] if ended else ["END_DATA is missing; the number of sets is as stated"]
+    comma = any(_NUMBER_WITH_COMMA.fullmatch(cell) for row in islice(rows, 50) for cell in row)
+    return CgatsTable(identifier, keywords, fields, rows, "," if comma else ".", tuple(notes))
+
+
+def _rows(fields: list[str], lines: Iterator[tuple[int, str]], path: Path) -> tuple[list[list[str]], bool]:
+    """Sets of data up to END_DATA; a set may run over several lines, and names without quotes hold spaces where tabs
+    part the cells.
+    """
+    rows: list[list[str]] = []
+    pending: list[str] = []
+    begun = 0
+    for line_number, line in lines:
+        _check_length(line, line_number, path)
+        stripped = line.strip()
+        if not stripped:
+            continue
+        if stripped.upper() == "END_DATA":
+            if pending:
+                raise _misfit(len(pending), len(fields), begun, path)
+            return rows, True
+        if "\t" in line and not pending:
+            cells = [cell.strip().strip('"') for cell in line.rstrip("\r\n").split("\t")]
+            if len(cells) == len(fields) + 1 and not cells[-1]:
+                cells.pop()
+            if len(cells) == len(fields):
+                rows.append(cells)
+                continue
+        begun = begun if pending else line_number
+        pending += tokens(line)
+        if len(pending) > len(fields):
+            raise _misfit(len(pending), len(fields), begun, path)
+        if len(pending) == len(fields):
+            rows.append(pending)
+            pending = []
+    if pending:
+        raise _misfit(len(pending), len(fields), begun, path)
+    return rows, False
+
+
+def _misfit(found: int, expected: int, line_number: int, path: Path) -> InputError:
+    return InputError(
+        "a set does not fit the data format",
+        file=path,
+        field=f"line {line_number}",
+        found=f"{found} values",
+        expected=f"{expected} values, one a field",
+        hint="the file may be truncated, or a name with spaces lacks its quotation marks",
+    )

@@ -1,0 +1,69 @@
+"""Text that light meters and spectrometers export: keys and values, then a wavelength and a value a line.
+
+UPRtek and Sekonic meters write each wavelength with its unit ("380nm", "Spectral Data 380[nm]"), Ocean Optics puts a
+marker before the numbers. Keys such as CCT, LUX or Tristimulus Value X stay in the details; X, Y and Z are kept as
+stated tristimulus values.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from .dialect import dialect_of
+from .reading import SpectralFile
+from .table import Column, Table, parse_table
+from .tabular import gathered
+from .text import head_text
+
+NAME = "instrument text"
+SUFFIXES = (".txt", ".xls", ".csv")
+
+_MARKER = re.compile(r"^[>\s]*Begin (?:Processed )?Spectral Data", re.I | re.M)
+_KEY = re.compile(
+    r"^\W*(?:CCT|Tcp|LUX|fc|Illuminance|Duv|CRI|LambdaP|Viewing Angle|Tristimulus|Peak Wavelength|I-?Time|"
+    r"Integration time)\b",
+    re.I | re.M,
+)
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Text with a marker before its spectrum, or with keys of a light meter and wavelengths that carry their unit."""
+    text = head_text(head)
+    if not text or "BEGIN_DATA" in text:
+        return False
+    if _MARKER.search(text):
+        return True
+    lines = [line for line in text.splitlines() if line.strip()]
+    dialect = dialect_of(lines)
+    first = [dialect.wavelength(cells[0]) for line in lines if (cells := dialect.cells(line))]
+    told = sum(bool(found and found[1] and 100.0 <= found[0] <= 20_000.0) for found in first)
+    return told >= 3 and bool(_KEY.search(text))
+
+
+def read(path: Path) -> SpectralFile:
+    """Read the spectrum of an instrument's report, emission unless its words say otherwise.
+
+    A report that lists one spectrum at two steps keeps the finer.
+
+    Raises
+    ------
+    InputError
+        No wavelengths with values, or values that the quantity cannot take.
+    """
+    return gathered(_finest(parse_table(path)), path, NAME, "emission")
+
+
+def _finest(table: Table) -> Table:
+    """The table with the block of most samples alone, where its blocks are the same range at several steps."""
+    blocks = [block for block in table.blocks if block]
+    if len(blocks) < 2 or any(len(block) != 1 for block in blocks):
+        return table
+    columns: list[Column] = [block[0] for block in blocks]
+    ends = {(min(column.wavelengths), max(column.wavelengths)) for column in columns}
+    sizes = [len(column.wavelengths) for column in columns]
+    if len(ends) > 1 or len(set(sizes)) < len(sizes):
+        return table
+    finest = columns[sizes.index(max(sizes))]
+    note = f"the report lists the spectrum at {len(columns)} steps; the finest, of {max(sizes)} samples, is read"
+    return Table(table.dialect, [[finest]], table.preamble, table.words, [*table.notes, note])

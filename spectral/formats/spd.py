@@ -1,0 +1,55 @@
+"""Spectral power in two columns (`.spd`), and the glazing files of LBNL's Optics: wavelength, T, R front, R back."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from ..errors import InputError
+from .reading import SpectralFile
+from .table import parse_table
+from .tabular import gathered
+from .text import head_text
+
+NAME = "SPD"
+SUFFIXES = (".spd", ".usr", ".opt")
+
+_GLAZING = re.compile(r"^\s*\{\s*Units,?\s*Wavelength Units\s*\}", re.I)
+_PRODUCT = re.compile(r"\{\s*Product Name:\s*([^}]*?)\s*\}", re.I)
+# How renderers name the two parts of a refractive index.
+_INDEX = re.compile(r"\.(?:eta|k)\.spd$", re.I)
+_SIDES = (("transmittance", "T"), ("reflectance", "R front"), ("reflectance", "R back"))
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """A glazing header, or a text of numbers that is named .spd."""
+    text = head_text(head)
+    if _GLAZING.match(text):
+        return True
+    return path.suffix.casefold() == ".spd" and bool(re.search(r"\d", text)) and text.lstrip()[:1] not in ("<", "{")
+
+
+def read(path: Path) -> SpectralFile:
+    """Read spectral power, emission unless the file's words say otherwise, or the three spectra of a glazing.
+
+    Raises
+    ------
+    InputError
+        No columns of wavelengths and values, or a refractive index.
+    """
+    if _INDEX.search(path.name):
+        raise InputError(
+            "a refractive index is not the spectrum of a colour",
+            file=path,
+            expected="spectral power, reflectance or transmittance",
+            hint="describe the conductor with tables of n and k instead",
+        )
+    table = parse_table(path)
+    with path.open("rb") as file:
+        head = head_text(file.read(4096))
+    columns = table.blocks[0] if table.blocks else []
+    if _GLAZING.match(head) and len(columns) == len(_SIDES):
+        product = _PRODUCT.search(head)
+        for column, (quantity, side) in zip(columns, _SIDES, strict=True):
+            column.words, column.name = quantity, f"{product[1] if product else path.stem} {side}"
+    return gathered(table, path, NAME, "emission")
