@@ -1,0 +1,261 @@
+"""How fast a folder of materials is imported, what a second import costs, and whether kills do any harm.
+
+    python -m benchmarks.importing [--materials 200] [--jobs 2] [--kills 50] [--json OUT.json]
+
+The materials are generated: smooth reflectances in one CSV table, and descriptions that make diffuse, rough and glossy
+surfaces of them. `peak` is the high-water mark of resident memory (VmHWM) of the command and of its largest worker. A
+kill is SIGKILL to a process of the command, drawn at random (the command itself or a worker), at a random moment; then
+the catalogue must open and verify, and the same command must end with the bytes of an import that nobody disturbed.
+Linux only: processes are found in /proc.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from metamer.materials.catalogue import Catalogue
+from metamer.materials.import_folder import unfinished
+from metamer.materials.record import MARKER
+
+TABLES = """
+[chart]
+file = "chart.csv"
+source = "Reflectances generated for a benchmark"
+licence = "CC0 1.0"
+"""
+FAMILY = """
+family = "{family}"
+kind = "analytic"
+
+[[material]]
+each = "chart"
+name = "{{column}}-{family}"
+model = "{model}"
+{parameters}
+"""
+SURFACES = {
+    "matt": ("lambert", 'reflectance = { table = "chart", column = "{column}" }'),
+    "rough": ("oren_nayar", 'reflectance = { table = "chart", column = "{column}" }\nsigma = 0.35'),
+    "satin": (
+        "ashikhmin_shirley",
+        'diffuse = { table = "chart", column = "{column}" }\nspecular = { constant = 0.04 }\n'
+        "exponent_u = 25.0\nexponent_v = 25.0",
+    ),
+}
+
+
+def generated(folder: Path, materials: int, surfaces: tuple[str, ...] = tuple(SURFACES)) -> Path:
+    """A source folder of at least `materials` materials, equal parts of each surface."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(7)
+    nm = np.arange(380, 781, 10)
+    columns = -(-materials // len(surfaces))
+    steps = rng.uniform(-4, 4, (columns, 1)) * np.tanh((nm - rng.uniform(430, 680, (columns, 1))) / 60.0)
+    values = 0.04 + 0.86 / (1 + np.exp(-steps - rng.uniform(-2, 2, (columns, 1))))
+    rows = [",".join(["wavelength_nm", *(f"c{number:03}" for number in range(columns))])]
+    rows += [
+        ",".join([f"{wavelength}", *(f"{value:.5f}" for value in column)])
+        for wavelength, column in zip(nm, values.T, strict=True)
+    ]
+    (folder / "chart.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    (folder / "sources.toml").write_text(TABLES, encoding="utf-8")
+    for name in surfaces:
+        model, parameters = SURFACES[name]
+        text = FAMILY.format(family=name, model=model, parameters=parameters)
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+def command(source: Path, catalogue: Path, jobs: int, *more: str) -> list[str]:
+    """The words of one import, in a Python of its own."""
+    return [
+        *(sys.executable, "-m", "metamer.cli.main", "catalogue", "import", str(source)),
+        *("--into", str(catalogue), "--jobs", str(jobs), *more),
+    ]
+
+
+def start(words: list[str]) -> subprocess.Popen[str]:
+    """The command, with what it says kept for the end."""
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def processes_of(pid: int) -> list[int]:
+    """A process and all that it started, directly or not."""
+    found = [pid]
+    for parent in found:
+        try:
+            for task in Path(f"/proc/{parent}/task").iterdir():
+                found += [int(child) for child in (task / "children").read_text().split()]
+        except OSError:
+            continue
+    return found
+
+
+def peak_bytes(pid: int) -> int:
+    """High-water mark of a process's resident memory; 0 where it is gone."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    except OSError:
+        return 0
+    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM")), 0)
+
+
+def timed(words: list[str]) -> dict:
+    """Seconds of one command, and peak memory of it and of its largest worker."""
+    begin = time.perf_counter()
+    process = start(words)
+    peaks: dict[int, int] = {}
+    while process.poll() is None:
+        for pid in processes_of(process.pid):
+            peaks[pid] = max(peaks.get(pid, 0), peak_bytes(pid))
+        time.sleep(0.02)
+    seconds = time.perf_counter() - begin
+    said = process.stdout.read() if process.stdout else ""
+    if process.returncode:
+        raise RuntimeError(f"exit code {process.returncode}: {said}")
+    own = peaks.pop(process.pid, 0)
+    return {"seconds": seconds, "peak_command": own, "peak_worker": max(peaks.values(), default=0), "said": said}
+
+
+def contents(catalogue: Path) -> dict[str, str]:
+    """SHA-256 of every file of a catalogue, hidden ones too."""
+    return {
+        path.relative_to(catalogue).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(catalogue.rglob("*"))
+        if path.is_file()
+    }
+
+
+def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng: random.Random) -> dict:
+    """Kill one process of an import within `seconds`; what was hit and what was left. Raises where that is damaged."""
+    process = start(command(source, catalogue, jobs))
+    moment = rng.uniform(0.0, seconds)
+    time.sleep(moment)
+    there = processes_of(process.pid)
+    # Every other time the command itself: it is one process among several.
+    victim = process.pid if rng.random() < 0.5 else rng.choice(there)
+    hit = process.poll() is None
+    if hit:
+        try:
+            os.kill(victim, signal.SIGKILL)
+        except ProcessLookupError:
+            hit = False
+    said, _ = process.communicate(timeout=600)
+    for pid in there[1:]:
+        gone_within(pid, 10.0)
+    left, done = [], 0
+    if (catalogue / MARKER).exists():
+        opened = Catalogue.open(catalogue)
+        damaged = {name: str(reason) for name, reason in opened.verify().items() if reason is not None}
+        if damaged:
+            raise RuntimeError(f"damaged after a kill at {moment:.3f} s: {damaged}")
+        left, done = [path.name for path in unfinished(catalogue)], len(opened.ids())
+    return {
+        "moment": moment,
+        "hit": ("command" if victim == process.pid else "worker") if hit else "nothing",
+        "code": process.returncode,
+        "materials": done,
+        "leftovers": len(left),
+        "said": said,
+    }
+
+
+def gone_within(pid: int, seconds: float) -> None:
+    """Raises where a process still lives after that time."""
+    deadline = time.monotonic() + seconds
+    while Path(f"/proc/{pid}").exists() and "Z (zombie)" not in _status(pid):
+        if time.monotonic() > deadline:
+            raise RuntimeError(f"process {pid} outlived the import")
+        time.sleep(0.02)
+
+
+def _status(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return "Z (zombie)"
+
+
+def kills(
+    folder: Path, source: Path, jobs: int, count: int, seed: int = 1, tell: Callable[[str], None] = lambda line: None
+) -> list[dict]:
+    """`count` imports that are killed once each, then completed; raises where one ends with other bytes."""
+    whole = folder / "undisturbed"
+    begin = time.perf_counter()
+    timed(command(source, whole, jobs))
+    seconds = time.perf_counter() - begin
+    expected, rng, found = contents(whole), random.Random(seed), []
+    for number in range(count):
+        catalogue = folder / "killed"
+        shutil.rmtree(catalogue, ignore_errors=True)
+        row = killed_import(source, catalogue, jobs, seconds, rng)
+        timed(command(source, catalogue, jobs))
+        if (after := contents(catalogue)) != expected:
+            differing = sorted(set(after.items()) ^ set(expected.items()))
+            raise RuntimeError(f"other bytes after {row}: {differing}")
+        found.append(row)
+        tell(f"{number + 1}/{count}: {row['hit']} killed at {row['moment']:.2f} s, {row['materials']} materials there")
+    return found
+
+
+def measured(materials: int, jobs: int, folder: Path) -> dict:
+    """One import of generated materials, and a second one with nothing to do."""
+    source, catalogue = generated(folder / "source", materials), folder / "catalogue"
+    first = timed(command(source, catalogue, jobs))
+    count = len(Catalogue.open(catalogue).ids())
+    again = min((timed(command(source, catalogue, jobs)) for _ in range(3)), key=lambda run: run["seconds"])
+    assert f"{count} unchanged" in again["said"], again["said"]
+    return {
+        "materials": count,
+        "jobs": jobs,
+        "seconds": first["seconds"],
+        "materials_per_second": count / first["seconds"],
+        "peak_command_mib": first["peak_command"] / 2**20,
+        "peak_worker_mib": first["peak_worker"] / 2**20,
+        "second_run_seconds": again["seconds"],
+        "catalogue_mib": sum(path.stat().st_size for path in catalogue.rglob("*.h5")) / 2**20,
+    }
+
+
+def main(words: list[str] | None = None) -> int:
+    """Measure, print and store."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--materials", type=int, default=200)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--json", type=Path)
+    args = parser.parse_args(words)
+    with tempfile.TemporaryDirectory() as private:
+        found: dict = measured(args.materials, args.jobs, Path(private) / "speed")
+        for name, value in found.items():
+            print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
+        if args.kills:
+            source = generated(Path(private) / "few", 12)
+            rows = kills(Path(private), source, args.jobs, args.kills, tell=lambda line: print(line, flush=True))
+            found["kills"] = [{key: value for key, value in row.items() if key != "said"} for row in rows]
+            hits = [row["hit"] for row in rows]
+            print(
+                f"{len(rows)} kills: {hits.count('command')} of the command, {hits.count('worker')} of a worker, "
+                f"{hits.count('nothing')} too late; leftovers cleared {sum(row['leftovers'] for row in rows)}; "
+                "all catalogues opened, verified and ended with the same bytes"
+            )
+    if args.json:
+        args.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
