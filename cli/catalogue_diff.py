@@ -1,0 +1,127 @@
+"""`metamer catalogue diff`: what changed between two catalogues or two materials, in ΔE94."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .catalogue_words import columns, opened
+from .shared import comma_separated, positive_count, positive_delta_e, progress_bar
+
+if TYPE_CHECKING:
+    from ..materials.compare import Comparison
+    from ..materials.material import MaterialRecord
+
+
+def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `diff`."""
+    diff = verbs.add_parser(
+        "diff",
+        help="what changed between two catalogues or two materials",
+        description="Materials added, removed and changed, and by how much; A is the reference of every ΔE94. Exit "
+        "code 2 where --fail is exceeded, 3 where nothing can be compared, 4 where a file is unusable.",
+    )
+    for side in ("A", "B"):
+        diff.add_argument(side.lower(), metavar=side, help="catalogue folder, material file, or id of a material")
+    diff.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up (default: as for list)")
+    diff.add_argument(
+        "--illuminants", type=comma_separated, default=("D65", "A", "FL11"), metavar="X,Y", help="default: D65,A,FL11"
+    )
+    diff.add_argument("--observer", default="1931_2", metavar="NAME", help="default: 1931_2")
+    diff.add_argument(
+        "--of",
+        choices=("packs", "original"),
+        default="packs",
+        help="compare what pictures show (packs, the default) or what was measured",
+    )
+    diff.add_argument("--fail", type=positive_delta_e, metavar="D", help="end with 2 where a ΔE94 p99 is above D")
+    diff.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
+    diff.add_argument("--json", action="store_true", help="every figure, for a program")
+    diff.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare; the exit code is in the command's description."""
+    found = _catalogues(args) if _is_folder(args.a) and _is_folder(args.b) else _materials(args)
+    if args.json:
+        _print_json(found)
+    else:
+        _print(found)
+    if args.fail is not None and found.largest > args.fail:
+        if not args.json:
+            print(f"over ΔE94 {args.fail:g}: {found.largest:.3f}")
+        return 2
+    if found.count("unusable"):
+        return 4
+    return 0 if found.count("same") or found.count("changed") else 3
+
+
+def _is_folder(text: str) -> bool:
+    return Path(text).is_dir()
+
+
+def _catalogues(args: argparse.Namespace) -> Comparison:
+    from ..materials.compare import compare_catalogues
+
+    a, b = opened(Path(args.a)), opened(Path(args.b))
+    with nullcontext(lambda *_: None) if args.json else progress_bar("Comparing") as progress:
+        return compare_catalogues(
+            a,
+            b,
+            illuminants=args.illuminants,
+            observer_name=args.observer,
+            of=args.of,
+            jobs=args.jobs,
+            progress=progress,
+        )
+
+
+def _materials(args: argparse.Namespace) -> Comparison:
+    from ..materials.compare import Comparison, compare_records
+    from ..spectral.errors import UsageError
+
+    for side in (args.a, args.b):
+        if _is_folder(side):
+            raise UsageError(f"{side} is a folder and the other side is not: name two catalogues or two materials")
+    a, b = (_record(side, args.catalogue) for side in (args.a, args.b))
+    found = compare_records(a, b, illuminants=args.illuminants, observer_name=args.observer, of=args.of)
+    return Comparison((found,), args.of, args.illuminants, args.observer)
+
+
+def _record(text: str, catalogue: Path | None) -> MaterialRecord:
+    from ..materials.record import read_record
+
+    return read_record(Path(text)) if Path(text).is_file() else opened(catalogue).load(text)
+
+
+def _print(found: Comparison) -> None:
+    changed = sorted((one for one in found.differences if one.worst), key=lambda one: -one.worst.p99)  # type: ignore
+    rows = []
+    for one in changed:
+        worst = one.worst
+        assert worst is not None
+        figures = (worst.mean, worst.p95, worst.p99, worst.maximum)
+        rows.append([one.id, worst.light, *(f"{value:.3f}" for value in figures), one.words])
+    if rows:
+        print(columns(("material", "worst under", "mean", "p95", "p99", "max", ""), rows, left=2))
+    for status in ("added", "removed", "not comparable", "unusable"):
+        for one in found.differences:
+            if one.status == status:
+                print(f"{status}: {one.id}{f': {one.words}' if one.words else ''}")
+    if rows:
+        print(found.protocol)
+    counts = [f"{found.count(status)} {status}" for status in ("changed", "same", "added", "removed")]
+    for status in ("not comparable", "unusable"):
+        if found.count(status):
+            counts.append(f"{found.count(status)} {status}")
+    print(", ".join(counts))
+
+
+def _print_json(found: Comparison) -> None:
+    import dataclasses
+    import json
+
+    document = {**dataclasses.asdict(found), "protocol": found.protocol, "largest": found.largest}
+    print(json.dumps(document, ensure_ascii=False, indent=1))

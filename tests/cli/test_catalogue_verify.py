@@ -1,0 +1,110 @@
+"""`metamer catalogue verify` and `diff`: words, figures, exit codes."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from metamer.materials.record import read_record, write_record
+
+
+@pytest.fixture
+def folder(tmp_path, write_matt, write_spectrum):
+    write_matt(tmp_path / "a", "paint/dark", 0.1)
+    write_matt(tmp_path / "a", "paint/light", 0.8)
+    write_spectrum(tmp_path / "a", "lamp/led")
+    return tmp_path / "a"
+
+
+@pytest.fixture
+def other(tmp_path, write_matt, write_spectrum, folder):
+    write_matt(tmp_path / "b", "paint/dark", 0.1)
+    write_matt(tmp_path / "b", "paint/light", 0.75)
+    write_matt(tmp_path / "b", "paint/new", 0.3)
+    return tmp_path / "b"
+
+
+def test_verify_says_what_holds(metamer, folder):
+    code, out, _ = metamer("catalogue", "verify", folder, "--jobs", 1)
+    assert code == 0 and "2 errors measured again; they hold" in out and "3 materials intact, 0 damaged" in out
+    code, out, _ = metamer("catalogue", "verify", folder, "--quick")
+    assert code == 0 and "measured" not in out and "3 materials intact" in out
+
+
+def test_verify_finds_a_false_error_and_quick_does_not_look(metamer, folder):
+    path = folder / "paint" / "dark.h5"
+    record = read_record(path)
+    write_record(replace(record, error=replace(record.error, p99=record.error.p99 + 0.1)), path)
+    code, out, _ = metamer("catalogue", "verify", folder, "--jobs", 1)
+    assert code == 4 and "dark.h5: error: the declared error does not hold" in out and "1 damaged" in out
+    assert metamer("catalogue", "verify", folder, "--quick")[0] == 0
+    code, out, _ = metamer("catalogue", "verify", folder, "--json", "--jobs", 1)
+    assert code == 4
+    (dark,) = [one for one in json.loads(out)["materials"] if one["id"] == "paint/dark"]
+    assert dark["declared"]["p99"] == pytest.approx(dark["measured"]["p99"] + 0.1) and "hold" in dark["problem"]
+
+
+def test_verify_reports_what_a_killed_writer_left(metamer, folder):
+    (folder / "paint" / ".dark.0a1b2c3d.h5").write_bytes(b"half")
+    code, out, _ = metamer("catalogue", "verify", folder, "--quick")
+    assert code == 0 and ".dark.0a1b2c3d.h5: left behind" in out
+
+
+def test_diff_of_catalogues(metamer, folder, other):
+    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1)
+    assert code == 0
+    assert "added: paint/new" in out and "removed: lamp/led" in out
+    assert "1 changed, 1 same, 1 added, 1 removed" in out
+    assert "packs of B against those of A, the reference" in out and "under D65, A, FL11" in out
+
+
+def test_diff_fails_over_a_limit(metamer, folder, other):
+    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1, "--fail", "0.5", "--illuminants", "A")
+    assert code == 2 and "over ΔE94 0.5" in out
+    assert metamer("catalogue", "diff", folder, other, "--jobs", 1, "--fail", "50")[0] == 0
+    assert metamer("catalogue", "diff", folder, folder, "--fail", "0.001")[0] == 0
+
+
+def test_diff_json(metamer, folder, other):
+    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1, "--json", "--of", "original")
+    document = json.loads(out)
+    assert code == 0 and document["of"] == "original" and "original data of B" in document["protocol"]
+    changed = {one["id"]: one for one in document["differences"]}["paint/light"]
+    assert [light["light"] for light in changed["lights"]] == ["D65", "A", "FL11"]
+    assert document["largest"] == max(light["p99"] for light in changed["lights"])
+
+
+def test_diff_of_two_materials_by_file_and_by_id(metamer, folder, other):
+    code, out, _ = metamer("catalogue", "diff", folder / "paint" / "light.h5", other / "paint" / "light.h5")
+    assert code == 0 and "paint/light" in out and "1 changed" in out
+    code, out, _ = metamer("catalogue", "diff", "paint/light", "paint/dark", "--catalogue", folder)
+    assert code == 0 and "paint/light -> paint/dark" in out
+
+
+def test_diff_of_what_cannot_be_compared(metamer, folder, tmp_path, write_matt):
+    code, out, _ = metamer("catalogue", "diff", "paint/light", "lamp/led", "--catalogue", folder)
+    assert code == 3 and "not comparable: paint/light -> lamp/led: reflectance -> emission" in out
+    write_matt(tmp_path / "c", "x/y")
+    code, out, _ = metamer("catalogue", "diff", folder, tmp_path / "c")
+    assert code == 3 and "0 changed, 0 same, 1 added, 3 removed" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("paint/lihgt", "paint/dark"), 4, "nearest: paint/light"),
+        (("{a}", "paint/dark"), 64, "is a folder and the other side is not"),
+        (("{a}", "{a}/paint"), 4, "not a catalogue"),
+        (("{a}", "{a}", "--illuminants", "D66"), 4, "unknown illuminant"),
+        (("{a}", "{a}", "--observer", "1931"), 4, "unknown observer"),
+    ],
+)
+def test_diff_of_wrong_words(metamer, folder, words, code, said):
+    where = [word.format(a=folder) for word in words]
+    found, _, err = metamer("catalogue", "diff", *where, "--catalogue", folder)
+    assert found == code and said in err
+
+
+def test_diff_goes_on_past_a_damaged_file(metamer, folder, other):
+    (other / "paint" / "light.h5").write_bytes(b"")
+    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1)
+    assert code == 4 and "unusable: paint/light" in out and "light.h5" in out and "1 same" in out

@@ -1,0 +1,96 @@
+"""A catalogue holds what it says, or `verify` says what does not."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from metamer.materials.record import read_record, write_record
+from metamer.materials.verification import TOLERANCE, half_written, verify_catalogue, verify_material
+
+
+def by_id(found):
+    return {one.id: one for one in found.results}
+
+
+def declare(path, **changes):
+    record = read_record(path)
+    write_record(replace(record, error=replace(record.error, **changes)), path)
+
+
+@pytest.fixture
+def folder(tmp_path, write_matt, write_spectrum):
+    for name, reflectance in (("paint/dark", 0.1), ("paint/light", 0.8)):
+        write_matt(tmp_path, name, reflectance)
+    # Packs that are off: a matt 0.5 shown as 0.52, honestly declared.
+    write_matt(tmp_path, "paint/off", 0.5, shown=np.full(81, 0.52))
+    write_spectrum(tmp_path, "lamp/led")
+    return tmp_path
+
+
+def test_intact_catalogue_holds_and_its_errors_are_measured(folder):
+    found = verify_catalogue(folder, jobs=1)
+    assert [one.id for one in found.results] == ["lamp/led", "paint/dark", "paint/light", "paint/off"]
+    assert found.damaged == () and found.strays == ()
+    off = by_id(found)["paint/off"]
+    assert off.measured.p99 == pytest.approx(off.declared.p99, abs=1e-9) and off.measured.p99 > 0.5
+    assert by_id(found)["lamp/led"].measured is None
+
+
+@pytest.mark.parametrize("figure", ["mean", "p95", "p99", "maximum"])
+@pytest.mark.parametrize("by", [-2.0, 2.0])
+def test_error_that_was_declared_wrong_is_found(folder, figure, by):
+    """Too small flatters; too large hides what the fit can do. Either is no measurement."""
+    path = folder / "paint" / "off.h5"
+    declare(path, **{figure: getattr(read_record(path).error, figure) + by * TOLERANCE})
+    one = verify_material("paint/off", path)
+    assert one.problem is not None and f"{figure} " in str(one.problem) and "does not hold" in str(one.problem)
+    assert verify_material("paint/off", path, quick=True).problem is None
+
+
+def test_error_within_the_tolerance_holds(folder):
+    path = folder / "paint" / "off.h5"
+    declare(path, p99=read_record(path).error.p99 + 0.5 * TOLERANCE)
+    assert verify_material("paint/off", path).problem is None
+
+
+def test_error_that_is_no_number_does_not_hold(folder):
+    path = folder / "paint" / "off.h5"
+    declare(path, p99=float("nan"))
+    assert "p99" in str(verify_material("paint/off", path).problem)
+
+
+def test_error_by_another_protocol_is_said_not_judged(folder):
+    path = folder / "paint" / "off.h5"
+    declare(path, protocol="a photograph", p99=9.0)
+    one = verify_material("paint/off", path)
+    assert one.problem is None and one.measured is None and "a photograph" in one.note
+
+
+def test_changed_content_and_wrong_name_are_found(folder):
+    with h5py.File(folder / "paint" / "dark.h5", "r+") as file:
+        file["packs/0/spectral"][0, 0] += 1e-9
+    (folder / "paint" / "light.h5").rename(folder / "paint" / "lihgt.h5")
+    for quick in (True, False):
+        found = by_id(verify_catalogue(folder, quick=quick, jobs=1))
+        assert "content has changed" in str(found["paint/dark"].problem)
+        assert "another material" in str(found["paint/lihgt"].problem)
+
+
+def test_half_written_files_are_reported_and_do_no_harm(folder):
+    for name in (".red.0123abcd.h5", ".writable"):
+        (folder / "paint" / name).write_bytes(b"")
+    (folder / ".hidden").write_bytes(b"")
+    assert [path.name for path in half_written(folder)] == [".red.0123abcd.h5", ".writable"]
+    assert verify_catalogue(folder, quick=True, jobs=1).damaged == ()
+
+
+def test_several_processes_find_the_same(folder):
+    (folder / "paint" / "dark.h5").write_bytes(b"")
+    for name in range(8):
+        (folder / "paint" / f"empty-{name}.h5").write_bytes(b"")
+    seen = []
+    found = verify_catalogue(folder, jobs=2, progress=lambda *what: seen.append(what))
+    assert len(found.damaged) == 9 and [done for done, _, _ in seen] == list(range(1, 13))
+    alone = verify_catalogue(folder, jobs=1)
+    assert [one.measured for one in found.results] == [one.measured for one in alone.results]
