@@ -32,7 +32,7 @@ _INDEX = re.compile(r"refractive|extinction|\.(?:eta|k)$|\bior\b", re.I)
 # What lights are called, where nothing says what was measured.
 _LIGHT = re.compile(
     r"illumi|\blamps?\b|\bleds?\b|daylight(?! fluo)|tungsten|xenon|halogen|sunlight|skylight|incandescent|"
-    r"(?<![A-Za-z0-9])D(?:50|55|65|75|93)(?![0-9])|^(?:[ABCE]|FL?\d{1,2})$",
+    r"(?<![A-Za-z0-9])D(?:50|55|65|75|93)(?![0-9])|^FL\d{1,2}$",
     re.I,
 )
 _PERCENT = re.compile(r"%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
