@@ -15,7 +15,7 @@ from ..fluorescent import FluorescentLambert
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
 from .exr_pictures import channel_names
-from .measured import material_source, named, sha256_of
+from .measured import named, printable, sha256_of
 
 NAME = "bispectral OpenEXR"
 SUFFIXES = (".exr",)
@@ -36,13 +36,13 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     for number, brdf in enumerate(surfaces, start=1):
         name = named(path.stem) + (f"-{number}" if len(surfaces) > 1 else "")
         provenance = Provenance(
-            source=f"{path.name}, a bispectral OpenEXR picture, surface {number} of {len(surfaces)}",
+            source=f"{printable(path.name)}, a bispectral OpenEXR picture, surface {number} of {len(surfaces)}",
             licence="not stated in the file",
             kind="measured",
-            notes=f"taken to be perfectly diffuse + {path.name}: SHA-256 {content}",
+            notes=f"taken to be perfectly diffuse + {printable(path.name)}: SHA-256 {content}",
         )
-        parameters, original = brdf.parameters(), {"file": path.name, "surface": number}
-        yield material_source(f"measured/{name}", "measured", brdf.NAME, parameters, provenance, path, original)
+        parameters, original = brdf.parameters(), {"file": printable(path.name), "surface": number}
+        yield MaterialSource(f"measured/{name}", "measured", brdf.NAME, parameters, provenance, path, original)
 
 
 def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:

@@ -25,7 +25,7 @@ from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
 from ..measurement import ScatteredMeasurement
 from ..sources import MaterialSource, Rejected
-from .measured import measured_source, placed
+from .measured import measured_source, placed, printable
 
 NAME = "Cornell scattered BRDF"
 SUFFIXES = (".brdf",)
@@ -54,7 +54,11 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
         source=". ".join(text for text in (told.name or path.name, told.description) if text),
         kind="measured",
         geometry=f"{len(told)} scattered direction pairs",
-        original={"file": path.name, "units": "1/sr; angles in radians", "comments": told.description},
+        original={
+            "file": printable(path.name),
+            "units": "1/sr; angles in radians",
+            "comments": printable(told.description),
+        },
     )
 
 

@@ -2,19 +2,121 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.files import existing_file
 
 MAGIC = b"\x76\x2f\x31\x01"
+_DAMAGE = (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError)
+_AGAIN = "the picture is damaged or cut short: save or copy it again"
+
+
+@dataclass(frozen=True)
+class ExrPicture:
+    """All channels (H,W) as stored, float16, float32 or uint32, by name; and the header's attributes.
+
+    Channels of a second part, and on, have the part's name before their own.
+    """
+
+    attributes: Mapping[str, Any]
+    channels: Mapping[str, np.ndarray]
 
 
 def channel_names(path: Path, head: bytes) -> tuple[str, ...]:
     """Names of all channels of all parts; none where the file is no OpenEXR, or its header cannot be read."""
-    import OpenEXR
-
     if not head.startswith(MAGIC):
         return ()
     try:
-        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
-            return tuple(channel.name for part in file.parts for channel in part.header["channels"])
-    except (OSError, RuntimeError, ValueError, TypeError, KeyError):
+        return tuple(name for header in _headers(path) for name in _names(header))
+    except InputError:
         return ()
+
+
+def read_picture(path: Path, most: int) -> ExrPicture:
+    """Every pixel of every part.
+
+    Parameters
+    ----------
+    most : samples, over all channels, above which the picture is refused before any is read.
+
+    Raises
+    ------
+    InputError
+        Not OpenEXR, cut short, damaged, or too large.
+    """
+    import OpenEXR
+
+    headers = _headers(existing_file(path))
+    samples = sum(_area(header) * len(_names(header)) for header in headers)
+    if samples > most:
+        raise InputError(
+            "too large a picture",
+            file=path,
+            field="dataWindow",
+            found=f"{samples} samples",
+            expected=f"at most {most}",
+            hint="cut out a part, save it smaller, or with fewer wavelengths",
+        )
+    channels: dict[str, np.ndarray] = {}
+    try:
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            for number, part in enumerate(file.parts):
+                label = f"{part.header.get('name') or number}." if number else ""
+                channels |= {label + name: np.asarray(at.pixels) for name, at in part.channels.items()}
+    except _DAMAGE as reason:
+        raise _unreadable(path, str(reason)) from None
+    expected = sum(len(_names(header)) for header in headers)
+    # A part that cannot be decompressed is left out without an error.
+    if len(channels) != expected or any(pixels.ndim != 2 for pixels in channels.values()):
+        raise _unreadable(path, f"{len(channels)} channels of {expected}")
+    return ExrPicture({name: value for name, value in headers[0].items() if name != "channels"}, channels)
+
+
+def _headers(path: Path) -> list[dict[str, Any]]:
+    import OpenEXR
+
+    try:
+        with path.open("rb") as file:
+            head = file.read(len(MAGIC))
+        if head != MAGIC:
+            raise InputError(
+                "not an OpenEXR file",
+                file=path,
+                field="header",
+                found=repr(head) if head else "an empty file",
+                expected=repr(MAGIC),
+                hint=_AGAIN,
+            )
+        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
+            headers = [dict(part.header) for part in file.parts]
+    except _DAMAGE as reason:
+        raise _unreadable(path, str(reason)) from None
+    if not headers or not all(_names(header) for header in headers):
+        raise _unreadable(path, "no channels")
+    return headers
+
+
+def _names(header: Mapping[str, Any]) -> list[str]:
+    return [str(channel.name) for channel in header.get("channels", ())]
+
+
+def _area(header: Mapping[str, Any]) -> int:
+    low, high = header["dataWindow"]
+    return max(0, int(high[0]) - int(low[0]) + 1) * max(0, int(high[1]) - int(low[1]) + 1)
+
+
+def _unreadable(path: Path, reason: str) -> InputError:
+    return InputError(
+        "the OpenEXR file cannot be read",
+        file=path,
+        field="pixels" if "channels of" in reason else "header",
+        found=reason.strip().split("\n")[0][:160],
+        expected="a whole OpenEXR picture",
+        hint=_AGAIN,
+    )

@@ -32,25 +32,10 @@ def measured_source(
 
     original : what the file says beside that which `brdf` is rebuilt from, which holds all of its values.
     """
-    notes = (*brdf.notes, f"{path.name}: SHA-256 {sha256_of(path)}")
-    provenance = Provenance(source, "not stated in the file", kind, geometry, " + ".join(notes))
-    return material_source(
-        f"measured/{named(path.stem)}", "measured", brdf.NAME, brdf.parameters(), provenance, path, original
-    )
-
-
-def material_source(
-    material_id: str,
-    family: str,
-    model: str,
-    parameters: Mapping[str, Any],
-    provenance: Provenance,
-    file: Path,
-    original: Mapping[str, Any],
-) -> MaterialSource:
-    """A `MaterialSource` that carries the measurement as it came."""
-    extra: dict[str, Any] = {"original": original} if "original" in MaterialSource.__dataclass_fields__ else {}
-    return MaterialSource(material_id, family, model, parameters, provenance, file, **extra)
+    notes = (*brdf.notes, f"{printable(path.name)}: SHA-256 {sha256_of(path)}")
+    provenance = Provenance(printable(source), "not stated in the file", kind, geometry, " + ".join(notes))
+    material_id = f"measured/{named(path.stem)}"
+    return MaterialSource(material_id, "measured", brdf.NAME, brdf.parameters(), provenance, path, original)
 
 
 @contextmanager
@@ -75,7 +60,16 @@ def named(name: str) -> str:
     >>> named("Garnet Red (2 coats)"), named("赤")
     ('garnet-red-2-coats', 'material-d6765296')
     """
-    return slug(name) or f"material-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+    return slug(name) or f"material-{hashlib.sha256(printable(name).encode()).hexdigest()[:8]}"
+
+
+def printable(text: str) -> str:
+    """Text that any file can hold: NUL, and what is no whole character, as their codes.
+
+    >>> printable("a\\0"), printable("\\udcff.brdf")
+    ('a\\\\0', '\\\\udcff.brdf')
+    """
+    return text.replace("\0", "\\0").encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def sha256_of(path: Path) -> str:

@@ -20,7 +20,7 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.upsampling import upsampling
 from ..sources import MaterialSource, Rejected
-from .measured import measured_source, placed
+from .measured import measured_source, placed, printable
 
 NAME = "MERL table"
 SUFFIXES = (".binary",)
@@ -56,7 +56,11 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
         source=f"{path.name}, a table in the layout of the MERL data base",
         kind=upsampling(uplift).provenance,
         geometry="90 x 90 x 180 nodes of theta_h, theta_d and phi_d, in red, green and blue",
-        original={"file": path.name, "units": "1/sr; stored in the file divided by `scale`", "scale": SCALES},
+        original={
+            "file": printable(path.name),
+            "units": "1/sr; stored in the file divided by `scale`",
+            "scale": SCALES,
+        },
     )
 
 

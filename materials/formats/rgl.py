@@ -32,7 +32,7 @@ from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import validated_wavelengths
 from ..sources import MaterialSource, Rejected
-from .measured import measured_source, placed
+from .measured import measured_source, placed, printable
 
 NAME = "RGL measurement"
 SUFFIXES = (".bsdf",)
@@ -109,7 +109,11 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
         source=". ".join(text for text in (told.description, path.name) if text),
         kind="measured" if brdf.spectral else upsampling(uplift).provenance,
         geometry=f"{turned}, {count} directions of the light, {channels}",
-        original={"file": path.name, "units": "1/sr, times the cosine of theta_o", "description": told.description},
+        original={
+            "file": printable(path.name),
+            "units": "1/sr, times the cosine of theta_o",
+            "description": printable(told.description),
+        },
     )
 
 

@@ -6,7 +6,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import MODELS, AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.analytic import MODELS, AshikhminShirley, CookTorrance, Lambert, MetallicRoughness, OrenNayar
 from metamer.materials.analytic.cook_torrance import beckmann, fresnel, ggx, smith_beckmann, smith_ggx, v_cavity
 from metamer.materials.directions import TAU, spherical
 from metamer.spectral.errors import InputError
@@ -204,6 +204,14 @@ STORED = {
         "specular_weight": 0.5,
         "distribution": "ggx",
         "masking": "smith",
+    },
+    MetallicRoughness: {
+        "diffuse": [0.5] * 3,
+        "specular": [0.04] * 3,
+        "edge": 1.0,
+        "alpha": 0.3,
+        "coat": 0.5,
+        "coat_alpha": 0.1,
     },
 }
 

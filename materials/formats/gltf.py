@@ -1,0 +1,227 @@
+"""Materials of glTF 2.0 files (.gltf, .glb; Khronos 2021, section 3.9): colours in RGB, with made-up spectra.
+
+Metallic and roughness, specular, refractive index, clearcoat, specular and glossiness, and unlit are rendered; what
+else a material says (bumps, transmission, sheen, ...) is kept in the record, with all of its maps, and is named in the
+notes. A material that shines gives a second record, its emission.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.upsampling import upsampling
+from ..record import Provenance
+from ..sources import MaterialSource, Rejected
+from . import gltf_container
+from .emitted import emission_of
+from .gltf_container import GltfFile, open_gltf
+from .gltf_textures import KEPT_EXTENSIONS, TextureReader
+from .json_nodes import Node, compact
+from .map_record import kept_maps
+from .measured import named, placed, printable, sha256_of
+from .stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
+
+NAME = "glTF materials"
+SUFFIXES = (".gltf", ".glb")
+# Text beyond this does not fit into an attribute of HDF5.
+_LONGEST_TEXT = 32000
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for a .glb by its first bytes, for a .gltf by its name or its first key."""
+    if head.startswith(gltf_container.MAGIC) or path.suffix.lower() in SUFFIXES:
+        return True
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{") and b'"asset"' in head and b'"version"' in head
+
+
+def companions(path: Path) -> Iterable[Path]:
+    """Buffers and pictures beside the file, which are no sources of their own."""
+    return tuple(gltf_container.companions(path))
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """One record a material, "FILE/MATERIAL", and "FILE/MATERIAL-emission" where it shines.
+
+    Raises `InputError` where the file as a whole cannot be used; a material that cannot is a `Rejected`.
+    """
+    gltf = open_gltf(path)
+    materials = gltf.root.children("materials")
+    if not materials:
+        raise InputError(
+            "no materials",
+            file=path,
+            field="materials",
+            found="a glTF of shapes alone",
+            expected="one material or more",
+            hint="a scene file can name it as a mesh; export it again with its materials",
+        )
+    content = sha256_of(path)
+    primitives = (part for mesh in gltf.root.children("meshes") for part in mesh.children("primitives"))
+    primitives = (part for part in primitives if part.has("material") and part.child("attributes").has("COLOR_0"))
+    coloured = {part.whole("material") for part in primitives}
+    taken: set[str] = set()
+    for number, material in enumerate(materials):
+        try:
+            label = printable(material.text("name")) or f"material {number + 1}"
+            name = _unique(named(label), taken)
+            with placed(path, material.place):
+                material_id = f"{named(path.stem)}/{name}"
+                yield from _Material(gltf, material, label, material_id, content, number in coloured).sources(uplift)
+        except InputError as reason:
+            yield Rejected(f"{path.name}: {material.place}", reason)
+
+
+def _unique(name: str, taken: set[str]) -> str:
+    number, candidate = 1, name
+    while candidate in taken:
+        number += 1
+        candidate = f"{name}-{number}"
+    taken.add(candidate)
+    return candidate
+
+
+class _Material:
+    """One material of a file, read."""
+
+    def __init__(self, gltf: GltfFile, node: Node, label: str, material_id: str, content: str, coloured: bool) -> None:
+        self.gltf, self.node, self.label, self.id, self.content = gltf, node, label, material_id, content
+        self.coloured = coloured
+        self.textures = TextureReader(gltf, node)
+        self.extensions = node.child("extensions")
+
+    def sources(self, uplift: str) -> Iterator[MaterialSource]:
+        maps = self._maps()
+        model, parameters, notes = self._surface(maps, uplift)
+        kept, left_out = self.textures.all()
+        notes += [*left_out, *self._unrendered()]
+        original = {**self._description(), **kept_maps(kept, uplift)}
+        yield self._source(self.id, model, parameters, notes, original, uplift)
+        emitted = self._emitted()
+        if emitted is not None:
+            spectrum, note = emission_of(emitted, uplift)
+            original = {**self._description(), **spectrum, "surface": self.id}
+            yield self._source(f"{self.id}-emission", "emission", {}, [note], original, uplift)
+
+    def _surface(self, maps: SurfaceMaps, uplift: str) -> tuple[str, dict[str, Any], list[str]]:
+        if not self.extensions.has("KHR_materials_unlit"):
+            parameters, notes = model_of(maps, uplift)
+            return "metallic_roughness", dict(parameters), notes
+        parameters, notes = model_of(SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff), uplift)
+        lambert = {"wavelengths_nm": parameters["wavelengths_nm"], "reflectance": parameters["diffuse"]}
+        return "lambert", lambert, [*notes, "unlit in the file: taken to be perfectly diffuse"]
+
+    def _maps(self) -> SurfaceMaps:
+        coverage, cutoff = self._coverage()
+        coat = self.extensions.child("KHR_materials_clearcoat")
+        shared: dict[str, Any] = {
+            "coverage": coverage,
+            "cutoff": cutoff,
+            "coat": Number(self.textures.of(coat, "clearcoatTexture"), 0, coat.number("clearcoatFactor", 0, high=1)),
+            "coat_roughness": Number(
+                self.textures.of(coat, "clearcoatRoughnessTexture"),
+                1,
+                coat.number("clearcoatRoughnessFactor", 0, high=1),
+            ),
+        }
+        if self.extensions.has("KHR_materials_pbrSpecularGlossiness"):
+            return self._specular_glossiness(self.extensions.child("KHR_materials_pbrSpecularGlossiness"), shared)
+        pbr = self.node.child("pbrMetallicRoughness")
+        special = self.extensions.child("KHR_materials_specular")
+        tint = special.numbers("specularColorFactor", (1.0, 1.0, 1.0))
+        packed = self.textures.of(pbr, "metallicRoughnessTexture")
+        at_normal = self._dielectric()
+        return SurfaceMaps(
+            base=Colour(self.textures.of(pbr, "baseColorTexture"), tuple(_factor(pbr, "baseColorFactor")[:3])),
+            metallic=Number(packed, 2, pbr.number("metallicFactor", 1, high=1)),
+            roughness=Number(packed, 1, pbr.number("roughnessFactor", 1, high=1)),
+            reflected=Colour(
+                self.textures.of(special, "specularColorTexture"), tuple(at_normal * value for value in tint)
+            ),
+            weight=Number(self.textures.of(special, "specularTexture"), 3, special.number("specularFactor", 1, high=1)),
+            **shared,
+        )
+
+    def _specular_glossiness(self, gloss: Node, shared: dict[str, Any]) -> SurfaceMaps:
+        packed = self.textures.of(gloss, "specularGlossinessTexture")
+        return SurfaceMaps(
+            base=Colour(self.textures.of(gloss, "diffuseTexture"), tuple(_factor(gloss, "diffuseFactor")[:3])),
+            reflected=Colour(packed, tuple(gloss.numbers("specularFactor", (1.0, 1.0, 1.0), high=1))),
+            roughness=Number(packed, 3, gloss.number("glossinessFactor", 1, high=1), inverted=True),
+            glossy=True,
+            **shared,
+        )
+
+    def _dielectric(self) -> float:
+        """Fresnel reflectance at the normal, ((n - 1)/(n + 1))^2; an index of 0 means a perfect one."""
+        extension = self.extensions.child("KHR_materials_ior")
+        if not extension.has("ior"):
+            return DIELECTRIC_F0
+        index = extension.number("ior", 1.5)
+        if 0 < index < 1:
+            extension.refuse("ior", "out of its domain", index, "0, or 1 and more", "correct the refractive index")
+        return ((index - 1.0) / (index + 1.0)) ** 2 if index else 1.0
+
+    def _coverage(self) -> tuple[Number, float | None]:
+        mode = self.node.text("alphaMode", "OPAQUE")
+        if mode not in ("OPAQUE", "MASK", "BLEND"):
+            self.node.refuse("alphaMode", "unknown word", repr(mode), "OPAQUE, MASK or BLEND")
+        if mode == "OPAQUE":
+            return Number(), None
+        if self.extensions.has("KHR_materials_pbrSpecularGlossiness"):
+            gloss = self.extensions.child("KHR_materials_pbrSpecularGlossiness")
+            opacity = Number(self.textures.of(gloss, "diffuseTexture"), 3, _factor(gloss, "diffuseFactor")[3])
+        else:
+            pbr = self.node.child("pbrMetallicRoughness")
+            opacity = Number(self.textures.of(pbr, "baseColorTexture"), 3, _factor(pbr, "baseColorFactor")[3])
+        return opacity, self.node.number("alphaCutoff", 0.5) if mode == "MASK" else None
+
+    def _emitted(self) -> Colour | None:
+        factor = self.node.numbers("emissiveFactor", (0.0, 0.0, 0.0))
+        strength = self.extensions.child("KHR_materials_emissive_strength").number("emissiveStrength", 1)
+        if not any(factor) or strength == 0:
+            return None
+        return Colour(self.textures.of(self.node, "emissiveTexture"), tuple(strength * value for value in factor))
+
+    def _unrendered(self) -> list[str]:
+        """What the material says that no model of ours shows, in words."""
+        names = [KEPT_EXTENSIONS.get(name, name) for name in self.extensions.values]
+        names += ["bumps of the normal map"] if self.node.has("normalTexture") else []
+        names += ["occlusion"] if self.node.has("occlusionTexture") else []
+        names = [name for name in names if name]
+        notes = [f"kept in the record and not rendered: {', '.join(names)}"] if names else []
+        return notes + (["colours of the mesh's vertices are not applied"] if self.coloured else [])
+
+    def _description(self) -> dict[str, Any]:
+        """The material, its textures and the file's own header, word for word."""
+        asset = self.gltf.root.child("asset")
+        told = {"gltf.asset": asset.values, "gltf.material": self.node.values, "gltf.textures": self.textures.used()}
+        kept: dict[str, Any] = {"file": printable(self.gltf.path.name), "gltf.name": self.label}
+        for name, value in told.items():
+            text = compact(value)
+            kept[name] = text if len(text) < _LONGEST_TEXT else np.frombuffer(text.encode(), np.uint8)
+        return kept
+
+    def _source(
+        self, material_id: str, model: str, parameters: dict[str, Any], notes: list[str], original: dict, uplift: str
+    ) -> MaterialSource:
+        asset = self.gltf.root.child("asset")
+        path = self.gltf.path
+        made_by = f", by {asset.text('generator')}" if asset.text("generator") else ""
+        notes = [*notes, f"spectra by {uplift}, of linear sRGB", f"{printable(path.name)}: SHA-256 {self.content}"]
+        provenance = Provenance(
+            source=printable(f"{path.name}, material {self.label} of a glTF file{made_by}"),
+            licence=printable(asset.text("copyright").strip()) or "not stated in the file",
+            kind=upsampling(uplift).provenance,
+            notes=" + ".join(dict.fromkeys(notes)),
+        )
+        family = self.id.partition("/")[0]
+        return MaterialSource(material_id, family, model, parameters, provenance, path, original)
+
+
+def _factor(node: Node, name: str) -> list[float]:
+    return node.numbers(name, (1.0, 1.0, 1.0, 1.0), high=1)

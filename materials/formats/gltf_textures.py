@@ -1,0 +1,119 @@
+"""The textures that a glTF material uses: found by name, in the core and in any extension, as pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ...spectral.errors import InputError
+from .gltf_container import GltfFile
+from .json_nodes import Node
+from .textures import Texture
+
+# Textures of colours are in sRGB; all others hold numbers.
+_SRGB = ("baseColorTexture", "emissiveTexture", "diffuseTexture", "specularGlossinessTexture")
+_OTHER_PICTURES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "MSFT_texture_dds")
+_KTX2 = b"\xabKTX 20\xbb"
+#: Extensions of a material: what to call those that are kept and not rendered; "" for those that are rendered.
+KEPT_EXTENSIONS = {
+    "KHR_materials_specular": "",
+    "KHR_materials_ior": "",
+    "KHR_materials_clearcoat": "",
+    "KHR_materials_unlit": "",
+    "KHR_materials_emissive_strength": "",
+    "KHR_materials_pbrSpecularGlossiness": "",
+    "KHR_materials_sheen": "sheen",
+    "KHR_materials_anisotropy": "stretched highlights (anisotropy)",
+    "KHR_materials_transmission": "transmission",
+    "KHR_materials_volume": "absorption in the volume",
+    "KHR_materials_iridescence": "iridescence",
+    "KHR_materials_dispersion": "dispersion",
+    "KHR_materials_diffuse_transmission": "diffuse transmission",
+}
+
+
+class TextureReader:
+    """The textures of one material; each picture is read once."""
+
+    def __init__(self, gltf: GltfFile, material: Node) -> None:
+        self.gltf, self.material = gltf, material
+        self._read: dict[str, Texture] = {}
+
+    def of(self, holder: Node, name: str) -> Texture | None:
+        """The texture that `holder` names so, None where it has none.
+
+        Raises
+        ------
+        InputError
+            It points at nothing; its picture is missing, damaged, too large or of a type that is not decoded.
+        """
+        if not holder.has(name):
+            return None
+        place = holder._at(name)
+        if place not in self._read:
+            _, image = self._image(holder, name)
+            picture = self.gltf.picture(image)
+            encoding = "sRGB" if name in _SRGB or "Color" in name else "linear"
+            self._read[place] = Texture(
+                self._slot(place), picture.data, encoding, self.gltf.path, f"{place} ({picture.field})"
+            )
+        texture = self._read[place]
+        if texture.data.startswith(_KTX2):
+            hint = "export the textures as PNG or JPEG"
+            holder.refuse(name, "not decoded", "a KTX2 texture", "PNG, JPEG, WebP or AVIF", hint)
+        _ = texture.mime
+        return texture
+
+    def all(self) -> tuple[list[Texture], list[str]]:
+        """Every texture whose bytes are there, rendered or not, and notes of those that cannot be decoded."""
+        notes = []
+        for holder, name in self._holders(self.material):
+            try:
+                self.of(holder, name)
+            except InputError as reason:
+                notes.append(f"{self._slot(holder._at(name))}: {reason.problem} ({reason.found})")
+        return list(self._read.values()), notes
+
+    def used(self) -> dict[str, Any]:
+        """The file's own words on each texture: slot to texture, sampler and image, without their content."""
+        told: dict[str, Any] = {}
+        samplers = self.gltf.root.children("samplers")
+        for holder, name in self._holders(self.material):
+            try:
+                texture, image = self._image(holder, name)
+                words = {"texture": texture.values, "image": _without_content(image)}
+                if texture.has("sampler"):
+                    words["sampler"] = samplers[texture.whole("sampler", below=len(samplers))].values
+            except InputError:
+                continue
+            told[self._slot(holder._at(name))] = words
+        return told
+
+    def _slot(self, place: str) -> str:
+        """materials[2].pbrMetallicRoughness.baseColorTexture -> pbrMetallicRoughness.baseColorTexture"""
+        return place.removeprefix(self.material.place).removeprefix(".extensions").lstrip(".")
+
+    def _holders(self, node: Node) -> Iterator[tuple[Node, str]]:
+        """Every (object, key) of the material that names a texture."""
+        for name, value in node.values.items():
+            if name == "extras" or not isinstance(value, dict):
+                continue
+            if name.endswith("Texture") and "index" in value:
+                yield node, name
+            else:
+                yield from self._holders(node.child(name))
+
+    def _image(self, holder: Node, name: str) -> tuple[Node, Node]:
+        textures, images = self.gltf.root.children("textures"), self.gltf.root.children("images")
+        texture = textures[holder.child(name).whole("index", below=len(textures))]
+        source = texture
+        if not texture.has("source"):
+            others = [texture.child("extensions").child(each) for each in _OTHER_PICTURES]
+            source = next((other for other in others if other.has("source")), texture)
+        return texture, images[source.whole("source", below=len(images))]
+
+
+def _without_content(image: Node) -> dict[str, Any]:
+    uri = image.values.get("uri")
+    inside = isinstance(uri, str) and uri.startswith("data:")
+    return {name: value for name, value in image.values.items() if not (inside and name == "uri")}
