@@ -53,7 +53,7 @@ def _drained(
     from distributed import as_completed
 
     sent: dict[Any, tuple[PlannedMaterial, MaterialSource]] = {}
-    finished = as_completed()
+    finished = as_completed(loop=client.loop)
     while True:
         room = _AHEAD * max(1, sum(client.nthreads().values()))
         while len(sent) < room and (item := next(pending, None)) is not None:
