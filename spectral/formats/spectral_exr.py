@@ -7,6 +7,7 @@ surface; wavelengths are written as `550,000000nm`, with a comma for the decimal
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,24 +120,68 @@ class SpectralImage:
         return Bispectral(grid, grid, self.reradiation[row, column])
 
 
-def write_spectral_exr(path: str | Path, image: Spectrum, units: str = "W.m^-2.sr^-1.nm^-1") -> None:
+def write_spectral_exr(
+    path: str | Path,
+    image: Spectrum,
+    units: str = "W.m^-2.sr^-1.nm^-1",
+    attributes: Mapping[str, str] | None = None,
+) -> None:
     """Write a spectral image with values (H,W,L): emission as `S0`, reflectance as `T`, and an sRGB preview.
 
     The preview integrates emission with the CIE 1931 2 degree observer and shows reflectance under D65.
+
+    Parameters
+    ----------
+    attributes : further text for the header, by name.
     """
     values, wavelengths_nm = image.samples, image.wavelengths_nm
     if values.ndim != 3:
         raise InputError("not an image", field="values", found=f"shape {values.shape}", expected="(H, W, L)")
+    if image.quantity == "transmittance":
+        raise InputError(
+            "the layout has no channels for transmittance",
+            file=path,
+            field="quantity",
+            found=image.quantity,
+            expected="reflectance or emission",
+        )
     light = illuminant("E" if image.quantity == "emission" else "D65")
     preview = values @ observer("1931_2").weights(light, wavelengths_nm).T @ _SRGB_FROM_XYZ.T
     prefix = "S0" if image.quantity == "emission" else "T"
     channels = {name: preview[..., index] for index, name in enumerate("RGB")}
     for index, wavelength in enumerate(wavelengths_nm):
-        channels[f"{prefix}.{wavelength:.6f}nm".replace(".", ",").replace(",", ".", 1)] = values[..., index]
-    attributes = {"spectralLayoutVersion": "1.0"}
+        channels[f"{prefix}.{_length(wavelength)}"] = values[..., index]
+    header = {**(attributes or {}), "spectralLayoutVersion": "1.0"}
     if image.quantity == "emission":
-        attributes["emissiveUnits"] = units
-    write_exr(path, attributes, channels)
+        header["emissiveUnits"] = units
+    write_exr(path, header, channels)
+
+
+def write_bispectral_exr(
+    path: str | Path, surface: Bispectral, size: tuple[int, int] = (1, 1), attributes: Mapping[str, str] | None = None
+) -> None:
+    """Write a fluorescent surface as a picture of one colour: `T.<nm>` its reflectance, `T.<in>.<out>` re-radiation.
+
+    Entries of the matrix are power in a band for power in a band, as `SpectralImage` reads them. Bands that excite
+    where nothing leaves get a reflectance of 0. The preview is what shows under D65, fluorescence included.
+    """
+    into, out = surface.wavelengths_in_nm, surface.wavelengths_out_nm
+    xyz = surface.fold(illuminant("D65"), observer("1931_2"))
+    values = dict(zip("RGB", (_SRGB_FROM_XYZ @ xyz).tolist(), strict=True))
+    row = {wavelength: index for index, wavelength in enumerate(out.tolist())}
+    for column, absorbed in enumerate(into.tolist()):
+        leaving = surface.matrix[:, column]
+        values[f"T.{_length(absorbed)}"] = leaving[row[absorbed]] if absorbed in row else 0.0
+        for emitted, value in zip(out.tolist(), leaving.tolist(), strict=True):
+            if value > 0 and emitted != absorbed:
+                values[f"T.{_length(absorbed)}.{_length(emitted)}"] = value
+    header = {**(attributes or {}), "spectralLayoutVersion": "1.0"}
+    write_exr(path, header, {name: np.full(size, value) for name, value in values.items()})
+
+
+def _length(wavelength_nm: float) -> str:
+    """A wavelength as the layout writes it: 550,000000nm."""
+    return f"{wavelength_nm:.6f}nm".replace(".", ",")
 
 
 def read_spectral_exr(path: str | Path) -> SpectralImage:

@@ -1,0 +1,44 @@
+"""`metamer catalogue export`: materials as files that other programs read."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .catalogue_words import CATALOGUE_HELP, opened, say
+
+# Names of `materials.exporting.FORMATS`, which is imported only when something is exported.
+_FORMATS = "csv, cxf, exr, merl or mitsuba"
+
+
+def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `export`."""
+    export = verbs.add_parser("export", help=f"write materials as {_FORMATS}")
+    export.add_argument("ids", nargs="+", metavar="ID", help='such as "colorchecker/red-gloss" or "colorchecker/*"')
+    export.add_argument("--catalogue", type=Path, metavar="CAT", help=CATALOGUE_HELP)
+    export.add_argument("--format", required=True, metavar="FORMAT", help=_FORMATS)
+    export.add_argument(
+        "-o", "--out", required=True, type=Path, metavar="OUT", help="file, or folder for a file a material"
+    )
+    export.add_argument("--force", action="store_true", help="write over what is there")
+    export.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Export; 0. What cannot be written raises `InputError`."""
+    from rich.console import Console
+
+    from ..materials.exporting import export
+
+    catalogue, console = opened(args.catalogue), Console()
+    ids = dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern))
+    for exported in export([catalogue.load(name) for name in ids], args.format, args.out, force=args.force):
+        say(console, str(exported.path))
+        for note in exported.notes:
+            say(console, f"  {note}")
+    return 0
+
+
+def _matched(catalogue, pattern: str) -> tuple[str, ...]:
+    """A name that is one stays one, whatever characters it has."""
+    return catalogue.match(pattern) if any(mark in pattern for mark in "*?[") else (pattern,)

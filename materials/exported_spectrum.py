@@ -1,0 +1,113 @@
+"""The one spectrum of a material that files of spectra can hold: as measured, else as an instrument would read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from ..spectral.difference import lab_from_xyz
+from ..spectral.errors import InputError
+from ..spectral.formats.reading import SpectralEntry, StatedColour
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+from ..spectral.spectrum import Quantity, Spectrum
+from .material import MaterialRecord
+
+#: The tristimulus values that are written beside a spectrum.
+LIGHT, OBSERVER = "D50", "1931_2"
+# Annular: light from eight sides, so that an anisotropic material has one reading however the sample was turned.
+_AZIMUTHS = np.arange(8) * np.pi / 4
+_SINE = float(np.sqrt(0.5))
+
+
+def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
+    """The spectrum of a record at its own wavelengths, with Lab under D50 and what the record says of it.
+
+    Where the record keeps no single spectrum, the reading of an annular 45:0 instrument is computed from the BRDF:
+    pi f_r averaged over eight sides; the details say so.
+
+    Raises
+    ------
+    InputError
+        A fluorescent surface, whose reading depends on the instrument's lamp, or more than one spectrum.
+    """
+    if record.quantity == "bispectral":
+        raise InputError(
+            "a fluorescent surface is no single spectrum",
+            field=record.id,
+            found=record.model,
+            expected="a material whose colour is one reflectance",
+            hint="export it as spectral OpenEXR: --format exr",
+        )
+    details = {
+        name.removeprefix("details."): str(value)
+        for name, value in record.original.items()
+        if name.startswith("details.")
+    }
+    spectrum = record.spectrum()
+    if spectrum is None:
+        spectrum, how = _computed(record)
+        details |= {"geometry": how[0], "spectrum": how[1]}
+    elif spectrum.samples.ndim != 1:
+        raise InputError("more than one spectrum", field=record.id, found=f"shape {spectrum.samples.shape}")
+    elif record.provenance.geometry:
+        details.setdefault("geometry", record.provenance.geometry)
+    colours = _stated(record.original)
+    if spectrum.quantity != "emission" and not any((c.illuminant, c.observer) == (LIGHT, OBSERVER) for c in colours):
+        colours = (*colours, _lab(spectrum))
+        details.setdefault("method", "E308_1nm")
+        details.setdefault("Lab D50", "computed by Metamer from the spectrum, at every nm, its ends held")
+    return SpectralEntry(record.id, spectrum, colours, details)
+
+
+def provenance_tags(record: MaterialRecord) -> dict[str, str]:
+    """Where a record comes from, as names and text."""
+    said = record.provenance
+    tags = {"source": said.source, "licence": said.licence, "kind": said.kind, "geometry": said.geometry}
+    tags |= {"notes": said.notes, "model": record.model, "source hash": record.source_hash}
+    return {name: text for name, text in tags.items() if text}
+
+
+def _computed(record: MaterialRecord) -> tuple[Spectrum, tuple[str, str]]:
+    """pi f_r at 45:0, and in words its geometry and how it came about."""
+    brdf = record.brdf()
+    if record.model == "lambert":
+        values = np.asarray(record.parameters["reflectance"], dtype=np.float64)
+        return Spectrum.sampled(brdf.wavelengths_nm, values), (
+            "d:0",
+            "reflectance of the Lambert model, every geometry",
+        )
+    wi = np.stack([_SINE * np.cos(_AZIMUTHS), _SINE * np.sin(_AZIMUTHS), np.full(_AZIMUTHS.shape, _SINE)], axis=-1)
+    values = np.pi * brdf.eval(wi, np.array([0.0, 0.0, 1.0])).mean(axis=0)
+    if values.min() < 0:
+        raise InputError(
+            "the reading at 45:0 is negative at some wavelength",
+            field=record.id,
+            found=f"{values.min():.3g}",
+            expected="a measurement whose colour lies inside sRGB",
+        )
+    quantity: Quantity = "radiance factor" if values.max() > 1.0 else "reflectance"
+    return Spectrum.sampled(brdf.wavelengths_nm, values, quantity), (
+        "45a:0",
+        f"computed at 45:0 from the BRDF ({record.model}), no measured spectrum",
+    )
+
+
+def _lab(spectrum: Spectrum) -> StatedColour:
+    eye, light = observer(OBSERVER), illuminant(LIGHT)
+    xyz = eye.weights(light, spectrum.wavelengths_nm) @ spectrum.samples
+    return StatedColour("Lab", np.asarray(lab_from_xyz(xyz, eye.white(light)), dtype=np.float64), LIGHT, OBSERVER)
+
+
+def _stated(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
+    """Tristimulus values that came with the measurement: `stated.N.space`, `.values`, `.illuminant`, `.observer`."""
+    colours = []
+    for number in range(sum(name.startswith("stated.") and name.endswith(".space") for name in original)):
+        place = f"stated.{number}."
+        space, values = original.get(f"{place}space"), original.get(f"{place}values", ())
+        if space in ("XYZ", "Lab") and np.shape(values) == (3,):
+            light, eye = (original.get(place + name) or None for name in ("illuminant", "observer"))
+            colours.append(StatedColour(cast(Any, space), np.asarray(values, dtype=np.float64), light, eye))
+    return tuple(colours)

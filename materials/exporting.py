@@ -1,0 +1,216 @@
+"""Materials of a catalogue as files that other programs read."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.files import made_folder
+from ..spectral.spectrum import Spectrum
+from .exported_spectrum import exported_spectrum, provenance_tags
+from .material import MaterialRecord
+
+# Sides of the pictures that hold one colour, pixels; a fluorescent one has thousands of channels.
+_SWATCH, _FLUORESCENT_SWATCH = (16, 16), (2, 2)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A file or folder that was written, and what there is to say of it."""
+
+    path: Path
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """How materials are written in one format.
+
+    Attributes
+    ----------
+    suffix : of its files; "" where a material becomes a folder.
+    together : one file can hold several materials.
+    write : (path, records) -> notes; of a folder, the path is there and empty.
+    words : what is written, for the help.
+    """
+
+    suffix: str
+    together: bool
+    write: Callable[[Path, Sequence[MaterialRecord]], tuple[str, ...]]
+    words: str
+
+
+def export(
+    records: Sequence[MaterialRecord], format_name: str, out: str | Path, *, force: bool = False
+) -> tuple[Exported, ...]:
+    """Write materials in a format of `FORMATS`.
+
+    `out` is the file, or, where it is a folder or a format's files hold one of several materials each, the folder of
+    files named after the materials. A Mitsuba scene is a folder itself. Either everything is written or nothing.
+
+    Raises
+    ------
+    InputError
+        Something is there already (unless `force`), a material lacks what the format needs, or there is no folder.
+    UnknownNameError
+        There is no such format.
+    """
+    if format_name not in FORMATS:
+        raise UnknownNameError("export format", format_name, FORMATS, field="--format")
+    if not records:
+        raise InputError("nothing to export", expected="one material or more")
+    how, out = FORMATS[format_name], Path(out)
+    into_folder = (out.is_dir() and bool(how.suffix)) or not (how.together or len(records) == 1)
+    if into_folder:
+        folder = out
+        names = [record.id.replace("/", "-") + how.suffix for record in records]
+        groups = [[record] for record in records]
+    else:
+        folder, names, groups = out.parent, [out.name], [list(records)]
+    _check_free(folder, names, force, how)
+    parent = folder if folder.is_dir() else folder.parent
+    with _workplace(parent) as work:
+        notes = []
+        for name, group in zip(names, groups, strict=True):
+            place = work / name
+            if not how.suffix:
+                place.mkdir()
+            notes.append(how.write(place, group))
+        written = sorted(path.relative_to(work) for path in work.rglob("*") if path.is_file())
+        _check_free(folder, map(str, written), force, how)
+        if into_folder:
+            made_folder(folder)
+        for path in written:
+            (folder / path).parent.mkdir(exist_ok=True)
+            (work / path).replace(folder / path)
+    return tuple(Exported(folder / name, said) for name, said in zip(names, notes, strict=True))
+
+
+def _check_free(folder: Path, names: Iterator[str] | Sequence[str], force: bool, how: ExportFormat) -> None:
+    for name in names:
+        place = folder / name
+        if place.is_dir() and how.suffix:
+            raise InputError("a folder stands where the file should go", file=place, hint="name a file")
+        if place.exists() and not force:
+            hint = "name another, or add --force to write over it"
+            raise InputError("there is something of that name already", file=place, hint=hint)
+
+
+@contextmanager
+def _workplace(folder: Path) -> Iterator[Path]:
+    """A folder inside `folder`, on the same disk, that is gone at the end with whatever is left in it."""
+    if not folder.is_dir():
+        raise InputError("no such folder to write to", file=folder, hint="make the folder first, or name another")
+    try:
+        work = tempfile.TemporaryDirectory(prefix=".export.", dir=folder)
+    except OSError as reason:
+        raise InputError("the folder cannot be written to", file=folder, found=reason.strerror) from None
+    with work as path:
+        yield Path(path)
+
+
+@contextmanager
+def _of(record: MaterialRecord) -> Iterator[None]:
+    """What is wrong with a material is said with its id."""
+    try:
+        yield
+    except InputError as reason:
+        raise InputError(
+            reason.problem,
+            file=reason.file,
+            field=record.id,
+            found=reason.found,
+            expected=reason.expected,
+            hint=reason.hint,
+        ) from None
+
+
+def _lines(record: MaterialRecord) -> list[str]:
+    return [f"{record.id}: {name}: {' '.join(text.split())}" for name, text in provenance_tags(record).items()]
+
+
+def _csv(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+    from ..spectral.formats.csv_writer import write_csv
+
+    entries = [exported_spectrum(record) for record in records]
+    said = [f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details]
+    write_csv(path, entries, [line for record in records for line in _lines(record)] + said)
+    return tuple(said)
+
+
+def _cxf(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+    from ..spectral.formats.cxf_writer import write_cxf
+
+    entries = [exported_spectrum(record) for record in records]
+    about = {"creator": "Metamer", "description": ", ".join(record.id for record in records)[:1000]}
+    about["comment"] = "Where each object comes from is in its tags, collection provenance."
+    if len(records) == 1:
+        about |= provenance_tags(records[0])
+    write_cxf(path, entries, about, [provenance_tags(record) for record in records])
+    return tuple(f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details)
+
+
+def _exr(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+    from ..spectral.formats.spectral_exr import write_bispectral_exr, write_spectral_exr
+    from .fluorescent import FluorescentBrdf
+
+    (record,) = records
+    attributes = {f"metamer_{name.replace(' ', '_')}": text for name, text in provenance_tags(record).items()}
+    with _of(record):
+        if record.quantity == "bispectral":
+            brdf = record.brdf()
+            assert isinstance(brdf, FluorescentBrdf)
+            write_bispectral_exr(path, brdf.bispectral, _FLUORESCENT_SWATCH, attributes)
+            return ("values are float32, as the layout has them",)
+        entry = exported_spectrum(record)
+        spectrum = entry.spectrum
+        if spectrum.quantity == "radiance factor" and spectrum.samples.max() > 1.0:
+            raise InputError(
+                "the layout has no channels for a radiance factor above 1",
+                found=f"{spectrum.samples.max():g}",
+                expected="a reflectance or an emission",
+                hint="use --format cxf or csv",
+            )
+        values = np.broadcast_to(spectrum.samples, (*_SWATCH, spectrum.samples.size))
+        quantity = "reflectance" if spectrum.quantity == "radiance factor" else spectrum.quantity
+        units = entry.details.get("units", "not stated")
+        picture = Spectrum.sampled(spectrum.wavelengths_nm, values, quantity)
+        write_spectral_exr(path, picture, units, attributes)
+    said = [entry.details["spectrum"]] if "spectrum" in entry.details else []
+    return ("values are float32, as the layout has them", *said)
+
+
+def _merl(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+    from .formats.merl_writer import merl_table, write_merl
+
+    (record,) = records
+    with _of(record):
+        values, notes = merl_table(record.brdf())
+        write_merl(path, values)
+    # The layout has no room for words.
+    text = "\n".join((*_lines(record), *(f"{record.id}: {note}" for note in notes), ""))
+    path.with_name(f"{path.name}.txt").write_text(text, encoding="utf-8")
+    return (*notes, f"where it comes from is in {path.name}.txt")
+
+
+def _mitsuba(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+    from .formats.mitsuba_writer import write_mitsuba
+
+    (record,) = records
+    with _of(record):
+        return write_mitsuba(path, record.brdf(), "; ".join(_lines(record)))
+
+
+FORMATS = {
+    "csv": ExportFormat(".csv", True, _csv, "table of spectra"),
+    "cxf": ExportFormat(".cxf", True, _cxf, "CxF3: spectra, Lab under D50, provenance"),
+    "exr": ExportFormat(".exr", False, _exr, "spectral OpenEXR: reflectance, emission or fluorescence"),
+    "merl": ExportFormat(".binary", False, _merl, "MERL table of the BRDF in red, green and blue"),
+    "mitsuba": ExportFormat("", False, _mitsuba, "folder with a Mitsuba 3 scene of the material on a sphere"),
+}

@@ -1,0 +1,211 @@
+"""Writes a Mitsuba 3 scene: a sphere of the material, lit and seen as the reference renderer would do it.
+
+What Mitsuba has a plugin of becomes that plugin, exactly: Lambert's surface is `diffuse`, Cook and Torrance's with
+Smith's masking is `roughconductor`, blended with `diffuse`. Any other isotropic BRDF is tabulated (`rgl_writer`) for
+the plugin `measured`, with light and viewer exchanged: Mitsuba asks for the table's light in the direction of the
+viewer, so that a measurement that is not quite reciprocal would look otherwise there. Anisotropic measurements of the
+RGL data base are written as they are.
+
+Red, green and blue of the picture are linear sRGB in which the perfect diffuser that faces the light has Y = 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.files import written_whole
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.upsampling import upsampling
+from ..analytic import CookTorrance, Lambert
+from ..brdf import Brdf
+from ..protocol import sphere_protocol
+from ..rgl import RglBrdf
+from .rgl import RglMeasurement
+from .rgl_writer import check_tabulated, rgl_fields, write_tensors
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+#: The light shines from here, the camera looks along -z.
+TO_LIGHT = (-0.45, 0.46, 0.766)
+PIXELS, SAMPLES, HEIGHT = 256, 256, 2.2
+SCENE, TABLE = "scene.xml", "material.bsdf"
+# Wavelengths that Mitsuba integrates over; spectra are held to their ends there, as our renderer holds them.
+_RANGE = (360.0, 830.0)
+# Mitsuba divides the integral of radiance and y-bar by this (its CIE_Y_NORMALIZATION).
+_LUMINOUS_INTEGRAL = 106.7502593994140625
+# Below, Mitsuba takes another roughness than the one that is asked for.
+_SMOOTHEST = 1e-4
+# Pixels across the sphere on which a table is judged.
+_JUDGED = 64
+
+
+def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...]:
+    """Write `scene.xml`, and `material.bsdf` where the material is a table, into a folder; notes on how it was done.
+
+    Raises
+    ------
+    InputError
+        A fluorescent surface, which Mitsuba has no plugin for, an anisotropic formula, or a folder that cannot be
+        written to.
+    """
+    from xml.etree import ElementTree
+
+    bsdf = _plugin(brdf)
+    if bsdf is not None:
+        notes = (f"{type(brdf).__name__} is Mitsuba's {bsdf.get('type')}, exactly",)
+    else:
+        fields, notes = _table(brdf, comment)
+        write_tensors(folder / TABLE, fields)
+        bsdf = _element("bsdf", type="measured")
+        bsdf.append(_element("string", name="filename", value=TABLE))
+    scene = _scene(bsdf)
+    text = " ".join(f"{comment} + {' + '.join(notes)}".split()).replace("--", "-")
+    scene.insert(0, ElementTree.Comment(f" {text} "))
+    ElementTree.indent(scene)
+    with written_whole(folder / SCENE) as beside:
+        ElementTree.ElementTree(scene).write(beside, encoding="UTF-8", xml_declaration=True)
+    return notes
+
+
+@dataclass(frozen=True, eq=False)
+class _Exchanged(Brdf):
+    """A BRDF asked for with its light where the viewer is."""
+
+    brdf: Brdf
+    isotropic: bool = True
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.brdf.wavelengths_nm
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        return self.brdf.eval(wo, wi)
+
+
+def _table(brdf: Brdf, comment: str) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+    """Fields of the file for `measured`, and how far they are from the BRDF."""
+    if isinstance(brdf, RglBrdf) and not brdf.isotropic:
+        return _as_read(brdf)
+    check_tabulated(brdf)
+    exchanged, sphere = _Exchanged(brdf), sphere_protocol(_JUDGED)
+    fields = rgl_fields(exchanged, comment)
+    error = sphere.compare(sphere.reference(exchanged), sphere.reference(RglBrdf(RglMeasurement("", fields))))
+    return fields, (
+        f"{type(brdf).__name__} is no plugin of Mitsuba's: written as a table, which is off by ΔE94 {error.mean:.2f} "
+        f"(mean), {error.p99:.2f} (p99), {error.maximum:.1f} (largest) on a sphere of {_JUDGED} pixels under "
+        f"{error.light}",
+    )
+
+
+def _as_read(brdf: RglBrdf) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
+    fields = dict(brdf.measurement.fields)
+    notes = [
+        "the measurement as it was read; Mitsuba exchanges light and viewer, which shows where it is not reciprocal"
+    ]
+    if not brdf.spectral:
+        fields["spectra"] = _uplifted(fields["rgb"], brdf.method)
+        fields["wavelengths"] = brdf.wavelengths_nm.astype(np.float32)
+        notes.append(f"spectra are made up from its red, green and blue by {brdf.method}")
+    return fields, tuple(notes)
+
+
+def _uplifted(rgb: np.ndarray, method: str) -> Float[np.ndarray, "P T L H W"]:
+    """Spectra of (P, T, 3, H, W); what a channel is below zero is taken off with the spectrum of its primary."""
+    colours = np.moveaxis(rgb.astype(np.float64), 2, -1)
+    spectra = upsampling(method).spectra(np.maximum(colours, 0.0))
+    spectra += np.minimum(colours, 0.0) @ upsampling("mallett-yuksel").corners
+    return np.ascontiguousarray(np.moveaxis(spectra, -1, 2), dtype=np.float32)
+
+
+def _plugin(brdf: Brdf) -> Element | None:
+    """The plugin that is this BRDF, None where there is none."""
+    if isinstance(brdf, Lambert):
+        return _diffuse(brdf.wavelengths_nm, brdf.reflectance.samples)
+    if not isinstance(brdf, CookTorrance) or brdf.masking != "smith" or brdf.roughness < _SMOOTHEST:
+        return None
+    facets = _element("bsdf", type="roughconductor")
+    facets.append(_element("string", name="distribution", value=brdf.distribution))
+    facets.append(_element("float", name="alpha", value=repr(float(brdf.roughness))))
+    facets.append(_spectrum("eta", brdf.wavelengths_nm, brdf.eta))
+    facets.append(_spectrum("k", brdf.wavelengths_nm, brdf.k))
+    if brdf.specular_weight == 1.0:
+        return facets
+    blend = _element("bsdf", type="blendbsdf")
+    blend.append(_element("float", name="weight", value=repr(float(brdf.specular_weight))))
+    blend.append(_diffuse(brdf.wavelengths_nm, brdf.diffuse.samples))
+    blend.append(facets)
+    return blend
+
+
+def _diffuse(wavelengths_nm: np.ndarray, reflectance: np.ndarray) -> Element:
+    element = _element("bsdf", type="diffuse")
+    element.append(_spectrum("reflectance", wavelengths_nm, reflectance))
+    return element
+
+
+def _spectrum(name: str, wavelengths_nm: np.ndarray, values: np.ndarray) -> Element:
+    """Linear between samples, held to both ends of the range that Mitsuba integrates over; no samples of nothing."""
+    if not (values != values[0]).any():
+        element = _element("spectrum", type="uniform", name=name)
+        element.append(_element("float", name="value", value=f"{values[0]:.9g}"))
+        return element
+    inside = wavelengths_nm[(wavelengths_nm > _RANGE[0]) & (wavelengths_nm < _RANGE[1])]
+    nodes = np.concatenate([[_RANGE[0]], inside, [_RANGE[1]]])
+    element = _element("spectrum", type="irregular", name=name)
+    for label, numbers in (("wavelengths", nodes), ("values", np.interp(nodes, wavelengths_nm, values))):
+        element.append(_element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers)))
+    return element
+
+
+def _scene(bsdf: Element) -> Element:
+    scene = _element("scene", version="3.0.0")
+    scene.append(_element("default", name="spp", value=str(SAMPLES)))
+    scene.append(_element("default", name="resolution", value=str(PIXELS)))
+    integrator = _element("integrator", type="path")
+    integrator.append(_element("integer", name="max_depth", value="2"))
+    scene.append(integrator)
+    sensor = _element("sensor", type="orthographic")
+    place = _element("transform", name="to_world")
+    place.append(_element("scale", value=repr(HEIGHT / 2)))
+    place.append(_element("lookat", origin="0, 0, 5", target="0, 0, 0", up="0, 1, 0"))
+    sensor.append(place)
+    sampler = _element("sampler", type="independent")
+    sampler.append(_element("integer", name="sample_count", value="$spp"))
+    film = _element("film", type="hdrfilm")
+    for side in ("width", "height"):
+        film.append(_element("integer", name=side, value="$resolution"))
+    film.append(_element("string", name="pixel_format", value="rgb"))
+    film.append(_element("string", name="component_format", value="float32"))
+    film.append(_element("rfilter", type="box"))
+    sensor.extend([sampler, film])
+    light = _element("emitter", type="directional")
+    light.append(_element("vector", name="direction", value=", ".join(repr(-float(x)) for x in TO_LIGHT)))
+    light.append(_spectrum("irradiance", *_irradiance()))
+    ball = _element("shape", type="sphere")
+    ball.append(bsdf)
+    scene.extend([sensor, light, ball])
+    return scene
+
+
+def _irradiance() -> tuple[np.ndarray, np.ndarray]:
+    """D65 with which Mitsuba gives the perfect diffuser that faces the light Y = 1."""
+    light, eye = illuminant("D65"), observer("1931_2")
+    nm = eye.wavelengths_nm
+    power = np.interp(nm, light.wavelengths_nm, light.samples)
+    luminous = np.trapezoid(power * eye.cmfs[:, 1], nm)
+    return light.wavelengths_nm, light.samples * np.pi * _LUMINOUS_INTEGRAL / luminous
+
+
+def _element(tag: str, **attributes: str) -> Element:
+    from xml.etree.ElementTree import Element
+
+    return Element(tag, attributes)
