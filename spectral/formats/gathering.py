@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..basis import SpectralBasis
 from ..errors import InputError
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
@@ -16,6 +17,8 @@ from .text import shortened
 
 #: Spectra in one file, and samples in all of them together.
 MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000
+# A basis holds the square of its samples in numbers: the most of one spectrum, and of all grids of a file together.
+_FINEST, _BASES = 5000, 50_000_000
 
 # How far below zero a reading of nothing may fall: of the peak for emission, of 1 for the rest.
 _DARK_EMISSION, _DARK = 0.05, 0.01
@@ -32,6 +35,7 @@ class Gathering:
         self.rejected: list[tuple[str, InputError]] = []
         self._notes: dict[str, list[str]] = {}
         self._samples = 0
+        self._bases: dict[bytes, SpectralBasis] = {}
 
     def note(self, sentence: str, name: str | None = None) -> None:
         """Say something of the file, or of one of its spectra."""
@@ -112,7 +116,24 @@ class Gathering:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"
         check_values(samples, grid, quantity, file=self.path, field=name)
-        return Spectrum.sampled(grid, samples, quantity)
+        return Spectrum(samples, self._basis(grid, name), quantity)
+
+    def _basis(self, grid: np.ndarray, name: str) -> SpectralBasis:
+        """One basis for all spectra on the same wavelengths."""
+        key = grid.tobytes()
+        if key not in self._bases:
+            held = sum(basis.size**2 for basis in self._bases.values())
+            if grid.size > _FINEST or held + grid.size**2 > _BASES:
+                raise InputError(
+                    "sampled too finely",
+                    file=self.path,
+                    field=name,
+                    found=f"{grid.size} samples" + (f" beside {len(self._bases)} other sets" if self._bases else ""),
+                    expected=f"at most {_FINEST} samples a spectrum, and few sets of wavelengths a file",
+                    hint="export at 1 nm",
+                )
+            self._bases[key] = SpectralBasis.sampled(grid)
+        return self._bases[key]
 
     def finish(self, details: Mapping[str, str] | None = None) -> SpectralFile:
         """The file as read.

@@ -56,7 +56,8 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
         usual = "emission"
     if silent:
         gathering.note(f"the file does not say what was measured; taken as {usual}")
-    units: list[Unit | None] = [_unit(column, table.words) for column in columns]
+    unit_around = _unit_of_lines(table.words)
+    units: list[Unit | None] = [unit_in(column.unit) or unit_in(column.words) or unit_around for column in columns]
     ranges: dict[Unit | None, tuple[float, float]] = {}
     for column, quantity, unit in zip(columns, told, units, strict=True):
         if (quantity or usual) != "emission" and column.bad is None:
@@ -65,6 +66,7 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
             ranges[unit] = min([low, *values]), max([high, *values])
     alone = len(columns) == 1
     beside = {key: table.dialect.number(value) for key, value in table.preamble.items()} if alone else {}
+    condition_around = condition_in(table.words)
     light, angle = illuminant_in(table.words), observer_in(table.words)
     for column, quantity, unit in zip(columns, told, units, strict=True):
         if (refusal := _refusal(column, quantity, path)) is not None:
@@ -83,7 +85,7 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
         details |= {shortened(head, 60): shortened(cell) for head, cell in column.beside.items() if head not in cells}
         if column.unit:
             details["units"] = column.unit
-        if condition := condition_in(f"{column.words} {table.words}"):
+        if condition := condition_in(column.words) or condition_around:
             details["condition"] = condition
         grid = np.asarray(column.wavelengths, dtype=np.float64) * column.nm
         stated = stated_colours({**beside, **cells}, light, angle)
@@ -112,15 +114,13 @@ def _without_counts(columns: list[Column], gathering: Gathering) -> list[Column]
     return columns
 
 
-def _unit(column: Column, words: str) -> Unit | None:
-    """Percent or fractions, from the header, or from a line above the table that is about the measured values."""
-    found: Unit | None = unit_in(column.unit) or unit_in(column.words)
-    for line in words.splitlines() if found is None else ():
-        if quantity_in(line) in ("reflectance", "transmittance", "radiance factor") or re.search(
-            "unit|scale", line, re.I
-        ):
-            found = found or unit_in(line)
-    return found
+def _unit_of_lines(words: str) -> Unit | None:
+    """Percent or fractions, on a line above the table that is about the measured values, not about humidity."""
+    about = ("reflectance", "transmittance", "radiance factor")
+    for line in words.splitlines():
+        if (quantity_in(line) in about or re.search("unit|scale", line, re.I)) and (found := unit_in(line)):
+            return found
+    return None
 
 
 def _refusal(column: Column, quantity: str | None, path: Path) -> InputError | None:
