@@ -22,7 +22,8 @@ MOST_RATIO = 200.0
 # Below this, whatever the ratio, nobody is hurt.
 _HARMLESS_BYTES = 32 << 20
 _CHUNK = 1 << 20
-_FOREIGN = ("__MACOSX", "Thumbs.db", "desktop.ini")
+#: What systems leave beside people's files.
+FOREIGN = ("__MACOSX", "Thumbs.db", "desktop.ini")
 
 
 def is_zip(head: bytes) -> bool:
@@ -32,7 +33,7 @@ def is_zip(head: bytes) -> bool:
 
 def is_hidden(parts: tuple[str, ...]) -> bool:
     """True where a part of a path begins with a dot, or is what a system leaves beside people's files."""
-    return any(part.startswith(".") or part in _FOREIGN for part in parts)
+    return any((part.startswith(".") and part not in (".", "..")) or part in FOREIGN for part in parts)
 
 
 def unpacked(archive: Path, into: Path) -> Iterator[tuple[Path, str] | Rejected]:

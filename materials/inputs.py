@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..spectral.errors import InputError
-from .archives import MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpacked
+from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpacked
 from .sources import Rejected
 
 HEAD = 4096
@@ -101,10 +101,11 @@ def _local(path: Path, named: bool = True) -> Iterator[InputFile]:
 
 
 def _matching(pattern: str) -> Iterator[InputFile]:
-    found = sorted(glob.glob(pattern, recursive=True))  # noqa: PTH207 (the pattern may be absolute)
+    found = map(Path, sorted(glob.glob(pattern, recursive=True)))  # noqa: PTH207 (the pattern may be absolute)
+    found = [path for path in found if not set(path.parts) & set(FOREIGN)]
     if not found:
         raise InputError("no file fits the pattern", file=pattern, hint="check the folder and the pattern")
-    for path in map(Path, found):
+    for path in found:
         if path.is_file():
             yield InputFile(path, str(path), False)
         elif path.is_dir() and "**" not in pattern:
@@ -161,8 +162,10 @@ def _fetched(address: str, private: Path) -> Iterator[InputFile]:
     left = MOST_BYTES
     for path in remote:
         parts = tuple(part for part in path[len(base) :].replace("\\", "/").split("/") if part not in ("", "."))
-        if is_hidden(parts) or not parts:  # also keeps ".." out
+        if is_hidden(parts) or not parts:
             continue
+        if ".." in parts or any(":" in part or "\0" in part for part in parts):
+            raise InputError("a name that leaves its folder", file=address, found=path, hint="rename it there")
         copy = private.joinpath(*parts)
         try:
             copy.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""An import on a Dask cluster: the same materials, the same bytes, also when a worker dies; refusals that name a step."""
+"""An import on a Dask cluster: the same materials, the same bytes, also when a worker dies; what is refused."""
 
 import hashlib
 import os
@@ -17,17 +17,15 @@ distributed = pytest.importorskip("distributed", reason="Dask is not installed; 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 
 FAMILY = 'family = "grey"\nkind = "analytic"\n' + "".join(
-    f'[[material]]\nname = "n{n}"\nmodel = "lambert"\nreflectance = {{ constant = 0.{n} }}\n'
-    for n in range(1, 9)
+    f'[[material]]\nname = "n{n}"\nmodel = "lambert"\nreflectance = {{ constant = 0.{n} }}\n' for n in range(1, 9)
 )
 
 
 @pytest.fixture(scope="module")
 def workers():
     """Three processes of one thread each; each is started again when it dies."""
-    with distributed.LocalCluster(
-        n_workers=3, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs=50
-    ) as started:
+    here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, **here) as started:
         yield started
 
 
@@ -51,7 +49,7 @@ def test_a_worker_that_is_killed_in_the_middle_costs_nothing(workers, source, tm
 
     report = import_sources([source], tmp_path / "cat", scheduler=workers.scheduler_address, progress=strike)
     assert struck
-    assert {outcome.id: outcome.status for outcome in report.outcomes} == {f"grey/n{n}": "imported" for n in range(1, 9)}
+    assert {each.id: each.status for each in report.outcomes} == {f"grey/n{n}": "imported" for n in range(1, 9)}
     assert not any(Catalogue.open(tmp_path / "cat").verify().values())
     # The same bytes as at home, in processes of one thread as well.
     import_sources([source], tmp_path / "home", jobs=2)
