@@ -6,6 +6,7 @@ import hashlib
 import io
 import struct
 import sys
+import tempfile
 import warnings
 import zlib
 from collections.abc import Iterator
@@ -124,7 +125,15 @@ class Texture:
         return self.data.startswith(EXR_MAGIC)
 
     def _exr_values(self) -> np.ndarray:
-        picture = read_picture(self.file, MOST_TEXELS * 4)
+        # OpenEXR reads files alone, and a record holds bytes.
+        with tempfile.TemporaryDirectory(prefix="metamer-") as folder:
+            copy = Path(folder) / "map.exr"
+            copy.write_bytes(self.data)
+            try:
+                picture = read_picture(copy, MOST_TEXELS * 4)
+            except InputError as reason:
+                found, expected = reason.found, reason.expected or "a whole OpenEXR picture"
+                self._refuse(reason.problem, found, expected, reason.hint or _AGAIN)
         names = {name.rpartition(".")[2].upper(): name for name in reversed(list(picture.channels))}
         wanted = next((set_ for set_ in ("RGBA", "RGB", "YA", "Y") if set(set_) <= set(names)), "")
         only = tuple(picture.channels) if len(picture.channels) == 1 else tuple(names[letter] for letter in wanted)

@@ -1,0 +1,200 @@
+"""Loose texture maps: albedo, roughness, metallic, normal, ... in pictures of their own, told apart by their names.
+
+The albedo stands for its set; its siblings in the same folder come with it. Integers are sRGB in an albedo and numbers
+elsewhere; floats (OpenEXR, TIFF) are linear. What is rendered is the mean of the maps; the maps are kept as they came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.files import existing_file
+from ...spectral.upsampling import upsampling
+from ..record import Provenance
+from ..sources import MaterialSource, Rejected
+from .map_names import SUFFIXES, map_name, members
+from .map_record import kept_maps
+from .measured import named, placed, printable
+from .stand_in import Colour, Number, SurfaceMaps, model_of
+from .textures import Texture
+
+__all__ = ["NAME", "SUFFIXES", "belongs_to_a_set", "companions", "read_sources", "recognises"]
+
+NAME = "texture maps"
+MOST_BYTES = 256 << 20
+# Of these, two in one set would leave open which one counts.
+_RENDERED = ("albedo", "roughness", "gloss", "metallic", "packed")
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for the albedo of a set, the first where there are several."""
+    name = map_name(path)
+    return name is not None and name.role == "albedo" and members(path).get("albedo", [path])[0] == path
+
+
+def belongs_to_a_set(path: Path) -> bool:
+    """True for a map that comes with another file, the albedo of its set."""
+    found = members(path)
+    return "albedo" in found and found["albedo"][0] != path
+
+
+def companions(path: Path) -> Iterable[Path]:
+    """The other maps of a set."""
+    return tuple(other for files in members(path).values() for other in files if other != path)
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The set's one record, "maps/NAME".
+
+    Raises
+    ------
+    InputError
+        Two maps of one property, maps of different sizes; a picture that cannot be read or is too large; colours that
+        no reflectance has.
+    """
+    found = members(path) or {"albedo": [path]}
+    _check_unambiguous(path, found)
+    textures = {role: [_texture(role, file) for file in files] for role, files in found.items()}
+    every = [texture for several in textures.values() for texture in several]
+    _check_sizes(path, every)
+    only = {role: several[0] for role, several in textures.items()}
+    notes: list[str] = []
+    with placed(path, "albedo"):
+        model, parameters = _surface(only, uplift, notes)
+    notes += _unrendered(textures) + [note for texture in every for note in texture.notes]
+    notes += [f"spectra by {uplift}, of linear sRGB"]
+    notes += [f"{printable(texture.file.name)}: SHA-256 {texture.digest}" for texture in every]
+    name = map_name(path)
+    label = name.stem if name and name.stem else path.resolve().parent.name
+    files = ", ".join(printable(texture.file.name) for texture in every)
+    provenance = Provenance(
+        source=f"{printable(label)}, a set of texture maps: {files}",
+        licence="not stated in the files",
+        kind=upsampling(uplift).provenance,
+        notes=" + ".join(dict.fromkeys(notes)),
+    )
+    original: dict[str, Any] = {f"maps.{texture.slot}.file": printable(texture.file.name) for texture in every}
+    original |= kept_maps(every, uplift)
+    yield MaterialSource(f"maps/{named(label)}", "maps", model, parameters, provenance, path, original)
+
+
+def _texture(role: str, file: Path) -> Texture:
+    size = existing_file(file).stat().st_size
+    hint = "save the map smaller, or compressed"
+    if size > MOST_BYTES:
+        raise InputError(
+            "too large a file",
+            file=file,
+            field=role,
+            found=f"{size} bytes",
+            expected=f"at most {MOST_BYTES}",
+            hint=hint,
+        )
+    try:
+        data = file.read_bytes()
+    except OSError as reason:
+        found, hint = reason.strerror or str(reason), "check the permissions of the file"
+        raise InputError(
+            "cannot be read", file=file, field=role, found=found, expected="a readable picture", hint=hint
+        ) from None
+    slot = role if map_name(file) is None or role in _RENDERED else f"{role}{_number(role, file)}"
+    texture = Texture(slot, data, "sRGB" if role in ("albedo", "emission") else "linear", file, role)
+    if texture.encoding == "sRGB" and texture.values.dtype.kind == "f":
+        texture = Texture(slot, data, "linear", file, role)
+    return texture
+
+
+def _number(role: str, file: Path) -> str:
+    at = members(file)[role].index(file)
+    return f"-{at + 1}" if at else ""
+
+
+def _check_unambiguous(path: Path, found: dict[str, list[Path]]) -> None:
+    for role in _RENDERED:
+        if len(found.get(role, ())) > 1:
+            raise InputError(
+                "two maps of one property",
+                file=path,
+                field=role,
+                found=", ".join(printable(file.name) for file in found[role]),
+                expected="one map a property",
+                hint="move the one that does not count to another folder",
+            )
+
+
+def _check_sizes(path: Path, textures: list[Texture]) -> None:
+    sizes = {texture.size for texture in textures}
+    if len(sizes) > 1:
+        shown = (f"{printable(each.file.name)} {each.size[1]} x {each.size[0]}" for each in textures)
+        raise InputError(
+            "maps of different sizes",
+            file=path,
+            field="size",
+            found=", ".join(shown),
+            expected="one size in a set",
+            hint="export all maps in one resolution, or move those of another to a folder of their own",
+        )
+
+
+def _surface(only: dict[str, Texture], uplift: str, notes: list[str]) -> tuple[str, dict[str, Any]]:
+    """Model and parameters of the mean; what was assumed is added to `notes`."""
+    albedo = only["albedo"]
+    if albedo.values.dtype.kind == "f":
+        beyond = int(((albedo.values[..., :3] < 0) | (albedo.values[..., :3] > 1)).sum())
+        notes += [f"{beyond} values of the albedo are below 0 or above 1, and kept so"] if beyond else []
+    roughness, metallic = _roughness(only, notes), _metallic(only, notes)
+    maps = SurfaceMaps(base=Colour(albedo), metallic=metallic or Number(scale=0.0), roughness=roughness or Number())
+    parameters, told = model_of(maps, uplift)
+    notes += told
+    if roughness or metallic:
+        notes += ["no roughness map: taken as 1"] if roughness is None else []
+        return "metallic_roughness", dict(parameters)
+    notes.append("no map of roughness or metal: taken to be perfectly diffuse")
+    return "lambert", {"wavelengths_nm": parameters["wavelengths_nm"], "reflectance": parameters["diffuse"]}
+
+
+def _roughness(only: dict[str, Texture], notes: list[str]) -> Number | None:
+    if "roughness" in only:
+        notes += _one_channel(only["roughness"])
+        return Number(only["roughness"])
+    if "packed" in only:
+        return Number(only["packed"], 1)
+    if "gloss" in only:
+        notes += [*_one_channel(only["gloss"]), "roughness is 1 - gloss"]
+        return Number(only["gloss"], inverted=True)
+    return None
+
+
+def _metallic(only: dict[str, Texture], notes: list[str]) -> Number | None:
+    if "metallic" in only:
+        notes += _one_channel(only["metallic"])
+        return Number(only["metallic"])
+    if "packed" in only:
+        notes.append("packed map: green is taken as roughness, blue as metal")
+        return Number(only["packed"], 2)
+    return None
+
+
+def _one_channel(texture: Texture) -> list[str]:
+    values = texture.values
+    if values.shape[2] < 3 or np.array_equal(values[..., 0], values[..., 1]):
+        return []
+    return [f"the {texture.slot} map is in colour: its red channel counts"]
+
+
+def _unrendered(textures: dict[str, list[Texture]]) -> list[str]:
+    rough = next((role for role in ("roughness", "packed", "gloss") if role in textures), "")
+    metal = next((role for role in ("metallic", "packed") if role in textures), "")
+    used = {"albedo", rough, metal}
+    names = [role for role in textures if role not in used]
+    notes = [f"kept in the record and not rendered: {', '.join(sorted(names))}"] if names else []
+    if "normal" in textures:
+        notes.append("the normal map does not say whether green is up (OpenGL) or down (DirectX)")
+    for role, words in (("normal_gl", "green up (OpenGL)"), ("normal_dx", "green down (DirectX)")):
+        notes += [f"the normal map is named as one with {words}"] if role in textures else []
+    return notes
