@@ -15,10 +15,17 @@ from .text import number
 LONGEST_LINE = 4 * 2**20
 
 _COMMENT = re.compile(r"^\s*(?:#|//|!|%(?!\s*[RT]\b))\s?")
-# "380 nm", "R_400", "S_380nm", "SPECTRAL_NM380", "nm 380", "Spectral Data 380[nm]", "R400nm", "400.0".
-_WAVELENGTH = re.compile(
-    r"(?P<before>[A-Za-zρτλ%][A-Za-z_ .%-]{0,30}?[_ .:-]{0,2})?(?P<nm>\d{1,5}(?:[.,]\d{1,6})?)\s{0,2}"
-    r"(?P<unit>[\[(]?\s?(?:nm|µm|μm|um)\s?[\])]?\.?)?"
+# "380 nm", "S_380nm", "Spectral Data 380[nm]", "R400nm": the unit tells, whatever stands before.
+_WITH_UNIT = re.compile(
+    r"(?:[A-Za-zρτλ%][A-Za-z_ .%-]{0,30}?[_ .:-]{0,2})?(?P<nm>\d{1,5}(?:[.,]\d{1,6})?)\s{0,2}"
+    r"[\[(]?\s?(?P<unit>nm|µm|μm|um)\s?[\])]?\.?",
+    re.I,
+)
+# "R_400", "SPECTRAL_NM380", "nm 380": without a unit, only words that mean spectra; S1, S2 ... are samples.
+_WITH_WORD = re.compile(
+    r"(?:R|T|S_|SPD|rho|tau|ρ|τ|λ|lambda|wl|wavelength|nm|spec|spectral(?:[_ ]nm)?|spectrum|refl(?:ectance)?|%[RT])"
+    r"[_ .:-]{0,2}(?P<nm>\d{3,5}(?:[.,]\d{1,6})?)",
+    re.I,
 )
 
 
@@ -49,11 +56,12 @@ class Dialect:
         plain = self.number(cell)
         if plain == plain:
             return plain, False
-        match = _WAVELENGTH.fullmatch(cell.strip()[:60])
-        if match is None or not (match["before"] or match["unit"]):
-            return None
-        value = float(match["nm"].replace(",", "."))
-        return value * (1000.0 if "m" in (match["unit"] or "").replace("nm", "") else 1.0), True
+        cell = cell[:60]
+        if match := _WITH_UNIT.fullmatch(cell):
+            return float(match["nm"].replace(",", ".")) * (1.0 if match["unit"][0] in "nN" else 1000.0), True
+        if match := _WITH_WORD.fullmatch(cell):
+            return float(match["nm"].replace(",", ".")), True
+        return None
 
 
 # In this order: white space is also inside names, and a comma is also a decimal mark.

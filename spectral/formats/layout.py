@@ -81,11 +81,12 @@ def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     head = rows[across.header or 0][1]
     below = [dialect.wavelength(cells[0]) for _, cells in rows[across.first : across.first + 50] if cells]
     told = sum(bool(found and found[1]) for found in (dialect.wavelength(head[column]) for column in across.axes))
-    if down.first < (across.header or 0):
+    listed = _plausible([found[0] for found in below if found])
+    if down.first < (across.header or 0) or (listed and is_wavelength_header(head[0])):
         return down
     if 2 * told > len(across.axes) or (is_name_header(head[0]) and not is_wavelength_header(head[0])):
         return across
-    return down if _plausible([found[0] for found in below if found]) else across
+    return down if listed else across
 
 
 def _plausible(values: Sequence[float]) -> bool:

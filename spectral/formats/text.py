@@ -9,8 +9,8 @@ from pathlib import Path
 from ..errors import InputError
 from ..files import existing_file
 
-#: Bytes; a text that is larger is no measurement that a person meant to import.
-LARGEST = 256 * 2**20
+#: Bytes and lines; a text that is larger is no measurement that a person meant to import.
+LARGEST, MOST_LINES = 256 * 2**20, 1_000_000
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
@@ -72,6 +72,15 @@ def read_lines(path: str | Path) -> list[str]:
         raise InputError("the file cannot be read", file=path, found=reason.strerror) from None
     if not data.strip():
         raise InputError("the file is empty", file=path)
+    count = max(data.count(b"\n"), data.count(b"\r"))
+    if count > MOST_LINES:
+        raise InputError(
+            "too many lines for a text of spectra",
+            file=path,
+            found=f"{count} lines",
+            expected=f"at most {MOST_LINES}",
+            hint="split the file, or export fewer spectra at a time",
+        )
     text = decoded(data)
     if text is None:
         raise InputError(
