@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -118,23 +117,8 @@ def _badness(view: dict[str, Any]) -> tuple[bool, float]:
 
 
 def _plot(row: ReviewRow) -> dict[str, Any]:
-    """Curve and ticks of one reflectance; the axis ends at 1 unless the curve is very low or goes higher."""
     assert row.wavelengths_nm is not None and row.reflectance is not None
-    width, height = _PLOT_SIZE
-    first, last = float(row.wavelengths_nm[0]), float(row.wavelengths_nm[-1])
-    highest = float(np.nanmax(row.reflectance, initial=0.0))
-    top = next((step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0)
-    ticks = range(math.ceil(first / 100.0) * 100, math.floor(last / 100.0) * 100 + 1, 100)
-    return {
-        "label": row.reflectance_label,
-        "path": plots.curve_path(row.wavelengths_nm, row.reflectance, (first, last), top, _PLOT_SIZE),
-        "width": width,
-        "height": height,
-        "x_ticks": [((tick - first) / (last - first) * width, tick) for tick in ticks],
-        "y_ticks": [(height * (1.0 - part), f"{part * top:g}") for part in (0.0, 0.5, 1.0)],
-        "first": first,
-        "last": last,
-    }
+    return plots.spectrum_plot(row.wavelengths_nm, row.reflectance, row.reflectance_label, _PLOT_SIZE)
 
 
 def _whites(rows: Sequence[ReviewRow]) -> list[str]:

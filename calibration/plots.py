@@ -145,3 +145,24 @@ def curve_path(
         words.append(f"{'L' if pen_down else 'M'}{across:.1f} {down:.1f}")
         pen_down = True
     return "".join(words)
+
+
+def spectrum_plot(
+    wavelengths_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "L"], label: str, size: tuple[float, float]
+) -> dict[str, Any]:
+    """Curve and ticks of one spectrum; the axis ends at 1 unless the curve is very low or goes higher."""
+    width, height = size
+    first, last = float(wavelengths_nm[0]), float(wavelengths_nm[-1])
+    highest = float(np.nanmax(values, initial=0.0))
+    top = next((step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0)
+    ticks = range(math.ceil(first / 100.0) * 100, math.floor(last / 100.0) * 100 + 1, 100)
+    return {
+        "label": label,
+        "path": curve_path(wavelengths_nm, values, (first, last), top, size),
+        "width": width,
+        "height": height,
+        "x_ticks": [((tick - first) / (last - first) * width, tick) for tick in ticks],
+        "y_ticks": [(height * (1.0 - part), f"{part * top:g}") for part in (0.0, 0.5, 1.0)],
+        "first": first,
+        "last": last,
+    }

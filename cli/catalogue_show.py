@@ -1,54 +1,157 @@
-"""`metamer catalogue show`: one material in words."""
+"""`metamer catalogue show`: one material in words, and as a page."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .catalogue_words import add_catalogue_argument, opened, say
+from .catalogue_words import add_catalogue_argument, columns, opened
+
+if TYPE_CHECKING:
+    from ..materials.material import MaterialRecord
+
+_INDENT = 11
+# What a measured file says of itself is in the source and in the notes.
+_TOLD = ("name", "description", "measurement_notes")
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `show`."""
-    show = verbs.add_parser("show", help="one material: provenance, model, packs, measured error")
+    show = verbs.add_parser(
+        "show", help="one material: provenance, spectrum, packs, measured error, speed against error"
+    )
     show.add_argument("id", metavar="ID", help='such as "colorchecker/red-gloss"')
     add_catalogue_argument(show)
+    show.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead")
+    show.add_argument(
+        "--renderer", choices=("auto", "gl", "software"), default="auto", help="of the page's picture (default: auto)"
+    )
     show.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Show; 0."""
-    from rich.console import Console
+    record = opened(args.catalogue).load(args.id)
+    if args.html is not None:
+        _write_page(record, args.html, args.renderer)
+        print(args.html)
+        return 0
+    for label, text in _facts(record):
+        print(f"{label:{_INDENT}}{text}")
+    for title, text in _parts(record):
+        print(f"\n{title}\n{text}")
+    return 0
 
-    console, record = Console(), opened(args.catalogue).load(args.id)
-    said = record.provenance
-    # What a measured file says of itself is in the source and in the notes.
-    told = ("name", "description", "measurement_notes") if record.model == "scattered" else ()
-    parameters = ", ".join(_parameter(name, value) for name, value in record.parameters.items() if name not in told)
+
+def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
+    from ..materials.record_colour import record_colour
+    from ..materials.shown import shown_values
+
+    said, colour = record.provenance, record_colour(record)
+    told = _TOLD if record.model == "scattered" else ()
     lines = [
         ("material", record.id),
         ("model", record.model),
-        ("parameters", parameters),
+        ("quantity", record.quantity),
+        ("parameters", _listed(shown_values(record.parameters, told))),
         ("kind", said.kind),
         ("source", said.source),
         ("licence", said.licence),
         ("geometry", said.geometry or "not stated"),
-        ("notes", said.notes.replace(" + ", f"\n{'':11}") or "none"),
-        ("packs", "; ".join(_pack(pack) for pack in record.packs)),
+        ("notes", said.notes.replace(" + ", f"\n{'':{_INDENT}}") or "none"),
+        ("original", _listed(shown_values(record.original))),
+        ("packs", "; ".join(_pack(pack) for pack in record.packs) or "none: a spectrum without a surface"),
     ]
+    if colour is not None:
+        lines.append(("colour", colour_words(colour)))
     if record.error:
         error = record.error
         figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"
         lines += [("ΔE94", f"{figures} ({error.light}, {error.observer})"), ("protocol", error.protocol)]
-    for label, text in lines:
-        say(console, f"{label:11}{text}")
-    return 0
+    return lines
+
+
+def _parts(record: MaterialRecord) -> list[tuple[str, str]]:
+    from ..materials.shown import shown_spectrum, shown_trials
+    from .text_chart import text_chart
+
+    spectrum = shown_spectrum(record)
+    parts = [(f"Spectrum: {spectrum.label}", text_chart(spectrum.wavelengths_nm, spectrum.values))]
+    stated = _stated(record)
+    if stated:
+        parts.append(("Stated colours against the spectrum (reference: stated)", stated))
+    headings, trials = shown_trials(record)
+    if trials:
+        rows = [[_cell(value) for value in row] for row in trials]
+        parts.append(("Speed against error: what the fit tried", columns(headings, rows, left=0)))
+    return parts
+
+
+def _stated(record: MaterialRecord) -> str:
+    from ..materials.stated_colours import recomputed_colours
+    from ..spectral.errors import InputError
+
+    try:
+        found = recomputed_colours(record)
+    except InputError as reason:
+        return f"not recomputed: {reason}"
+    rows = [
+        [
+            f"{one.illuminant or 'the light itself'}, {one.observer}",
+            one.stated.space,
+            _three(one.stated.values),
+            _three(one.recomputed),
+            f"{one.delta_e94:.2f}",
+        ]
+        for one in found
+    ]
+    assumed = dict.fromkeys(clause for one in found for clause in one.assumed)
+    headings = ("light, observer", "", "stated", "from the spectrum", "ΔE94")
+    return "\n".join([columns(headings, rows, left=2), *(f"assumed: {clause}" for clause in assumed)]) if rows else ""
+
+
+def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
+    from ..lighting.scene import load_scene
+    from ..spectral.files import written_whole
+    from ..viewer.material_page import material_page
+    from .shared import renderer_for, shipped_scene
+
+    if record.is_surface:
+        with renderer_for(renderer) as drawing:
+            text = material_page(record, load_scene(shipped_scene()), drawing)
+    else:
+        text = material_page(record)
+    with written_whole(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
+def colour_words(colour: dict) -> str:
+    """The colour of a head, for a person."""
+    conditions = ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
+    lab = f"L*a*b* {_three(colour['Lab'])}, " if "Lab" in colour else ""
+    return f"{lab}XYZ {' '.join(f'{value:.4f}' for value in colour['XYZ'])} ({conditions})"
 
 
 def _pack(pack) -> str:
     grid = " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes)
-    return f"{pack.rank} terms in frame {pack.frame} ({grid}; {pack.basis.size} spectral coefficients)"
+    shape = f"{grid}; {pack.basis.size} spectral coefficients; {pack.precision} precision"
+    return f"{pack.rank} terms in frame {pack.frame} ({shape})"
 
 
-def _parameter(name: str, value: object) -> str:
-    shape = getattr(value, "shape", ())
-    return f"{name} {shape}" if shape else f"{name} {value}"
+def _listed(values: dict[str, str]) -> str:
+    longest = 60
+    short = (f"{name} {text if len(text) <= longest else text[: longest - 1] + '…'}" for name, text in values.items())
+    return ", ".join(short).replace("\n", " ") or "none"
+
+
+def _three(values) -> str:
+    return " ".join(f"{value:.2f}" for value in values)
+
+
+def _cell(value) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.3f}" if value == value else ""
+    return str(value)

@@ -14,13 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..spectral.errors import InputError, MetamerError
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
 from ..spectral.processes import usable_cores, worker_pool
 from .factors import FitError
-from .fluorescent import FluorescentLambert
+from .fluorescent import FluorescentBrdf
 from .material import MaterialRecord
 from .protocol import sphere_protocol
 from .query import material_files
 from .record import SUFFIX, read_record
+from .sphere_xyz import original_xyz, packs_xyz
 
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
@@ -74,7 +77,9 @@ def verify_catalogue(
     """
     files = sorted(material_files(folder, SUFFIX))
     found: list[Verified] = []
-    for one in _each(files, quick, min(jobs or usable_cores(), max(1, len(files) // 4))):
+    # A process takes a second to start.
+    enough = max(1, len(files) // (200 if quick else 8))
+    for one in _each(files, quick, min(jobs or usable_cores(), enough)):
         found.append(one)
         progress(len(found), len(files), one.id)
     return Verification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
@@ -112,13 +117,13 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     if declared is None or size is None:
         return None
     brdf, pixels = record.brdf(), int(size[1])
-    if isinstance(brdf, FluorescentLambert):
-        return brdf.measured_packs(pixels)[1]
-    isotropic = all(lobe.brdf.isotropic for lobe in brdf.lobes())
+    alone = isinstance(brdf, FluorescentBrdf)
+    isotropic = brdf.isotropic if alone else all(lobe.brdf.isotropic for lobe in brdf.lobes())
     sphere = sphere_protocol(pixels, isotropic, light=declared.light)
     if (sphere.text, sphere.observer) != (declared.protocol, declared.observer):
         return None
-    return sphere.compare(sphere.reference(brdf), sphere.sample(record.packs))
+    light, eye = [illuminant(sphere.light)], observer(sphere.observer)
+    return sphere.compare(original_xyz(record, sphere, light, eye)[0], packs_xyz(record, sphere, light, eye)[0])
 
 
 def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:

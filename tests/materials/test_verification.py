@@ -5,8 +5,10 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.record import read_record, write_record
 from metamer.materials.verification import TOLERANCE, half_written, verify_catalogue, verify_material
+from metamer.spectral.bispectral import Bispectral
 
 
 def by_id(found):
@@ -87,10 +89,23 @@ def test_half_written_files_are_reported_and_do_no_harm(folder):
 
 def test_several_processes_find_the_same(folder):
     (folder / "paint" / "dark.h5").write_bytes(b"")
-    for name in range(8):
+    for name in range(12):
         (folder / "paint" / f"empty-{name}.h5").write_bytes(b"")
     seen = []
     found = verify_catalogue(folder, jobs=2, progress=lambda *what: seen.append(what))
-    assert len(found.damaged) == 9 and [done for done, _, _ in seen] == list(range(1, 13))
+    assert len(found.damaged) == 13 and [done for done, _, _ in seen] == list(range(1, 17))
     alone = verify_catalogue(folder, jobs=1)
     assert [one.measured for one in found.results] == [one.measured for one in alone.results]
+
+
+def test_fluorescent_surface_is_measured_with_its_emission(tmp_path, write_matt):
+    matrix = np.diag(np.full(40, 0.4))
+    matrix[20:28, :4] += 0.05
+    surface = FluorescentLambert(Bispectral(np.arange(380.0, 780.0, 10.0), np.arange(380.0, 780.0, 10.0), matrix))
+    packs, error = surface.measured_packs(32)
+    changes = {"model": surface.NAME, "parameters": surface.parameters(), "packs": packs, "error": error}
+    one = verify_material("x/f", write_matt(tmp_path, "x/f", **changes))
+    assert one.problem is None and one.measured.p99 == pytest.approx(error.p99, abs=1e-6)
+    dimmer = (replace(packs[0], spectral=0.9 * packs[0].spectral),)
+    one = verify_material("x/f", write_matt(tmp_path, "x/f", **(changes | {"packs": dimmer})))
+    assert "does not hold" in str(one.problem)

@@ -1,0 +1,129 @@
+"""A material of a catalogue as one page: rendered on a sphere, with everything that its record says."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+from jaxtyping import UInt8
+from numpy import ndarray
+
+from ..calibration.material_page import MaterialFacts, render_material_page
+from ..lighting.scene import Scene
+from ..materials.factors import FactorPack
+from ..materials.material import MaterialRecord
+from ..materials.models import no_surface
+from ..materials.record_colour import record_colour
+from ..materials.shown import shown_spectrum, shown_trials, shown_values
+from ..materials.stated_colours import recomputed_colours
+from ..spectral.errors import InputError
+from ..spectral.image import ColourImage
+from .picture import display_for, display_pass
+from .png import quantise
+from .renderer import Renderer
+from .review_words import provenance_words
+
+
+def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: Renderer | None = None) -> str:
+    """The page as HTML. `scene`, whose reviewed part wears the material, and `renderer` make its picture; a spectrum
+    without a surface has none."""
+    picture, words = None, no_surface(record.model).problem.capitalize() if not record.is_surface else "not rendered"
+    if record.is_surface and scene is not None and renderer is not None:
+        picture, words = _picture(record, scene, renderer)
+    spectrum = shown_spectrum(record)
+    headings, trials = shown_trials(record)
+    return render_material_page(
+        MaterialFacts(
+            id=record.id,
+            facts=_facts(record),
+            provenance=provenance_words(record),
+            spectrum=(spectrum.wavelengths_nm, spectrum.values),
+            spectrum_label=spectrum.label,
+            picture=picture,
+            picture_words=words,
+            packs=tuple(_pack(pack) for pack in record.packs),
+            trial_headings=headings,
+            trials=tuple(tuple(_cell(value) for value in row) for row in trials),
+            tried=_tried(record),
+            stated=_stated(record),
+            original=shown_values(record.original),
+            parameters=shown_values(record.parameters),
+        )
+    )
+
+
+def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[UInt8[ndarray, "H W 3"], str]:
+    part = scene.review.on if scene.review else scene.parts[0].name
+    dressed = scene.with_material(part, record.id)
+    xyz, coverage = renderer.render(dressed, dressed.camera(None), {record.id: record.packs})
+    white = dressed.adopted_white()
+    display = display_for(dressed.viewing)
+    background = white * dressed.viewing.background_reflectance
+    on = display_pass(renderer, display)
+    rgb, notes = display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)
+    lights = ", ".join(light.spectrum_name or light.name for light in dressed.lights)
+    words = [
+        f"Factor packs on a {dressed.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
+        *notes,
+    ]
+    return quantise(rgb), " ".join(words)
+
+
+def _facts(record: MaterialRecord) -> dict[str, str]:
+    colour, error = record_colour(record), record.error
+    facts = {"Model": record.model, "Quantity": record.quantity, "Kind": record.provenance.kind}
+    if record.packs:
+        facts["Terms"] = " + ".join(f"{pack.rank} in {pack.frame}" for pack in record.packs)
+    if error is not None:
+        facts["ΔE94 mean"] = f"{error.mean:.3f}"
+        facts["ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
+        facts["ΔE94 max"] = f"{error.maximum:.3f}"
+    if colour is not None:
+        space = "Lab" if "Lab" in colour else "XYZ"
+        conditions = ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
+        facts[space] = f"{' '.join(f'{value:.2f}' for value in colour[space])} ({conditions})"
+    return facts
+
+
+def _pack(pack: FactorPack) -> dict[str, str]:
+    return {
+        "Frame": pack.frame,
+        "Terms": str(pack.rank),
+        "Grid": " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes),
+        "Spectral coefficients": f"{pack.basis.size} ({pack.basis.name})",
+        "Precision": pack.precision,
+    }
+
+
+def _tried(record: MaterialRecord) -> dict[str, list[tuple[float, float]]]:
+    """(terms, ΔE94 p99) of the trials, by lobe and frame."""
+    found: dict[str, list[tuple[float, float]]] = defaultdict(list)
+    for trial in record.trials:
+        joint = getattr(trial, "joint", False)
+        found[f"{trial.frame}, {'all packs together' if joint else f'lobe {trial.lobe + 1}'}"].append(
+            (float(trial.rank), trial.error.p99)
+        )
+    return {name: sorted(points) for name, points in found.items()}
+
+
+def _stated(record: MaterialRecord) -> tuple[dict[str, str], ...]:
+    try:
+        found = recomputed_colours(record)
+    except InputError as reason:
+        return ({"conditions": str(reason), "space": "", "stated": "", "recomputed": "", "delta_e94": ""},)
+    return tuple(
+        {
+            "conditions": "; ".join([f"{one.illuminant or 'the light itself'}, {one.observer}", *one.assumed]),
+            "space": one.stated.space,
+            "stated": " ".join(f"{value:.2f}" for value in one.stated.values),
+            "recomputed": " ".join(f"{value:.2f}" for value in one.recomputed),
+            "delta_e94": f"{one.delta_e94:.2f}",
+        }
+        for one in found
+    )
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.3f}" if isinstance(value, float) else str(value)
