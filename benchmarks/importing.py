@@ -22,7 +22,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -87,9 +88,17 @@ def command(source: Path, catalogue: Path, jobs: int, *more: str) -> list[str]:
     ]
 
 
-def start(words: list[str]) -> subprocess.Popen[str]:
-    """The command, with what it says kept for the end."""
-    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+@contextmanager
+def started(words: list[str]) -> Iterator[tuple[subprocess.Popen, Callable[[], str]]]:
+    """The command at work, and what it has said: into a file, since a pipe that nobody reads would stop it."""
+    with tempfile.TemporaryFile() as said:
+
+        def text() -> str:
+            said.seek(0)
+            return said.read().decode()
+
+        with subprocess.Popen(words, stdout=said, stderr=subprocess.STDOUT) as process:
+            yield process, text
 
 
 def processes_of(pid: int) -> list[int]:
@@ -116,14 +125,13 @@ def peak_bytes(pid: int) -> int:
 def timed(words: list[str]) -> dict:
     """Seconds of one command, and peak memory of it and of its largest worker."""
     begin = time.perf_counter()
-    process = start(words)
     peaks: dict[int, int] = {}
-    while process.poll() is None:
-        for pid in processes_of(process.pid):
-            peaks[pid] = max(peaks.get(pid, 0), peak_bytes(pid))
-        time.sleep(0.02)
-    seconds = time.perf_counter() - begin
-    said = process.stdout.read() if process.stdout else ""
+    with started(words) as (process, text):
+        while process.poll() is None:
+            for pid in processes_of(process.pid):
+                peaks[pid] = max(peaks.get(pid, 0), peak_bytes(pid))
+            time.sleep(0.02)
+        seconds, said = time.perf_counter() - begin, text()
     if process.returncode:
         raise RuntimeError(f"exit code {process.returncode}: {said}")
     own = peaks.pop(process.pid, 0)
@@ -141,19 +149,20 @@ def contents(catalogue: Path) -> dict[str, str]:
 
 def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng: random.Random) -> dict:
     """Kill one process of an import within `seconds`; what was hit and what was left. Raises where that is damaged."""
-    process = start(command(source, catalogue, jobs))
-    moment = rng.uniform(0.0, seconds)
-    time.sleep(moment)
-    there = processes_of(process.pid)
-    # Every other time the command itself: it is one process among several.
-    victim = process.pid if rng.random() < 0.5 else rng.choice(there)
-    hit = process.poll() is None
-    if hit:
-        try:
-            os.kill(victim, signal.SIGKILL)
-        except ProcessLookupError:
-            hit = False
-    said, _ = process.communicate(timeout=600)
+    with started(command(source, catalogue, jobs)) as (process, text):
+        moment = rng.uniform(0.0, seconds)
+        time.sleep(moment)
+        there = processes_of(process.pid)
+        # Every other time the command itself: it is one process among several.
+        victim = process.pid if rng.random() < 0.5 else rng.choice(there)
+        hit = process.poll() is None
+        if hit:
+            try:
+                os.kill(victim, signal.SIGKILL)
+            except ProcessLookupError:
+                hit = False
+        process.wait(timeout=600)
+        said = text()
     for pid in there[1:]:
         gone_within(pid, 10.0)
     left, done = [], 0
