@@ -27,11 +27,11 @@ SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Text with a table of wavelengths and numbers in it, or one that is named .csv or .tsv."""
+    """Text with a table of wavelengths and numbers in it, or one that is named as such tables are."""
     text = head_text(head)
-    if not text or text.lstrip()[:1] in ("<", "{"):
+    if text.lstrip()[:1] in ("", "<", "{"):
         return False
-    if path.suffix.casefold() in (".csv", ".tsv"):
+    if path.suffix.casefold() in SUFFIXES:
         return True
     lines = [line for line in text.splitlines() if line.strip() and comment(line) is None]
     dialect = dialect_of(lines)

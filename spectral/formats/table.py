@@ -166,7 +166,9 @@ def _across(
     nm = nm_per_unit(" ".join(heads[: axes[0]]))
     others = [column for column in range(len(heads)) if column not in taken]
     prefix = re.match(r"\s*([RT])[ _.:-]?\s*\d", heads[axes[0]])
-    words = {"R": "reflectance", "T": "transmittance"}[prefix[1]] if prefix else ""
+    words = " ".join(heads[column] for column in others if colour_axis(heads[column]) is None)
+    words += {"R": " reflectance", "T": " transmittance"}[prefix[1]] if prefix else ""
+    kinds = [column for column in others if re.search("type|mode|quantity|measure", heads[column], re.I)]
     names = [column for column in others if is_name_header(heads[column]) and colour_axis(heads[column]) is None]
     # A name is better than a number; without either, whatever stands first.
     names.sort(key=lambda column: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[column], re.I)))
@@ -188,7 +190,8 @@ def _across(
         called = next((at for at in names if at < len(cells) and cells[at]), -1)
         name = cells[called] if called >= 0 else ""
         beside = {heads[at]: cells[at] for at in others if at < len(cells) and at != called and heads[at] and cells[at]}
-        columns.append(Column(name or f"row {len(columns) + 1}", words, "", wavelengths, values, nm, bad, beside))
+        kind = " ".join([words, *(cells[at] for at in kinds if at < len(cells))])
+        columns.append(Column(name or f"row {len(columns) + 1}", kind, "", wavelengths, values, nm, bad, beside))
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
     return columns
@@ -255,7 +258,11 @@ class _Down:
             blocks.append(columns)
         if below:
             notes.append(f"{below} lines below the table are not read")
-        return [[column for column in block if not _empty(column)] for block in blocks]
+        words = {column.words for block in blocks for column in block if _empty(column) and column.bad}
+        if words and any(not _empty(column) for block in blocks for column in block):
+            notes.append(f"columns without numbers are left out: {', '.join(sorted(words)[:6])}")
+            return [[column for column in block if not _empty(column)] for block in blocks]
+        return [[column for column in block if column.bad or not _empty(column)] for block in blocks]
 
     def _wavelength(self, cells: Sequence[str], at: int) -> float | None:
         """The wavelength in a cell that is written as the first one was; a word with a number in it is none."""
@@ -344,7 +351,7 @@ def _shape(cell: str) -> str:
 
 
 def _empty(column: Column) -> bool:
-    return all(value != value for value in column.values) and column.bad is None
+    return all(value != value for value in column.values)
 
 
 def _ragged(path: Path, line: int, found: int, expected: int) -> InputError:
