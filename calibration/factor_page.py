@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from . import plots
+from .line_plots import MARKS, SIZE, LogScale, line_plot, merged_labels
 from .page import html_environment
 
-# Radius and margin of a polar plot, size of a scatter plot, SVG units.
+# Radius of a polar plot, SVG units.
 _POLAR = 130.0
-_SCATTER = (460.0, 300.0)
-# Points nearer than this, across and down, share a label.
-_NEAR = (26.0, 7.0)
-# Shape and place in the legend say what kind a point is; colour says it again.
-KINDS = ("spectra", "ranks", "frames", "precision")
+#: What a point is a configuration of; colour and mark say it, and points of the last kind have no number.
+KINDS = ("spectra", "ranks", "frames", "precision", "filtering", "paper")
+_UNNUMBERED = "paper"
 
 
 def render_factor_page(measured: dict[str, Any], scale_delta_e: float, verdict: str, title: str) -> str:
@@ -44,9 +43,15 @@ def render_factor_page(measured: dict[str, Any], scale_delta_e: float, verdict: 
         measured=measured,
         cards=cards,
         scatters=scatter_plots(measured["points"]),
+        growths=growth_plots(measured["growth"]),
+        methods=method_plots(measured["points"], measured["packs_needed"]),
+        ways=list(dict.fromkeys(way for row in measured["packs_needed"] for way in row["needed"])),
+        surfaces=two_surface_plot(measured["fluorescence"].get("two_surfaces", [])),
         kinds=KINDS,
+        marks={kind: _mark(kind) for kind in KINDS},
+        line_marks=MARKS,
         polar_radius=_POLAR,
-        scatter_size=_SCATTER,
+        size=SIZE,
         scale=plots.scale_words(scale_delta_e),
     )
 
@@ -72,85 +77,95 @@ def polar_plots(polar: dict[str, Any]) -> list[dict[str, Any]]:
 
 def scatter_plots(points: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """For every surface: its configurations, numbered, and for every light ΔE94 p99 against what it costs."""
-    across = (("ms_per_megapixel", "ms a megapixel"), ("fit_seconds", "seconds to fit"))
+    across = (("ms_per_megapixel", "milliseconds a megapixel"), ("fit_seconds", "seconds to fit"))
     found = []
     for case in dict.fromkeys(point["case"] for point in points):
         own = [point for point in points if point["case"] == case]
-        lights = list(own[0]["delta_e94"])
-        plots_of_case = [
-            {"light": light, "label": label, **_scatter(own, light, key)} for light in lights for key, label in across
-        ]
-        found.append({"case": case, "lights": lights, "points": own, "plots": plots_of_case})
+        # Numbers first, so that they are those of the table.
+        own.sort(key=lambda point: point["kind"] == _UNNUMBERED)
+        lights = [light for light in own[0]["delta_e94"] if all(light in point["delta_e94"] for point in own)]
+        costs = [cost for cost in across if all(point[cost[0]] is not None for point in own)]
+        plots_of_case = [{"light": light, **_scatter(own, light, *cost)} for light in lights for cost in costs]
+        numbered = [point for point in own if point["kind"] != _UNNUMBERED]
+        kinds = list(dict.fromkeys(point["kind"] for point in own))
+        found.append({"case": case, "lights": lights, "points": numbered, "kinds": kinds, "plots": plots_of_case})
     return found
 
 
-def _scatter(points: Sequence[dict[str, Any]], light: str, key: str) -> dict[str, Any]:
-    width, height = _SCATTER
-    x = np.log10([max(point[key], 1e-6) for point in points])
-    y = np.log10([max(point["delta_e94"][light]["p99"], 1e-3) for point in points])
-    x0, x1 = _below(x.min()), _above(x.max())
-    y0, y1 = math.floor(y.min()), math.ceil(y.max() + 1e-9)
-    places = np.stack([width * (x - x0) / (x1 - x0), height * (y1 - y) / max(y1 - y0, 1)], axis=-1)
+def growth_plots(growth: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Seconds and bytes of a decomposition against nodes of its table, then against its rank."""
+    found = []
+    for over, key, label in (("resolution", "nodes", "nodes of the table"), ("rank", "rank", "terms")):
+        rows = [row for row in growth if row["over"] == over]
+        if not rows:
+            continue
+        seconds = {"decomposition": [(row[key], row["seconds"]) for row in rows]}
+        megabytes = {
+            "at most held": [(row[key], row["peak_bytes"] / 1e6) for row in rows],
+            "the table": [(row[key], row["table_bytes"] / 1e6) for row in rows],
+        }
+        errors = {"relative error": [(row[key], row["relative_error"]) for row in rows]}
+        found.append(
+            {
+                "over": over,
+                "plots": [
+                    line_plot(seconds, label, "seconds"),
+                    line_plot(megabytes, label, "MB"),
+                    line_plot(errors, label, "relative error"),
+                ],
+            }
+        )
+    return found
+
+
+def method_plots(points: Sequence[dict[str, Any]], needed: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """For every surface that the paper's methods were tried on: ΔE94 p99 against packs, ours beside them."""
+    found = []
+    for case in dict.fromkeys(row["case"] for row in needed):
+        rows = [row for row in needed if row["case"] == case]
+        shown = []
+        for row in rows:
+            series = {"here": [(row["ours"], row["p99"])]}
+            for point in points:
+                if point["case"] == case and point["kind"] == _UNNUMBERED:
+                    line = series.setdefault(f"{point['frame']}, {point['method']}", [])
+                    line.append((point["packs"], point["delta_e94"][row["light"]]["p99"]))
+            shown.append({"light": row["light"], **line_plot(series, "packs of four terms", "ΔE94 p99")})
+        found.append({"case": case, "plots": shown})
+    return found
+
+
+def two_surface_plot(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
+    """Worst ΔE94 over two surfaces against the number of coefficients; None without figures."""
+    if not rows:
+        return None
+    names = {"max": "balanced", "max_fluorescent": "balanced, one surface fluorescent", "peercy_max": "Peercy"}
+    series = {name: [(row["J"], row[key]) for row in rows] for key, name in names.items()}
+    return line_plot(series, "J", "largest ΔE94")
+
+
+def _scatter(points: Sequence[dict[str, Any]], light: str, key: str, label: str) -> dict[str, Any]:
+    errors = [point["delta_e94"][light]["p99"] for point in points]
+    x = LogScale([point[key] for point in points], SIZE[0], floor=1e-5)
+    y = LogScale(errors, SIZE[1], downwards=True, floor=1e-3)
+    places = [(x.at(point[key]), y.at(error)) for point, error in zip(points, errors, strict=True)]
     marks = [
-        {"x": across, "y": down, "kind": point["kind"], "name": point["configuration"]}
-        for point, (across, down) in zip(points, places.tolist(), strict=True)
+        {"x": across, "y": down, "kind": point["kind"], "name": point["configuration"], "path": _mark(point["kind"])}
+        for point, (across, down) in zip(points, places, strict=True)
     ]
+    numbered = [place for place, point in zip(places, points, strict=True) if point["kind"] != _UNNUMBERED]
     return {
-        "marks": marks,
-        "labels": _labels(places),
-        "x_ticks": [(width * (tick - x0) / (x1 - x0), f"{10**tick:g}") for tick in _ticks(x0, x1)],
-        "y_ticks": [(height * (y1 - tick) / max(y1 - y0, 1), f"{10.0**tick:g}") for tick in range(y0, y1 + 1)],
+        # Those with numbers are drawn last, above the others.
+        "marks": marks[::-1],
+        "labels": merged_labels(numbered, range(1, len(numbered) + 1)),
+        "x_ticks": x.ticks(),
+        "y_ticks": y.ticks(),
+        "x_label": label,
     }
 
 
-def _labels(places: np.ndarray) -> list[dict[str, Any]]:
-    """The numbers of the points, those that (nearly) coincide together: text and where it stands."""
-    groups: list[list[int]] = []
-    for index, place in enumerate(places):
-        near = next((g for g in groups if np.all(np.abs(places[g[-1]] - place) < _NEAR)), None)
-        groups.append([index]) if near is None else near.append(index)
-    found = []
-    for group in groups:
-        across, down = places[group, 0].max(), places[group, 1].mean()
-        left = across > 0.8 * _SCATTER[0]
-        # Runs as "3-6": points in one place tend to be neighbours in the list.
-        text = ", ".join(_runs([index + 1 for index in group]))
-        where = {
-            "x": places[group, 0].min() - 8.0 if left else across + 8.0,
-            "y": down + 3.5,
-            "anchor": "end" if left else "start",
-        }
-        found.append({"text": text, **where})
-    return found
-
-
-def _runs(numbers: list[int]) -> list[str]:
-    """Ascending whole numbers with three or more in a row written as a range.
-
-    >>> _runs([1, 2, 4, 5, 6, 9])
-    ['1', '2', '4–6', '9']
-    """
-    words: list[str] = []
-    start = 0
-    for end in range(1, len(numbers) + 1):
-        if end == len(numbers) or numbers[end] != numbers[end - 1] + 1:
-            run = numbers[start:end]
-            words += [f"{run[0]}–{run[-1]}"] if len(run) > 2 else map(str, run)
-            start = end
-    return words
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    decades = [math.log10(base * 10.0**power) for power in range(-6, 7) for base in (1, 2, 5)]
-    return [tick for tick in decades if low - 1e-9 <= tick <= high + 1e-9]
-
-
-def _below(value: float) -> float:
-    return max(tick for tick in _ticks(-6.0, 6.0) if tick <= value - 0.02)
-
-
-def _above(value: float) -> float:
-    return min(tick for tick in _ticks(-6.0, 6.0) if tick >= value + 0.02)
+def _mark(kind: str) -> str:
+    return MARKS[KINDS.index(kind) % len(MARKS)] if kind in KINDS else MARKS[0]
 
 
 def _round_step(top: float) -> float:

@@ -20,15 +20,21 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         nargs="?",
         choices=WHAT,
         default="all",
-        help="default: all, which is basis and shading; factor takes minutes",
+        help="default: all, which is basis and shading; factor takes minutes, with measured data half an hour",
     )
     command.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
     factor = command.add_argument_group("factor")
     factor.add_argument("--html", type=Path, metavar="F", help="also write a page with pictures, maps and plots")
-    factor.add_argument("--cases", type=comma_separated, metavar="A,B", help="surfaces by name; default: all")
-    factor.add_argument("--data", type=Path, metavar="DIR", help="measured data, default: $METAMER_DATA")
+    factor.add_argument("--cases", type=comma_separated, metavar="A,B", help="surfaces by name; default: all there are")
+    factor.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="measured surfaces join in, a minute or two each; default: $METAMER_DATA, without it analytic ones only",
+    )
     factor.add_argument("--baseline", action="store_true", help="also time tensorly, half a minute a surface")
     factor.add_argument("--no-points", action="store_true", help="leave out speed against error")
+    factor.add_argument("--growth", action="store_true", help="decompose tables up to the paper's size and beyond")
     command.set_defaults(run=run)
 
 
@@ -52,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _factor(args: argparse.Namespace) -> int:
-    from ..viewer import factor_benchmark
+    from ..viewer import factor_benchmark, factor_report
 
     data = args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
     measured = factor_benchmark.run(
@@ -61,13 +67,14 @@ def _factor(args: argparse.Namespace) -> int:
         picture_pixels=180 if args.html else 0,
         baseline=args.baseline,
         points=not args.no_points,
+        growth=args.growth,
         progress=lambda line: print(line, flush=True),
     )
-    print(factor_benchmark.report(measured))
+    print(factor_report.report(measured))
     if args.json:
-        _write(args.json, json.dumps(factor_benchmark.document(measured), indent=1) + "\n")
+        _write(args.json, json.dumps(factor_report.document(measured), indent=1) + "\n")
     if args.html:
-        _write(args.html, factor_benchmark.page(measured))
+        _write(args.html, factor_report.page(measured))
     return 0
 
 

@@ -2,32 +2,27 @@
 
 One row a surface and light: packs fitted to a budget, beside the distribution-based BRDF, which was the baseline of
 Schwenk 2010, and (on request) beside tensorly's decomposition of the paper's whole table. Errors are on the sphere
-protocol, against the BRDF at every wavelength.
+protocol, against the BRDF at every wavelength. Fluorescent surfaces are not fitted; their rows are drawn.
 """
 
 from __future__ import annotations
 
-import time
-import tracemalloc
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ..calibration.basis_benchmark import stage
-from ..calibration.factor_page import render_factor_page
-from ..calibration.text_tables import TextTable, text_tables
 from ..materials.brdf import Brdf
 from ..materials.dbrdf import fit_distribution
-from ..materials.factors import Axis, FactorPack
+from ..materials.factors import FactorPack
 from ..materials.fit import Fit, fit
-from ..materials.protocol import sphere_protocol
-from ..materials.tabulated import tabulate
-from ..spectral.basis import SpectralBasis
-from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
-from .factor_cases import chosen_cases
-from .factor_figures import SCALE_DELTA_E, case_figures
+from ..materials.fluorescent import FluorescentLambert
+from ..materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
+from . import factor_growth, factor_methods, filtering_benchmark
+from .factor_cases import Case, chosen_cases
+from .factor_figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
+from .factor_fluorescence import draw, fluorescence_figures, fluorescent_rows
+from .factor_memory import table_bytes, timed_and_weighed
 from .factor_points import POINT_CASES, case_points
 from .factor_sphere import brdf_xyz, pack_xyz, statistics, under
 from .factor_timing import Stopwatch
@@ -35,11 +30,12 @@ from .headless import create_renderer
 from .renderer import Renderer
 
 LIGHTS = ("D65", "FL11")
-# The paper's table and decomposition.
-TABLE_AXES = (Axis("theta_i", 90, 0.5 * np.pi), Axis("theta_o", 90, 0.5 * np.pi), Axis("phi", 180, np.pi))
-TABLE_COEFFICIENTS, TABLE_RANK, ITERATIONS = 8, 16, 25
+#: The surface whose table is decomposed at several sizes and ranks.
+GROWTH_CASE = "ashikhmin-shirley-32"
 # Terms that one texture of four channels holds: what the paper counts in.
 TERMS_A_PACK = 4
+# Across a sphere that fluorescent rows are judged on.
+_DRAWN_PIXELS = 192
 Say = Callable[[str], None]
 
 
@@ -54,6 +50,7 @@ def run(
     ranks: tuple[int, ...] | None = None,
     baseline: bool = False,
     points: bool = True,
+    growth: bool = False,
     renderer: Renderer | None = None,
     progress: Say = lambda line: None,
 ) -> dict:
@@ -67,85 +64,60 @@ def run(
     picture_pixels : across a sphere in the figures; 0 draws none.
     budget, ranks : in place of the case's own budget and the fit's own numbers of terms.
     baseline : also let tensorly decompose the paper's table, half a minute a case.
-    points : also measure speed against error, one point a configuration.
+    points : also measure speed against error, one point a configuration, the paper's own methods among them, and how
+        a decomposition grows with resolution and rank.
+    growth : the last two on tables of the paper's size and beyond, in place of smaller ones.
 
     Returns
     -------
-    dict : `rows`, `points`, `renderer`, `timing`, `protocol`, `dbrdf`, `tensorly` are ready for JSON; `figures` are
-    pictures and curves for the page, by case.
+    dict : `rows`, `points`, `packs_needed`, `speed`, `growth`, `fluorescence`, `renderer`, `timing`, `protocol`,
+    `dbrdf`, `tensorly` are ready for JSON; `figures` are pictures and curves for the page, by case.
     """
     chosen = chosen_cases(cases, data)
     owns = renderer is None
     renderer = create_renderer()[0] if renderer is None else renderer
-    rows, figures, measured = [], [], []
-    protocol = None
+    found = _Found()
+    surfaces = []
     try:
-        stopwatch = Stopwatch(renderer)
+        effort = factor_methods.FULL if growth else factor_methods.QUICK
+        asked = (lights, pixels, picture_pixels, budget, ranks, baseline, points, effort)
+        work = _Work(renderer, Stopwatch(renderer), *asked)
         for number, case in enumerate(chosen, 1):
-            progress(f"{number}/{len(chosen)} {case.name}: fitting")
             brdf = case.make()
-            found, seconds, peak = _fitted(brdf, case.budget if budget is None else budget, ranks)
-            milliseconds = stopwatch.milliseconds(found.packs)
-            progress(f"{number}/{len(chosen)} {case.name}: {_words(found)} in {seconds:.1f} s; comparing")
-            protocol = sphere_protocol(pixels, brdf.isotropic)
-            distribution = fit_distribution(brdf)
-            tensorly = _tensorly(brdf, progress, case.name) if baseline and brdf.isotropic else (None, None)
-            reference, other = (brdf_xyz(it, protocol, lights) for it in (brdf, distribution))
-            sample = pack_xyz(found.packs, protocol, lights)
-            for index, light in enumerate(lights):
-                lit = under(protocol, light)
-                error = lit.compare(reference[index], sample[index])
-                against = lit.compare(reference[index], other[index])
-                rows.append(
-                    {
-                        "case": case.name,
-                        "light": light,
-                        "frames": [pack.frame for pack in found.packs],
-                        "packs": texture_packs(found.packs),
-                        "rank": found.rank,
-                        "fit_seconds": seconds,
-                        "table_bytes": table_bytes(found.packs),
-                        "peak_bytes": peak,
-                        "relative_error": found.error.relative_error,
-                        "delta_e94": statistics(error),
-                        "ms_per_megapixel": milliseconds,
-                        "baseline": {
-                            "tensorly_seconds": tensorly[0],
-                            "tensorly_relative_error": tensorly[1],
-                            "dbrdf_delta_e94": statistics(against),
-                        },
-                    }
-                )
-                progress(f"    {light}: ΔE94 p99 {error.p99:.2f}, D-BRDF {against.p99:.2f}")
-            if picture_pixels:
-                figures.append(case_figures(case, brdf, found.packs, distribution, lights, picture_pixels))
-            if points and case.name in POINT_CASES:
-                progress(f"{number}/{len(chosen)} {case.name}: speed against error")
-                measured += case_points(case.name, brdf, (found, seconds), stopwatch, lights, progress)
+
+            def say(line: str, prefix: str = f"{number}/{len(chosen)} {case.name}: ") -> None:
+                progress(prefix + line)
+
+            if isinstance(brdf, FluorescentLambert):
+                work.fluorescent(case, brdf, found, say, progress)
+                surfaces.append(brdf.bispectral)
+            else:
+                work.fitted(case, brdf, found, say, progress)
+        if points:
+            found.points += _filtering_points(renderer, progress)
     finally:
         if owns:
             renderer.close()
+    if surfaces:
+        found.fluorescence |= fluorescence_figures(surfaces, progress)
+    if points or growth:
+        (case,) = chosen_cases([GROWTH_CASE])
+        found.growth = factor_growth.growth(case.name, case.make(), full=growth, progress=progress)
     return {
-        "rows": rows,
-        "points": measured,
+        "rows": found.rows,
+        "points": found.points,
+        "packs_needed": found.packs_needed,
+        "speed": found.speed,
+        "growth": found.growth,
+        "fluorescence": found.fluorescence,
         "renderer": renderer.name,
         "timing": Stopwatch.WORDS,
-        "protocol": "" if protocol is None else protocol.text,
+        "protocol": found.protocol,
         "dbrdf": "Ashikhmin and Premoze 2007; every wavelength its own p(h) and R_0, least squares in L*",
-        "tensorly": f"parafac, rank {TABLE_RANK}, {ITERATIONS} iterations, io table "
-        f"{' x '.join(str(axis.size) for axis in TABLE_AXES)} x {TABLE_COEFFICIENTS}",
-        "figures": figures,
+        "tensorly": f"parafac, rank {factor_growth.PAPER_RANK}, {factor_growth.ITERATIONS} iterations, io table "
+        f"{' x '.join(map(str, factor_growth.PAPER_SHAPE))}",
+        "figures": found.figures,
     }
-
-
-def losses(rows: Sequence[dict]) -> list[str]:
-    """Rows in which the distribution-based BRDF is not worse in every statistic: there should be none."""
-    return [
-        f"{row['case']}, {row['light']}: {name}"
-        for row in rows
-        for name, value in row["delta_e94"].items()
-        if row["baseline"]["dbrdf_delta_e94"][name] <= value
-    ]
 
 
 def texture_packs(packs: tuple[FactorPack, ...]) -> int:
@@ -153,99 +125,131 @@ def texture_packs(packs: tuple[FactorPack, ...]) -> int:
     return sum(-(-pack.rank // TERMS_A_PACK) for pack in packs)
 
 
-def table_bytes(packs: tuple[FactorPack, ...]) -> int:
-    """float64 bytes of the tables that were factored: nodes times the spectral dimensions that the terms span."""
-    return sum(
-        8 * int(np.prod([axis.size for axis in pack.axes])) * int(np.linalg.matrix_rank(pack.spectral, rtol=1e-9))
-        for pack in packs
-    )
+@dataclass(eq=False)
+class _Found:
+    """What has been measured so far."""
+
+    rows: list[dict] = field(default_factory=list)
+    points: list[dict] = field(default_factory=list)
+    packs_needed: list[dict] = field(default_factory=list)
+    speed: list[dict] = field(default_factory=list)
+    growth: list[dict] = field(default_factory=list)
+    fluorescence: dict[str, Any] = field(default_factory=lambda: {"without": []})
+    figures: list[dict] = field(default_factory=list)
+    protocol: str = ""
 
 
-def tables(measured: dict) -> list[TextTable]:
-    """(title, header, rows) for people."""
-    header = ["case", "light", "frames", "packs", "rank", "fit s", "peak MB", "mean", "p95", "p99", "max", "ms/Mpx"]
-    rows = []
-    for row in measured["rows"]:
-        error = row["delta_e94"]
-        rows.append(
-            [row["case"], row["light"], "+".join(row["frames"]), str(row["packs"]), str(row["rank"])]
-            + [f"{row['fit_seconds']:.1f}", f"{row['peak_bytes'] / 1e6:.0f}"]
-            + [f"{error[name]:.2f}" for name in ("mean", "p95", "p99", "max")]
-            + [f"{row['ms_per_megapixel']:.0f}"]
-        )
-    found = [(f"Factor packs, ΔE94; pictures by {measured['renderer']}", header, rows)]
-    rows = [
-        [row["case"], row["light"]]
-        + [f"{row['baseline']['dbrdf_delta_e94'][name]:.2f}" for name in ("mean", "p95", "p99", "max")]
-        + ["-" if value is None else f"{value:.3g}" for value in list(row["baseline"].values())[:2]]
-        for row in measured["rows"]
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """How each case is measured; see `run`."""
+
+    renderer: Renderer
+    stopwatch: Stopwatch
+    lights: Sequence[str]
+    pixels: int
+    picture_pixels: int
+    budget: float | None
+    ranks: tuple[int, ...] | None
+    baseline: bool
+    points: bool
+    effort: factor_methods.Effort
+
+    def fitted(self, case: Case, brdf: Brdf, into: _Found, say: Say, progress: Say) -> None:
+        """Rows of a surface that packs are fitted to."""
+        say("fitting")
+        fitted, seconds, peak = self._fitted(case, brdf)
+        milliseconds = self.stopwatch.milliseconds(fitted.packs)
+        say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
+        protocol = sphere_protocol(self.pixels, brdf.isotropic)
+        into.protocol = protocol.text
+        distribution = fit_distribution(brdf)
+        speed = None
+        if self.baseline and brdf.isotropic:
+            say(f"tensorly, {factor_growth.ITERATIONS} iterations on the whole table")
+            speed = factor_growth.speed_row(case.name, brdf)
+            into.speed.append(speed)
+        reference, other = (brdf_xyz(it, protocol, self.lights) for it in (brdf, distribution))
+        sample = pack_xyz(fitted.packs, protocol, self.lights)
+        for index, light in enumerate(self.lights):
+            lit = under(protocol, light)
+            error = lit.compare(reference[index], sample[index])
+            against = lit.compare(reference[index], other[index])
+            into.rows.append(
+                {
+                    "case": case.name,
+                    "light": light,
+                    "frames": [pack.frame for pack in fitted.packs],
+                    "packs": texture_packs(fitted.packs),
+                    "rank": fitted.rank,
+                    "fit_seconds": seconds,
+                    "table_bytes": table_bytes(brdf, fitted.packs),
+                    "peak_bytes": peak,
+                    "relative_error": fitted.error.relative_error,
+                    "delta_e94": statistics(error),
+                    "ms_per_megapixel": milliseconds,
+                    "baseline": {
+                        "tensorly_seconds": None if speed is None else speed["tensorly_seconds"],
+                        "tensorly_relative_error": None if speed is None else speed["tensorly_relative_error"],
+                        "dbrdf_delta_e94": statistics(against),
+                    },
+                }
+            )
+            progress(f"    {light}: ΔE94 p99 {error.p99:.2f}, D-BRDF {against.p99:.2f}")
+        if self.picture_pixels:
+            into.figures.append(case_figures(case, brdf, fitted.packs, distribution, self.lights, self.picture_pixels))
+        if self.points and case.name in POINT_CASES:
+            say("speed against error")
+            choice = POINT_CASES[case.name]
+            own = (fitted, seconds)
+            into.points += case_points(case.name, brdf, own, self.stopwatch, self.lights, progress, choice)
+            tried = factor_methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
+            into.points += tried
+            into.packs_needed += [
+                {
+                    "case": case.name,
+                    "light": row["light"],
+                    "p99": row["delta_e94"]["p99"],
+                    "ours": row["packs"],
+                    "paper_2010": case.packs_2010,
+                    "needed": factor_methods.packs_needed(tried, row["light"], row["delta_e94"]["p99"]),
+                }
+                for row in into.rows
+                if row["case"] == case.name
+            ]
+
+    def fluorescent(self, case: Case, brdf: FluorescentLambert, into: _Found, say: Say, progress: Say) -> None:
+        """Rows of a fluorescent surface, drawn against the full matrix."""
+        say("drawing")
+        drawn = draw(self.renderer, brdf, min(self.pixels, _DRAWN_PIXELS), LIGHT_ANGLES_DEG)
+        rows, without = fluorescent_rows(case, brdf, drawn, self.stopwatch)
+        into.rows += rows
+        into.fluorescence["without"] += without
+        for row, plain in zip(rows, without, strict=True):
+            others = ", ".join(f"{name} {found['p99']:.2f}" for name, found in list(plain["delta_e94"].items())[1:])
+            progress(f"    {row['light']}: ΔE94 p99 {row['delta_e94']['p99']:.2f}; without fluorescence: {others}")
+        if self.picture_pixels:
+            shown = draw(self.renderer, brdf, self.picture_pixels, PICTURE_LIGHTS_DEG)
+            into.figures.append(fluorescent_figures(case, brdf, shown, self.picture_pixels))
+
+    def _fitted(self, case: Case, brdf: Brdf) -> tuple[Fit, float, int]:
+        options: dict[str, Any] = {} if self.ranks is None else {"ranks": self.ranks}
+        budget = case.budget if self.budget is None else self.budget
+        return timed_and_weighed(brdf, lambda it: fit(it, budget=budget, **options))
+
+
+def _filtering_points(renderer: Renderer, progress: Say) -> list[dict]:
+    """What filtering factors is worth, shaped as the other points; seconds to fit are none of its matter."""
+    progress("filtering: speed against error")
+    return [
+        {
+            **point,
+            "case": f"filtering, {point['case']}",
+            "rank": filtering_benchmark.RANK,
+            "fit_seconds": None,
+            "delta_e94": {"D65": point["delta_e94"]},
+        }
+        for point in filtering_benchmark.filtering_points(renderer, progress)
     ]
-    header = ["case", "light", "mean", "p95", "p99", "max", "tensorly s", "its relative error"]
-    found.append((f"Baselines: D-BRDF ({measured['dbrdf']}), ΔE94; tensorly ({measured['tensorly']})", header, rows))
-    if measured["points"]:
-        rows = [
-            [point["case"], point["kind"], point["configuration"], f"{point['fit_seconds']:.1f}"]
-            + [f"{point['ms_per_megapixel']:.0f}"]
-            + [f"{value['p99']:.2f}" for value in point["delta_e94"].values()]
-            for point in measured["points"]
-        ]
-        header = ["case", "kind", "configuration", "fit s", "ms/Mpx"]
-        header += [f"p99 {light}" for light in measured["points"][0]["delta_e94"]]
-        found.append(("Speed against error", header, rows))
-    return found
-
-
-def report(measured: dict) -> str:
-    """The result of `run` as plain text."""
-    return f"{text_tables(tables(measured))}\n\n{verdict(measured['rows'])}"
-
-
-def page(measured: dict) -> str:
-    """The result of `run` as one self-contained HTML page."""
-    return render_factor_page(measured, SCALE_DELTA_E, verdict(measured["rows"]), "Factored spectral BRDFs")
-
-
-def verdict(rows: Sequence[dict]) -> str:
-    """Whether the baseline loses, as in the paper."""
-    if worse := losses(rows):
-        return "The D-BRDF is not worse in: " + "; ".join(worse)
-    return "The D-BRDF is farther off in every row and by every statistic."
-
-
-def document(measured: dict) -> dict:
-    """The result of `run` without its pictures."""
-    return {name: value for name, value in measured.items() if name != "figures"}
-
-
-def _fitted(brdf: Brdf, budget: float, ranks: tuple[int, ...] | None) -> tuple[Fit, float, int]:
-    """The fit, its seconds and the most bytes taken at one time: two runs, since counting bytes takes time."""
-    options: dict[str, Any] = {} if ranks is None else {"ranks": ranks}
-    tracemalloc.start()
-    try:
-        fit(brdf, budget=budget, **options)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    start = time.perf_counter()
-    found = fit(brdf, budget=budget, **options)
-    return found, time.perf_counter() - start, peak
-
-
-def _tensorly(brdf: Brdf, progress: Say, name: str) -> tuple[float, float]:
-    """Seconds and relative error of tensorly on the paper's table."""
-    import tensorly
-    from tensorly.decomposition import parafac
-
-    progress(f"    {name}: tensorly, {ITERATIONS} iterations on the whole table")
-    on = stage()
-    basis = SpectralBasis.peercy(on.reflectances, on.columns, TABLE_COEFFICIENTS)
-    resample = interpolation_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
-    table = tabulate(brdf, "io", TABLE_AXES, resample.T @ basis.analysis).values
-    start = time.perf_counter()
-    found = parafac(table, TABLE_RANK, n_iter_max=ITERATIONS, init="random", random_state=0, tol=0)
-    seconds = time.perf_counter() - start
-    left = np.linalg.norm(tensorly.cp_to_tensor(found) - table)
-    return seconds, float(left / np.linalg.norm(table))
 
 
 def _words(found: Fit) -> str:

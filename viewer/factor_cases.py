@@ -1,34 +1,22 @@
-"""What the benchmark of factorisation is run on: the surfaces of Schwenk 2010, figures 3 and 5, as BRDFs."""
+"""What the benchmark of factorisation is run on without any data: the analytic surfaces of Schwenk 2010, and dyes."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from ..calibration.basis_benchmark import colour_checker
+from ..calibration.fluorescence_benchmark import made_up
 from ..materials.analytic import AshikhminShirley, OrenNayar
 from ..materials.brdf import Brdf
-from ..materials.formats.merl import read_merl
-from ..materials.merl import MerlBrdf
+from ..materials.fluorescent import FluorescentLambert
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
-# Name, title, budget at p99, packs of the paper.
-_MERL = (
-    ("red-fabric", "Red fabric, MERL", 1.0, 8),
-    ("blue-metallic-paint", "Blue metallic paint, MERL", 1.0, 24),
-    ("yellow-matte-plastic", "Yellow matte plastic, MERL", 1.0, 22),
-    ("specular-blue-phenolic", "Specular blue phenolic, MERL", 1.5, None),
-    ("chrome-steel", "Chrome steel, MERL", 1.5, None),
-)
 #: R_s of the glossy case: a dielectric coat.
 GLOSS = 0.05
 
@@ -75,18 +63,13 @@ def analytic_cases() -> tuple[Case, ...]:
     )
 
 
-def measured_cases(data: Path) -> tuple[Case, ...]:
-    """Materials of the MERL collection, figure 5 of the paper and two sharper ones: those that `data` has.
-
-    A material is a file `brdf/merl/<name>.binary`, or one that `brdf/merl-fits/write_binary.py NAME OUT` writes.
-    """
-    found = []
-    for name, title, budget, packs in _MERL:
-        file, script = data / "brdf" / "merl" / f"{name}.binary", data / "brdf" / "merl-fits" / "write_binary.py"
-        if file.exists() or script.exists():
-            made_by = partial(_read, file) if file.exists() else partial(_written, script, name)
-            found.append(Case(name, title, budget, packs, made_by))
-    return tuple(found)
+def fluorescent_cases() -> tuple[Case, ...]:
+    """Two dyes on grey, made up here: with them every machine has fluorescent rows."""
+    colours = ("blue to green", "green to orange")
+    return tuple(
+        Case(f"dye-{words.replace(' ', '-')}", f"Dye made up here, {words}", 1.0, None, _dye(number))
+        for number, words in enumerate(colours)
+    )
 
 
 def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple[Case, ...]:
@@ -96,15 +79,15 @@ def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple
     ------
     UnknownNameError : there is no case of a name. InputError : `data` is no folder, or has none of the materials.
     """
-    there = analytic_cases()
+    from .factor_measured import PLACES, measured_cases
+
+    there = (*analytic_cases(), *fluorescent_cases())
     if data is not None:
         if not data.is_dir():
             raise InputError("no such folder", file=data, field="--data")
         measured = measured_cases(data)
         if not measured:
-            raise InputError(
-                "no measured materials", file=data, field="--data", expected=f"brdf/merl/{_MERL[0][0]}.binary or others"
-            )
+            raise InputError("no measured materials", file=data, field="--data", expected=f"files in {PLACES}")
         there += measured
     if names is None:
         return there
@@ -115,18 +98,8 @@ def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple
     return tuple(known[name] for name in names)
 
 
-def _read(file: Path) -> Brdf:
-    return MerlBrdf.from_measurement(read_merl(file))
-
-
-def _written(script: Path, name: str) -> Brdf:
-    """The table that a script beside the data writes: 33 MB, read and let go."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / f"{name}.binary"
-        done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)
-        if done.returncode != 0:
-            raise InputError("the table was not written", file=script, field=name, found=done.stderr.strip()[-200:])
-        return _read(out)
+def _dye(number: int) -> Callable[[], Brdf]:
+    return lambda: FluorescentLambert(made_up()[number])
 
 
 def _patch(number: int) -> Spectrum:

@@ -1,35 +1,58 @@
-"""Speed against error: one point a configuration of spectra, rank, frame or precision."""
+"""Speed against error: one point a configuration of spectra, rank, frame or precision.
+
+What the spectra are written in, the rank and the frame are judged on the sphere protocol. What precision costs is
+judged on what the renderer draws: spheres under the same lights, with factors uploaded in 32 or 16 bits, against the
+rays of the reference.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from ..calibration.basis_benchmark import point_sampled, stage
-from ..materials.brdf import Brdf, Frame, Lobe
-from ..materials.cp import balanced
+from ..materials.brdf import Brdf, Frame
 from ..materials.factors import FactorPack
 from ..materials.fit import Fit, fit
+from ..materials.half import rounded_to_half
 from ..materials.protocol import SphereProtocol, sphere_protocol
 from ..spectral.basis import SpectralBasis
+from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
-from .factor_sphere import brdf_xyz, folded_xyz, folds, statistics, under
+from .factor_scenes import picture_statistics, reference_xyz, rendered_xyz
+from .factor_sphere import XYZ_FROM_RGB, brdf_xyz, folded_xyz, folds, statistics, under
 from .factor_timing import Stopwatch
 
-#: Isotropic surfaces, one matt and one glossy: what fits in seconds at every rank.
-POINT_CASES = ("oren-nayar-0.52", "ashikhmin-shirley-32")
 SIZES = (3, 5, 8, 12)
-RANKS = (1, 2, 4, 8, 16)
-FRAMES: tuple[Frame, ...] = ("io", "hd")
-FRAME_RANK = 16
 STEPS_NM = (5, 10, 20)
-# IEC 61966-2-1 primaries, as in the benchmark of bases.
-_XYZ_FROM_RGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
-_PIXELS = 128
+_PIXELS, _PICTURE_PIXELS = 128, 96
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which fits of one surface are tried beside its own: numbers of terms for each lobe, and frames alone."""
+
+    ranks: tuple[int, ...]
+    frames: tuple[Frame, ...]
+    frame_rank: int
+
+
+EVERYTHING = Choice((1, 2, 4, 8, 16), ("io", "hd"), 16)
+# What takes minutes to fit is tried at fewer ranks.
+SLOW = Choice((2, 8), ("hd",), 12)
+#: Surfaces that points are measured for: matt, glossy and anisotropic, then one of each family of measured data.
+POINT_CASES: dict[str, Choice] = {
+    "oren-nayar-0.52": EVERYTHING,
+    "ashikhmin-shirley-32": EVERYTHING,
+    "ashikhmin-shirley-1-8": SLOW,
+    "blue-metallic-paint": EVERYTHING,
+    "mystique": SLOW,
+    "cc_iris_purple_gem_rgb": SLOW,
+}
 
 Weights = list[Float[np.ndarray, "_ 3"]]
 
@@ -46,32 +69,6 @@ class _Configuration:
     carried: Float[np.ndarray, " L"] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class OneFrame(Brdf):
-    """A BRDF kept whole: one lobe, in the frame that is asked for."""
-
-    brdf: Brdf
-    frame: Frame
-
-    @property
-    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.brdf.wavelengths_nm
-
-    @property
-    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.brdf.isotropic
-
-    def eval(
-        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
-    ) -> Float[np.ndarray, "... L"]:
-        """f_r of the whole."""
-        return self.brdf.eval(wi, wo)
-
-    def lobes(self) -> tuple[Lobe, ...]:
-        """Itself, in the one frame."""
-        return (Lobe(self.frame, self),)
-
-
 def case_points(
     case: str,
     brdf: Brdf,
@@ -79,18 +76,20 @@ def case_points(
     stopwatch: Stopwatch,
     lights: Sequence[str],
     progress: Callable[[str], None],
-    ranks: Sequence[int] = RANKS,
+    choice: Choice = EVERYTHING,
     pixels: int = _PIXELS,
+    picture_pixels: int = _PICTURE_PIXELS,
 ) -> list[dict]:
     """Every configuration of one surface: seconds to fit, milliseconds a megapixel and ΔE94 under each light.
 
     `fitted`: the packs that the spectral configurations share, and how long they took. Each point has `case`, `kind`,
     `configuration`, `rank`, `fit_seconds`, `ms_per_megapixel` and `delta_e94` by light.
     """
+    points = _precision_points(case, brdf, fitted, stopwatch, lights, picture_pixels, progress)
     protocol = sphere_protocol(pixels, brdf.isotropic)
     reference = brdf_xyz(brdf, protocol, lights)
-    points, drawn = [], {}
-    for configuration in _configurations(brdf, fitted, protocol, ranks):
+    drawn = {}
+    for configuration in _configurations(brdf, fitted, protocol, choice):
         packs = configuration.packs
         if configuration.carried is not None:
             milliseconds = stopwatch.spectral_milliseconds(packs, configuration.carried)
@@ -100,24 +99,62 @@ def case_points(
             drawn[id(packs)] = milliseconds
         sample = folded_xyz(packs, protocol, [configuration.weights(light) for light in lights])
         errors = [under(protocol, light).compare(reference[index], sample[index]) for index, light in enumerate(lights)]
-        points.append(
-            {
-                "case": case,
-                "kind": configuration.kind,
-                "configuration": configuration.name,
-                "rank": sum(pack.rank for pack in packs),
-                "fit_seconds": configuration.seconds,
-                "ms_per_megapixel": milliseconds,
-                "delta_e94": {light: statistics(error) for light, error in zip(lights, errors, strict=True)},
-            }
-        )
-        p99 = ", ".join(f"{light} {error.p99:.2f}" for light, error in zip(lights, errors, strict=True))
-        progress(f"    {configuration.kind}: {configuration.name}: ΔE94 p99 {p99}")
+        found = {light: statistics(error) for light, error in zip(lights, errors, strict=True)}
+        name, rank = configuration.name, sum(pack.rank for pack in packs)
+        points.append(_point(case, configuration.kind, name, rank, configuration.seconds, milliseconds, found))
+        progress(_words(points[-1]))
     return points
 
 
+def _precision_points(
+    case: str,
+    brdf: Brdf,
+    fitted: tuple[Fit, float],
+    stopwatch: Stopwatch,
+    lights: Sequence[str],
+    pixels: int,
+    progress: Callable[[str], None],
+) -> list[dict]:
+    """Factors as the renderer is given them: single, and rounded to half with every column's largest value 1."""
+    found, seconds = fitted
+    spectra = {light: illuminant(light) for light in lights}
+    reference = reference_xyz(brdf, spectra, pixels)
+    points = []
+    for name in ("single", "half"):
+        start = time.perf_counter()
+        packs = tuple(map(rounded_to_half, found.packs)) if name == "half" else found.packs
+        taken = seconds + (time.perf_counter() - start if name == "half" else 0.0)
+        pictures = rendered_xyz(stopwatch.renderer, packs, spectra, pixels)
+        errors = {
+            light: picture_statistics(reference[index], pictures[index], spectrum)
+            for index, (light, spectrum) in enumerate(spectra.items())
+        }
+        points.append(_point(case, "precision", name, found.rank, taken, stopwatch.milliseconds(packs), errors))
+        progress(_words(points[-1]))
+    return points
+
+
+def _point(
+    case: str, kind: str, name: str, rank: int, seconds: float, milliseconds: float, delta_e94: dict[str, dict]
+) -> dict:
+    return {
+        "case": case,
+        "kind": kind,
+        "configuration": name,
+        "rank": rank,
+        "fit_seconds": seconds,
+        "ms_per_megapixel": milliseconds,
+        "delta_e94": delta_e94,
+    }
+
+
+def _words(point: dict) -> str:
+    p99 = ", ".join(f"{light} {found['p99']:.2f}" for light, found in point["delta_e94"].items())
+    return f"    {point['kind']}: {point['configuration']}: ΔE94 p99 {p99}"
+
+
 def _configurations(
-    brdf: Brdf, fitted: tuple[Fit, float], protocol: SphereProtocol, ranks: Sequence[int]
+    brdf: Brdf, fitted: tuple[Fit, float], protocol: SphereProtocol, choice: Choice
 ) -> Iterator[_Configuration]:
     found, seconds = fitted
     packs = found.packs
@@ -125,8 +162,6 @@ def _configurations(
     def exact(packs: tuple[FactorPack, ...]) -> Callable[[str], Weights]:
         return lambda light: folds(packs, protocol, light)
 
-    yield _Configuration("precision", "single", *_rounded(packs, np.float32, seconds, exact))
-    yield _Configuration("precision", "half", *_rounded(packs, np.float16, seconds, exact))
     yield _Configuration("spectra", "RGB", packs, seconds, lambda light: _rgb(packs, protocol, light))
     for step in STEPS_NM:
         grid = np.arange(380.0, 781.0, step)
@@ -142,10 +177,10 @@ def _configurations(
             taken = seconds + time.perf_counter() - start
             weights = exact(projected)
             yield _Configuration("spectra", f"{name} {size}", packs, taken, weights)
-    for rank in ranks:
-        yield _fitted("ranks", f"at most {rank} a lobe", brdf, (rank,), exact)
-    for frame in FRAMES:
-        yield _fitted("frames", f"{frame} alone, {FRAME_RANK}", OneFrame(brdf, frame), (FRAME_RANK,), exact)
+    for rank in choice.ranks:
+        yield _fitted("ranks", f"at most {rank} a lobe", brdf, (rank,), None, exact)
+    for frame in choice.frames:
+        yield _fitted("frames", f"{frame} alone, {choice.frame_rank}", brdf, (choice.frame_rank,), frame, exact)
 
 
 def _fitted(
@@ -153,37 +188,21 @@ def _fitted(
     name: str,
     brdf: Brdf,
     ranks: tuple[int, ...],
+    frame: Frame | None,
     exact: Callable[[tuple[FactorPack, ...]], Callable[[str], Weights]],
 ) -> _Configuration:
     start = time.perf_counter()
     # A budget that nothing meets, so that the rank is the one asked for.
-    packs = fit(brdf, budget=1e-6, ranks=ranks).packs
+    packs = fit(brdf, budget=1e-6, ranks=ranks, frame=frame).packs
     return _Configuration(kind, name, packs, time.perf_counter() - start, exact(packs))
-
-
-def _rounded(
-    packs: tuple[FactorPack, ...],
-    dtype: type,
-    seconds: float,
-    exact: Callable[[tuple[FactorPack, ...]], Callable[[str], Weights]],
-) -> tuple[tuple[FactorPack, ...], float, Callable[[str], Weights]]:
-    """Factors stored in fewer bits, of balanced length so that none leaves the range; spectra stay as they are."""
-    rounded = []
-    for pack in packs:
-        *factors, spectral = balanced([*pack.factors, pack.spectral.T])
-        factors = tuple(factor.astype(dtype).astype(float) for factor in factors)
-        rounded.append(replace(pack, factors=factors, spectral=spectral.T))
-    return tuple(rounded), seconds, exact(tuple(rounded))
 
 
 def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> Weights:
     """Linear sRGB under D65, multiplied by the light's RGB: what most tools do."""
     grid = packs[0].basis.wavelengths_nm
-    d65, other = (
-        np.linalg.solve(_XYZ_FROM_RGB, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light)
-    )
+    d65, other = (np.linalg.solve(XYZ_FROM_RGB, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light))
     found = folds(packs, protocol, "D65")
-    return [np.linalg.solve(_XYZ_FROM_RGB, terms.T).T * (other / d65) @ _XYZ_FROM_RGB.T for terms in found]
+    return [np.linalg.solve(XYZ_FROM_RGB, terms.T).T * (other / d65) @ XYZ_FROM_RGB.T for terms in found]
 
 
 def _sampled(packs: tuple[FactorPack, ...], light: str, grid: Float[np.ndarray, " L"]) -> Weights:

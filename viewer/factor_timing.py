@@ -26,7 +26,7 @@ class Stopwatch:
     )
 
     def __init__(self, renderer: Renderer, size: int = 384) -> None:
-        self._renderer = renderer
+        self.renderer = renderer
         self._camera = Camera(
             "above", (0.3, 3.0, 0.2), (0.0, 0.0, 0.0), vertical_fov_deg=60.0, width=size, height_px=size, samples=1
         )
@@ -36,12 +36,12 @@ class Stopwatch:
 
     def milliseconds(self, packs: tuple[FactorPack, ...]) -> float:
         """Of a megapixel of XYZ: every term folded with the light first."""
-        return self._timed(lambda: self._renderer.render(self._scene, self._camera, {"material": packs}))
+        return self._timed(lambda: self.renderer.render(self._scene, self._camera, {"material": packs}))
 
     def spectral_milliseconds(self, packs: tuple[FactorPack, ...], wavelengths_nm: np.ndarray) -> float:
         """Of a megapixel of spectra: every wavelength carried to the pixel."""
         return self._timed(
-            lambda: self._renderer.render_spectra(self._scene, self._camera, {"material": packs}, wavelengths_nm)
+            lambda: self.renderer.render_spectra(self._scene, self._camera, {"material": packs}, wavelengths_nm)
         )
 
     def _timed(self, draw: Callable[[], object]) -> float:
