@@ -18,6 +18,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
     command.add_argument(
+        "--filtering",
+        choices=("linear", "mipmapped"),
+        default="linear",
+        help="mipmapped: highlights smaller than a sample are averaged, for pictures with few samples a pixel",
+    )
+    command.add_argument(
         "--jobs", type=positive_count, default=1, metavar="N", help="processes for a missing catalogue's import"
     )
     add_catalogue_option(command)
@@ -31,6 +37,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.reference and args.spectral:
         raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")
+    if args.reference and args.filtering != "linear":
+        raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
     # A wrong name is said now, not after the work.
     check_output(args.output, args.spectral)
     catalogue = catalogue_for(args.catalogue, args.jobs)
@@ -40,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         render = render_spectral if args.spectral else render_picture
         with renderer_for(args.renderer) as renderer:
+            renderer.filtering = args.filtering
             notes = render(scene, catalogue, args.output, args.camera, renderer)
     for note in (*scene.notes, *notes):
         print(note)

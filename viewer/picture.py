@@ -65,7 +65,7 @@ def render_picture(
     check_output(output)
     packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
     xyz, coverage = renderer.render(scene, scene.camera(camera), packs)
-    return _write(scene, output, xyz, coverage, renderer.name, renderer)
+    return _write(scene, output, xyz, coverage, renderer.made_by, renderer)
 
 
 def render_reference(scene: Scene, catalogue: Catalogue, output: Path, camera: str | None) -> tuple[str, ...]:

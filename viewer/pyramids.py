@@ -26,11 +26,13 @@ from ..materials.factors import Axis, FactorPack, FrameAngles
 
 # Nodes that a level keeps to each width that it averages over, where the axis has as many.
 NODES_A_WIDTH = 4
-# Levels that a shader has room for: axes of up to 2^15 steps.
+# Levels that a shader has room for: those of an axis of thousands of nodes.
 MOST_LEVELS = 16
 # Points of the numerical means to each node, and beyond the last one.
 _POINTS = 16
 _BEYOND = 1024
+# Means taken at once: bounds memory.
+_MEANS = 64
 # Samples looked up at once: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
 
@@ -55,7 +57,8 @@ class Levels:
 def axis_levels(axis: Axis) -> Levels:
     """The levels of an axis, up to the one that averages over all directions: an axis may end before they do."""
     steps, polar = axis.size - 1, axis.name.startswith("theta")
-    all_of_it = np.pi if polar else axis.maximum if axis.periodic else 2.0 * np.pi
+    # A disc of pi radians' radius, or a turn.
+    all_of_it = np.pi * np.sqrt(np.pi) if polar else _turn(axis)
     means = _polar_means if polar else _azimuth_means
     sizes, spacings, weights = [axis.size], [1.0], [np.eye(axis.size)]
     while len(sizes) < MOST_LEVELS and width_of(axis, np.zeros(1), 2.0 ** (len(sizes) - 1))[0] < all_of_it:
@@ -63,7 +66,9 @@ def axis_levels(axis: Axis) -> Levels:
         spacings.append(max(1.0, nodes / NODES_A_WIDTH))
         last = _last_position(axis, nodes) if polar else steps
         position = spacings[-1] * np.arange(int(np.ceil(last / spacings[-1])) + 1)
-        found = means(axis, _angle(axis, position), width_of(axis, position, nodes))
+        centre, width = _angle(axis, position), width_of(axis, position, nodes)
+        blocks = [slice(start, start + _MEANS) for start in range(0, len(position), _MEANS)]
+        found = np.concatenate([means(axis, centre[rows], width[rows]) for rows in blocks])
         weights.append(found / found.sum(axis=1, keepdims=True))
         sizes.append(len(position))
     stacked = np.concatenate(weights)
@@ -108,33 +113,42 @@ def filtered_geometry(
 ) -> Float[np.ndarray, "K R"]:
     """`FactorPack.geometry_at` with each factor averaged over `widths`, radians, in the order of the pack's axes."""
     tables = pyramid(pack)
+    steps = [np.diff(table, axis=0, append=table[-1:]) for table in tables]
     out = np.empty((len(at.scale), pack.rank))
     for start in range(0, len(out), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        out[rows] = at.scale[rows, None]
-        for number, (axis, table) in enumerate(zip(pack.axes, tables, strict=True)):
+        product = out[rows]
+        product[:] = at.scale[rows, None]
+        for number, (axis, table, step) in enumerate(zip(pack.axes, tables, steps, strict=True)):
             position = _position(axis, at.angles[axis.name][rows])
             level = level_of(axis, position, widths[rows, number])
             fine = level.astype(np.intp)
             blend = (level - fine)[:, None]
-            looked_up = _look_up(axis, table, position, fine)
-            coarse = np.minimum(fine + 1, len(axis_levels(axis).sizes) - 1)
-            looked_up += blend * (_look_up(axis, table, position, coarse) - looked_up)
-            out[rows] *= looked_up
+            mean = _look_up(axis, table, step, position, fine)
+            between = np.flatnonzero(blend[:, 0] > 0.0)
+            coarse = _look_up(axis, table, step, position[between], fine[between] + 1)
+            mean[between] += blend[between] * (coarse - mean[between])
+            product *= mean
     return out
 
 
 def _look_up(
-    axis: Axis, table: Float[np.ndarray, "_ R"], position: Float[np.ndarray, " K"], level: Int[np.ndarray, " K"]
+    axis: Axis,
+    table: Float[np.ndarray, "_ R"],
+    step: Float[np.ndarray, "_ R"],
+    position: Float[np.ndarray, " K"],
+    level: Int[np.ndarray, " K"],
 ) -> Float[np.ndarray, "K R"]:
     levels = axis_levels(axis)
-    steps = np.array(levels.sizes)[level] - 1
-    first = np.array(levels.starts)[level]
-    place = np.minimum(position / np.array(levels.spacings)[level], steps)
+    place = position / np.array(levels.spacings)[level]
+    place = np.minimum(place, np.array(levels.sizes)[level] - 1)
     below = place.astype(np.intp)
-    fraction = (place - below)[:, None]
-    low, high = table[first + below], table[first + np.minimum(below + 1, steps)]
-    return low + fraction * (high - low)
+    node = below + np.array(levels.starts)[level]
+    # The step from a level's last node leads into the next level, and is taken no part of: the fraction there is 0.
+    value = step.take(node, axis=0)
+    value *= (place - below)[:, None]
+    value += table.take(node, axis=0)
+    return value
 
 
 def _position(axis: Axis, angle: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
@@ -143,6 +157,10 @@ def _position(axis: Axis, angle: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "
         return axis.position(angle)
     u = angle / axis.maximum
     return np.asarray((u if axis.warp == "linear" else np.sqrt(u)) * (axis.size - 1))
+
+
+def _turn(axis: Axis) -> float:
+    return axis.maximum if axis.periodic else 2.0 * np.pi
 
 
 def _last_position(axis: Axis, nodes: float) -> float:
@@ -187,6 +205,7 @@ def _azimuth_means(
 ) -> Float[np.ndarray, "m n"]:
     """Weights of the nodes in even means over an azimuth."""
     steps = axis.size - 1
+    width = np.minimum(width, _turn(axis))
     most = int(np.ceil(np.max(width) / axis.maximum * steps)) * _POINTS
     across = (np.arange(most) + 0.5) / most - 0.5
     phi = centre[:, None] + across * width[:, None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -83,17 +83,22 @@ class Renderer(ABC):
         self.filtering = filtering
 
     @property
+    def made_by(self) -> str:
+        """Which renderer, and how it filters where that is not as usual: what a picture's file says of it."""
+        return self.name if self._filtering == "linear" else f"{self.name}, {self._filtering} factors"
+
+    @property
     def filtering(self) -> Filtering:
         """How factors are looked up; to change it is to forget the kept geometry, which holds what samples span."""
         return self._filtering
 
     @filtering.setter
-    def filtering(self, value: Filtering) -> None:
+    def filtering(self, value: str) -> None:
         if value not in get_args(Filtering):
             raise UnknownNameError("filtering", value, get_args(Filtering))
         if value != self._filtering:
             self.release()
-        self._filtering = value
+        self._filtering = cast(Filtering, value)
 
     def render(
         self,

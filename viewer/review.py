@@ -185,7 +185,7 @@ def review(
         out,
         rows,
         plan,
-        renderer.name,
+        renderer.made_by,
         budget,
         colour_chain(scene, view, plan, names, spectra, display, "GPU" if gpu else "CPU"),
         version,

@@ -55,6 +55,14 @@ def test_illuminant_replaces_that_of_every_light(render):
     assert pictures["A"].values[..., 1].mean() > 1.2 * pictures["D65"].values[..., 1].mean()
 
 
+def test_mip_mapped_factors_are_said_in_the_file(render):
+    pictures = {name: render(f"{name}.exr", "--filtering", name)[3] for name in ("linear", "mipmapped")}
+    linear, mipmapped = (read_xyz_exr(path)[0].values for path in pictures.values())
+    assert 0.0 < np.abs(mipmapped - linear).max() < 0.1 * linear.max()
+    assert b"mipmapped factors" in pictures["mipmapped"].read_bytes()
+    assert b"mipmapped" not in pictures["linear"].read_bytes()
+
+
 def test_spectral(render):
     code, _, _, path = render("ball.exr", "--spectral", "--illuminant", "A")
     assert code == 0
@@ -71,6 +79,7 @@ def test_spectral(render):
         ("ball.jpg", ["--reference"], "written as .exr or .png"),
         ("ball.png", ["--spectral"], "written as .exr"),
         ("ball.exr", ["--spectral", "--reference"], "choose one"),
+        ("ball.exr", ["--filtering", "mipmapped", "--reference"], "no factors to filter"),
     ],
 )
 def test_wrong_usage_is_said_before_any_work(render, monkeypatch, name, words, said):
