@@ -75,10 +75,8 @@ def _computed(record: MaterialRecord) -> tuple[Spectrum, tuple[str, str]]:
     brdf = record.brdf()
     if record.model == "lambert":
         values = np.asarray(record.parameters["reflectance"], dtype=np.float64)
-        return Spectrum.sampled(brdf.wavelengths_nm, values), (
-            "d:0",
-            "reflectance of the Lambert model, every geometry",
-        )
+        measured = record.provenance.geometry or "every geometry"
+        return Spectrum.sampled(brdf.wavelengths_nm, values), (measured, "reflectance of the Lambert model")
     wi = np.stack([_SINE * np.cos(_AZIMUTHS), _SINE * np.sin(_AZIMUTHS), np.full(_AZIMUTHS.shape, _SINE)], axis=-1)
     values = np.pi * brdf.eval(wi, np.array([0.0, 0.0, 1.0])).mean(axis=0)
     if values.min() < 0:

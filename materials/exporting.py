@@ -74,14 +74,15 @@ def export(
     else:
         folder, names, groups = out.parent, [out.name], [list(records)]
     _check_free(folder, names, force, how)
-    parent = folder if folder.is_dir() else folder.parent
+    parent = folder.parent if into_folder and not folder.exists() else folder
     with _workplace(parent) as work:
         notes = []
         for name, group in zip(names, groups, strict=True):
             place = work / name
             if not how.suffix:
                 place.mkdir()
-            notes.append(how.write(place, group))
+            with _placed(work, folder):
+                notes.append(how.write(place, group))
         written = sorted(path.relative_to(work) for path in work.rglob("*") if path.is_file())
         _check_free(folder, map(str, written), force, how)
         if into_folder:
@@ -113,6 +114,24 @@ def _workplace(folder: Path) -> Iterator[Path]:
         raise InputError("the folder cannot be written to", file=folder, found=reason.strerror) from None
     with work as path:
         yield Path(path)
+
+
+@contextmanager
+def _placed(work: Path, folder: Path) -> Iterator[None]:
+    """What is wrong with a file is said with the name that it was to have."""
+    try:
+        yield
+    except InputError as reason:
+        if reason.file is None or not Path(reason.file).is_relative_to(work):
+            raise
+        raise InputError(
+            reason.problem,
+            file=folder / Path(reason.file).relative_to(work),
+            field=reason.field,
+            found=reason.found,
+            expected=reason.expected,
+            hint=reason.hint,
+        ) from None
 
 
 @contextmanager

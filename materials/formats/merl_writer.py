@@ -46,7 +46,7 @@ def merl_table(brdf: Brdf) -> tuple[Float[np.ndarray, "90 90 180 3"], tuple[str,
             field="brdf",
             found=type(brdf).__name__,
             expected="an isotropic reflectance",
-            hint="export it for Mitsuba or as spectral OpenEXR",
+            hint="export its spectrum: --format exr, cxf or csv",
         )
     if isinstance(brdf, MerlBrdf):
         return np.array(brdf.values), ("the table as it was read",)
@@ -77,7 +77,7 @@ def _rgb(brdf: Brdf, wi: np.ndarray, wo: np.ndarray) -> tuple[Float[np.ndarray, 
     return out, f"RGB is {PRIMARIES}, from spectra through CIE 1931 XYZ under D65"
 
 
-def write_merl(path: str | Path, values: Float[np.ndarray, "90 90 180 3"]) -> None:
+def write_merl(path: str | Path, values: Float[np.ndarray, "H D P 3"]) -> None:
     """Write a table as `merl_table` and `MerlMeasurement` have it: f_r in 1/sr, 0 or less for no reading.
 
     The number that is stored for f_r is the one whose product with the channel's scale is nearest to it: what

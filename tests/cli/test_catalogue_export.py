@@ -1,0 +1,71 @@
+"""`metamer catalogue export` as people call it."""
+
+import numpy as np
+import pytest
+from metamer.cli.main import main
+from metamer.materials.analytic import Lambert
+from metamer.materials.record import MARKER, MaterialRecord, Provenance, write_record
+from metamer.spectral.formats.reading import read_spectra
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("catalogue")
+    (folder / MARKER).touch()
+    said = Provenance("made up", "CC0", "analytic")
+    for name, level in (("grey/light", 0.7), ("grey/deep", 0.1)):
+        brdf = Lambert(Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, level)))
+        parameters = {**brdf.parameters(), "wavelengths_nm": WORKING_WAVELENGTHS_NM}
+        record = MaterialRecord(name, "grey", "lambert", parameters, said, (), None)
+        write_record(record, folder / f"{name}.h5")
+    return folder
+
+
+def run(capsys, *words):
+    code = main(["catalogue", "export", *map(str, words)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_a_table_of_two(capsys, catalogue, tmp_path):
+    out = tmp_path / "greys.csv"
+    code, said, _ = run(capsys, "grey/*", "grey/deep", "--catalogue", catalogue, "--format", "csv", "-o", out)
+    assert code == 0 and str(out) in said and "Lambert" in said
+    entries = read_spectra(out).entries
+    assert [entry.name for entry in entries] == ["grey/deep", "grey/light"]
+    assert entries[0].spectrum.samples[0] == 0.1
+
+
+def test_a_catalogue_from_the_environment(capsys, catalogue, tmp_path, monkeypatch):
+    monkeypatch.setenv("METAMER_CATALOGUE", str(catalogue))
+    code, _, _ = run(capsys, "grey/deep", "--format", "mitsuba", "-o", tmp_path / "scene")
+    assert code == 0 and (tmp_path / "scene" / "scene.xml").is_file()
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        (("grey/depe", "--format", "csv"), "nearest: grey/deep"),
+        (("blue/*", "--format", "csv"), "unknown material"),
+        (("grey/deep", "--format", "cvs"), "nearest: csv"),
+        (("grey/deep", "--format", "exr", "there"), "--force"),
+    ],
+)
+def test_mistakes_are_explained(capsys, catalogue, tmp_path, words, expected):
+    out = tmp_path / "x"
+    if words[-1] == "there":
+        out.write_text("mine")
+        words = words[:-1]
+    code, _, told = run(capsys, *words, "--catalogue", catalogue, "-o", out)
+    assert code == 4 and expected in told, told
+    assert not out.exists() or out.read_text() == "mine"
+
+
+def test_force(capsys, catalogue, tmp_path):
+    out = tmp_path / "x.cxf"
+    out.write_text("mine")
+    words = ("grey/deep", "--catalogue", catalogue, "--format", "cxf", "-o", out)
+    assert run(capsys, *words)[0] == 4
+    assert run(capsys, *words, "--force")[0] == 0
+    assert read_spectra(out).entries[0].name == "grey/deep"

@@ -1,0 +1,56 @@
+"""Tables in the layout of the RGL data base: read back as they were written, and close to what they stand for."""
+
+import numpy as np
+import pytest
+from metamer.materials.analytic import MODELS, AshikhminShirley
+from metamer.materials.formats.rgl import RglMeasurement, read_rgl, read_tensors
+from metamer.materials.formats.rgl_writer import rgl_fields, write_tensors
+from metamer.materials.protocol import sphere_protocol
+from metamer.materials.rgl import RglBrdf
+from metamer.spectral.errors import InputError
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+
+
+@pytest.mark.parametrize("kind", ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8", ">f8"])
+def test_tensors_come_back_bit_for_bit(tmp_path, kind):
+    fields = {"a": np.arange(6).reshape(2, 3).astype(kind), "b ü": np.zeros((0, 4), kind), "c": np.ones((), kind)}
+    write_tensors(tmp_path / "x.bsdf", fields)
+    back = read_tensors(tmp_path / "x.bsdf")
+    assert list(back) == list(fields)
+    for name, field in fields.items():
+        assert back[name].dtype == field.dtype.newbyteorder("<")
+        np.testing.assert_array_equal(back[name], field)
+
+
+def test_text_is_no_tensor(tmp_path):
+    with pytest.raises(InputError, match="cannot be stored"):
+        write_tensors(tmp_path / "x.bsdf", {"a": np.array(["text"])})
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.NAME)
+def test_a_table_looks_like_its_brdf(tmp_path, model, record_property):
+    sphere = sphere_protocol(48)
+    for brdf in model.examples(WORKING_WAVELENGTHS_NM)[:3]:
+        if not brdf.isotropic:
+            continue
+        write_tensors(tmp_path / "x.bsdf", rgl_fields(brdf, "a test"))
+        measurement = read_rgl(tmp_path / "x.bsdf")
+        assert measurement.description == "a test" and measurement.isotropic
+        error = sphere.compare(sphere.reference(brdf), sphere.reference(RglBrdf(measurement)))
+        record_property(f"{model.NAME}: mean, p99", (error.mean, error.p99))
+        assert error.mean < 0.1 and error.p99 < 1.0, (model.NAME, error)
+
+
+def test_red_green_and_blue_beside_the_spectra_are_theirs():
+    brdf = MODELS[0].examples(WORKING_WAVELENGTHS_NM)[0]
+    fields = rgl_fields(brdf)
+    coloured = RglMeasurement("", {k: v for k, v in fields.items() if k not in ("spectra", "wavelengths")})
+    sphere = sphere_protocol(24)
+    error = sphere.compare(sphere.reference(brdf), sphere.reference(RglBrdf(coloured)))
+    assert error.p99 < 0.5, error
+
+
+def test_an_anisotropic_formula_is_not_tabulated():
+    with pytest.raises(InputError, match="anisotropic"):
+        rgl_fields(AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2])
