@@ -33,7 +33,7 @@ def channel_names(path: Path, head: bytes) -> tuple[str, ...]:
     if not head.startswith(MAGIC):
         return ()
     try:
-        return tuple(name for header in _headers(path) for name in _names(header))
+        return tuple(name for header in _headers(path) for name in header.names)
     except InputError:
         return ()
 
@@ -53,7 +53,7 @@ def read_picture(path: Path, most: int) -> ExrPicture:
     import OpenEXR
 
     headers = _headers(existing_file(path))
-    samples = sum(_area(header) * len(_names(header)) for header in headers)
+    samples = sum(header.area * len(header.names) for header in headers)
     if samples > most:
         raise InputError(
             "too large a picture",
@@ -71,14 +71,30 @@ def read_picture(path: Path, most: int) -> ExrPicture:
                 channels |= {label + name: np.asarray(at.pixels) for name, at in part.channels.items()}
     except _DAMAGE as reason:
         raise _unreadable(path, str(reason)) from None
-    expected = sum(len(_names(header)) for header in headers)
+    expected = sum(len(header.names) for header in headers)
     # A part that cannot be decompressed is left out without an error.
     if len(channels) != expected or any(pixels.ndim != 2 for pixels in channels.values()):
         raise _unreadable(path, f"{len(channels)} channels of {expected}")
-    return ExrPicture({name: value for name, value in headers[0].items() if name != "channels"}, channels)
+    return ExrPicture(headers[0].attributes, channels)
 
 
-def _headers(path: Path) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class _Header:
+    """One part: its attributes, the names of its channels, and its area in pixels."""
+
+    attributes: dict[str, Any]
+    names: tuple[str, ...]
+    area: int
+
+    @classmethod
+    def of(cls, header: Mapping[str, Any]) -> _Header:
+        low, high = header["dataWindow"]
+        width, height = (max(0, int(high[axis]) - int(low[axis]) + 1) for axis in (0, 1))
+        names = tuple(str(channel.name) for channel in header.get("channels", ()))
+        return cls({name: value for name, value in header.items() if name != "channels"}, names, width * height)
+
+
+def _headers(path: Path) -> list[_Header]:
     import OpenEXR
 
     try:
@@ -94,21 +110,12 @@ def _headers(path: Path) -> list[dict[str, Any]]:
                 hint=_AGAIN,
             )
         with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
-            headers = [dict(part.header) for part in file.parts]
+            headers = [_Header.of(part.header) for part in file.parts]
     except _DAMAGE as reason:
         raise _unreadable(path, str(reason)) from None
-    if not headers or not all(_names(header) for header in headers):
+    if not headers or not all(header.names for header in headers):
         raise _unreadable(path, "no channels")
     return headers
-
-
-def _names(header: Mapping[str, Any]) -> list[str]:
-    return [str(channel.name) for channel in header.get("channels", ())]
-
-
-def _area(header: Mapping[str, Any]) -> int:
-    low, high = header["dataWindow"]
-    return max(0, int(high[0]) - int(low[0]) + 1) * max(0, int(high[1]) - int(low[1]) + 1)
 
 
 def _unreadable(path: Path, reason: str) -> InputError:

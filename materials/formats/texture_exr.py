@@ -1,0 +1,259 @@
+"""Spectral OpenEXR pictures of many different pixels (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021): textures.
+
+Channels `T.550,0nm` hold reflectance, `S0.550,0nm` emission, `S1` to `S3` its polarisation; lengths may be in any unit
+of metres, or frequencies in hertz. The texture is kept as it came; its mean is what is rendered. A picture of few
+colours is a chart, and gives a spectrum each (`spectra`).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.spectrum import Quantity, Spectrum
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
+from ..record import Provenance
+from ..sources import MaterialSource, Rejected
+from .exr_pictures import MAGIC, ExrPicture, channel_names, read_picture
+from .measured import named, placed, printable, sha256_of
+
+NAME = "spectral texture (OpenEXR)"
+SUFFIXES = (".exr",)
+#: A picture of more colours than this is a texture, not a chart.
+MOST_COLOURS = 64
+#: 2048 x 2048 of 32 wavelengths: half a gigabyte as floats.
+MOST_SAMPLES = 1 << 27
+_PLAIN = re.compile(
+    r"^(?:(?P<layer>.*)\.)?(?P<kind>S[0-3]|T)\.(?P<number>\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)"
+    r"(?P<prefix>da|[YZEPTGMkhdcmunpfazy])?(?P<unit>m|Hz)$"
+)
+_POWERS = {"Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "da": 1, "d": -1, "c": -2}
+_POWERS |= {"m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "a": -18, "z": -21, "y": -24}
+_LIGHT_M_PER_S = 299792458.0
+_PREVIEW = ("R", "G", "B", "A", "Y", "RY", "BY")
+_LONGEST_TEXT = 32000
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralTexture:
+    """One quantity of one layer: values (H,W,L) as stored, at ascending wavelengths."""
+
+    layer: str
+    kind: str
+    wavelengths_nm: Float[np.ndarray, " L"]
+    values: np.ndarray
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for OpenEXR with spectral channels, or whose header cannot be read."""
+    if not head.startswith(MAGIC):
+        return False
+    names = channel_names(path, head)
+    return not names or any(_PLAIN.match(name) for name in names)
+
+
+def wavelength_of(number: str, prefix: str | None, unit: str) -> float:
+    """Nanometres of a channel's name, such as ("550,0", "n", "m") or ("545.0", "T", "Hz")."""
+    value = float(number.replace(",", ".")) * 10.0 ** _POWERS.get(prefix or "", 0)
+    if unit == "Hz":
+        value = _LIGHT_M_PER_S / value if value > 0 else np.inf
+    return round(value * 1e9, 6)
+
+
+def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The texture's record, "textures/NAME"; where there are several layers or quantities, one for each.
+
+    Spectra need no `uplift`.
+
+    Raises
+    ------
+    InputError
+        Damaged, too large, no spectral channels, a wavelength twice, channels of different sizes; a value that is NaN
+        or infinite; a mean that nothing reflects.
+    """
+    picture = read_picture(path, MOST_SAMPLES)
+    textures = spectral_textures(picture, path)
+    if len(textures) == 1 and not _others(picture) and _is_chart(textures[0].values):
+        chart = _chart(path, uplift)
+        if chart:
+            yield from chart
+            return
+    content = sha256_of(path)
+    main = [texture for texture in textures if texture.kind in ("S0", "T")]
+    for texture in main:
+        words = [path.stem, texture.layer, "emission" if len(main) > 1 and texture.kind == "S0" else ""]
+        name = "-".join(named(word) for word in words if word)
+        try:
+            beside = [other for other in textures if other.layer == texture.layer and other.kind[0] == "S"]
+            polarised = [other for other in beside if texture.kind == "S0" != other.kind]
+            notes = [f"{printable(path.name)}: SHA-256 {content}"]
+            yield _source(path, name, picture, texture, polarised, notes)
+        except InputError as reason:
+            yield Rejected(f"{path.name}: {texture.kind}", reason)
+    if not main:
+        _refuse(path, "channels", "polarisation without its intensity", textures[0].kind, "S0 channels too")
+
+
+def _chart(path: Path, uplift: str) -> list[MaterialSource | Rejected]:
+    """One material a colour; none where the reader of charts does not know the picture's units or layers."""
+    from . import spectra
+
+    try:
+        return list(spectra.read_sources(path, uplift))
+    except InputError:
+        return []
+
+
+def spectral_textures(picture: ExrPicture, path: Path) -> list[SpectralTexture]:
+    """Every quantity of every layer; raises `InputError` where channels do not go together."""
+    found: dict[tuple[str, str], dict[float, np.ndarray]] = {}
+    for name, pixels in picture.channels.items():
+        if match := _PLAIN.match(name):
+            held = found.setdefault((match["layer"] or "", match["kind"]), {})
+            length = wavelength_of(match["number"], match["prefix"], match["unit"])
+            if length in held:
+                _refuse(path, name, "two channels hold the same wavelength", f"{length:g} nm", "each wavelength once")
+            held[length] = pixels
+    if not found:
+        shown = ", ".join(list(picture.channels)[:6])
+        _refuse(path, "channels", "no spectral channels", shown, "channels such as T.550,0nm or S0.550,0nm")
+    textures = []
+    for (layer, kind), held in sorted(found.items()):
+        with placed(path, f"{kind} channels", "correct the names of the channels"):
+            grid = validated_wavelengths(sorted(held))
+        shapes = {pixels.shape for pixels in held.values()}
+        if len(shapes) > 1:
+            _refuse(path, f"{kind} channels", "channels of different sizes", shapes, "one size for all wavelengths")
+        values = np.stack([held[length] for length in grid.tolist()], axis=-1)
+        _check_finite(path, kind, values, grid)
+        textures.append(SpectralTexture(layer, kind, grid, values))
+    return textures
+
+
+def _check_finite(path: Path, kind: str, values: np.ndarray, grid: np.ndarray) -> None:
+    if values.size and not np.isfinite(values).all():
+        row, column, at = (int(index) for index in np.argwhere(~np.isfinite(values))[0])
+        found = f"{values[row, column, at]} at {grid[at]:g} nm"
+        _refuse(path, f"{kind} pixel ({row}, {column})", "not a finite number", found, "finite values")
+
+
+def _is_chart(values: np.ndarray) -> bool:
+    """At most `MOST_COLOURS` different pixels; some of them are looked at first, since a texture shows in few."""
+    pixels = values.reshape(-1, values.shape[-1])
+    step = max(len(pixels) // 4096, 1)
+    if len(np.unique(pixels[::step], axis=0)) > MOST_COLOURS:
+        return False
+    whole = np.ascontiguousarray(pixels).view(np.dtype((np.void, pixels.dtype.itemsize * pixels.shape[1])))
+    return len(np.unique(whole)) <= MOST_COLOURS
+
+
+def _source(
+    path: Path,
+    name: str,
+    picture: ExrPicture,
+    texture: SpectralTexture,
+    polarised: list[SpectralTexture],
+    notes: list[str],
+) -> MaterialSource:
+    height, width, count = texture.values.shape
+    mean = texture.values.mean(axis=(0, 1), dtype=np.float64)
+    grid = texture.wavelengths_nm
+    model, parameters, said = _model(texture, mean, path)
+    told = [f"{width} x {height} texels, of which the mean is rendered; the texture is kept", *said]
+    if any(name.rpartition(".")[2] in ("R", "G", "B") for name in picture.channels):
+        told.append("the RGB preview in the file is not kept")
+    provenance = Provenance(
+        source=f"{printable(path.name)}, a spectral OpenEXR texture of {count} wavelengths",
+        licence="not stated in the file",
+        kind="measured",
+        notes=" + ".join([*told, *notes]),
+    )
+    original: dict[str, Any] = {
+        "file": printable(path.name),
+        "quantity": model.replace("_", " ") if model != "lambert" else "reflectance",
+        "wavelengths_nm": grid,
+        "values": mean,
+        "texture.values": texture.values,
+        "texture.wavelengths_nm": grid,
+        "texture.quantity": "emission" if texture.kind == "S0" else "reflectance",
+    }
+    for other in polarised:
+        key = f"texture.{other.kind}"
+        original |= {f"{key}.values": other.values, f"{key}.wavelengths_nm": other.wavelengths_nm}
+    for channel, pixels in _others(picture).items():
+        original[f"channel.{printable(channel)}"] = pixels
+    original |= _attributes(picture.attributes)
+    return MaterialSource(f"textures/{name}", "textures", model, parameters, provenance, path, original)
+
+
+def _model(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
+    """What the mean is: a diffuse surface, or where it exceeds 1 or shines, a spectrum without a surface."""
+    values, grid = texture.values, texture.wavelengths_nm
+    notes = []
+    negative = int((values < 0).sum())
+    if negative:
+        notes.append(f"{negative} of {values.size} values are negative, down to {values.min():.3g}, and kept so")
+    if texture.kind == "S0":
+        Spectrum.sampled(grid, _checked(mean, "emission", path), "emission")
+        return "emission", {}, notes
+    above = int((values > 1).sum())
+    if above:
+        notes.append(f"{above} of {values.size} values exceed 1, up to {values.max():.3g}, and are kept so")
+    if mean.max() > 1.0:
+        Spectrum.sampled(grid, _checked(mean, "radiance factor", path), "radiance factor")
+        return "radiance_factor", {}, notes
+    nm = WORKING_WAVELENGTHS_NM
+    if grid.size < 2 or grid[-1] <= nm[0] or grid[0] >= nm[-1]:
+        found = f"{grid.size} from {grid[0]:g} to {grid[-1]:g} nm"
+        expected = f"two or more, some within {nm[0]:g} to {nm[-1]:g} nm"
+        _refuse(path, "wavelengths", "no spectrum of visible light", found, expected)
+    spectrum = Spectrum.sampled(grid, _checked(mean, "reflectance", path), "reflectance")
+    beyond = spectrum.range_note(nm)
+    notes += ["taken to be perfectly diffuse", *([beyond] if beyond else [])]
+    return "lambert", {"wavelengths_nm": nm, "reflectance": spectrum.resampled(nm).samples}, notes
+
+
+def _checked(mean: np.ndarray, quantity: Quantity, path: Path) -> np.ndarray:
+    if mean.min() < 0:
+        _refuse(path, "mean", f"negative {quantity}", f"{mean.min():.3g} on average", "0 or more")
+    return mean
+
+
+def _others(picture: ExrPicture) -> dict[str, np.ndarray]:
+    """Channels that are neither spectral nor a preview: depth, coverage, ..."""
+    return {
+        name: pixels
+        for name, pixels in picture.channels.items()
+        if not _PLAIN.match(name) and name.rpartition(".")[2] not in _PREVIEW
+    }
+
+
+def _attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """The header's attributes, each as its text: units, exposure, handedness, the preview's light, ..."""
+    found: dict[str, Any] = {}
+    for name, value in attributes.items():
+        text = printable(value if isinstance(value, str) else _worded(value))
+        key = f"exr.{printable(name)}"
+        found[key] = text if len(text) < _LONGEST_TEXT else np.frombuffer(text.encode(), np.uint8)
+    return found
+
+
+def _worded(value: Any) -> str:
+    plain = [part.tolist() if isinstance(part, np.ndarray) else part for part in np.atleast_1d(cast(Any, value))]
+    try:
+        return json.dumps(plain[0] if len(plain) == 1 else plain)
+    except TypeError:
+        return str(value)
+
+
+def _refuse(path: Path, field: str, problem: str, found: object, expected: str) -> None:
+    hint = "save the picture again from the program that made it"
+    raise InputError(problem, file=path, field=field, found=found, expected=expected, hint=hint)

@@ -1,0 +1,205 @@
+"""Spectral OpenEXR textures: the texture as it came, its mean, and what is refused."""
+
+import warnings
+
+import numpy as np
+import OpenEXR
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from metamer.materials.formats import bispectral, texture_exr
+from metamer.materials.models import rebuild
+from metamer.materials.sources import Rejected
+from metamer.spectral.errors import InputError
+
+NM = (400.0, 500.0, 600.0, 700.0)
+
+
+def write(path, channels, **attributes):
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        OpenEXR.File(header, {name: np.ascontiguousarray(values) for name, values in channels.items()}).write(str(path))
+    return path
+
+
+def texture(kind="T", dtype=np.float16, size=(12, 10), seed=3):
+    values = np.random.default_rng(seed).uniform(0.1, 0.9, (*size, len(NM))).astype(dtype)
+    return values, {f"{kind}.{nm:.0f},0nm": values[..., at] for at, nm in enumerate(NM)}
+
+
+def read(path):
+    return list(texture_exr.read_sources(path, "mallett-yuksel"))
+
+
+def test_a_reflective_texture_is_kept_to_the_bit_and_its_mean_rendered(tmp_path):
+    values, channels = texture()
+    preview = dict.fromkeys("RGB", values[..., 0])
+    path = write(tmp_path / "Oak Wood.exr", channels | preview, spectralLayoutVersion="1.0", EV=1.5)
+    assert texture_exr.recognises(path, path.read_bytes()[:4096])
+    (oak,) = read(path)
+    assert (oak.id, oak.model) == ("textures/oak-wood", "lambert")
+    assert oak.original["texture.values"].dtype == np.float16
+    np.testing.assert_array_equal(oak.original["texture.values"], values)
+    np.testing.assert_array_equal(oak.original["texture.wavelengths_nm"], NM)
+    mean = values.astype(np.float64).mean(axis=(0, 1))
+    np.testing.assert_allclose(oak.original["values"], mean, rtol=1e-12)
+    nm = oak.parameters["wavelengths_nm"]
+    np.testing.assert_allclose(oak.parameters["reflectance"][np.isin(nm, NM)], mean, rtol=1e-9)
+    rebuild(oak.model, oak.parameters)
+    assert oak.original["exr.spectralLayoutVersion"] == "1.0" and oak.original["exr.EV"] == "1.5"
+    assert "preview" in oak.provenance.notes and "held" in oak.provenance.notes
+
+
+def test_emission_with_its_polarisation(tmp_path):
+    values, channels = texture("S0", np.float32)
+    first, more = texture("S1", np.float32, seed=4)
+    path = write(tmp_path / "sky.exr", channels | more, emissiveUnits="W.m^-2.sr^-1.nm^-1")
+    (sky,) = read(path)
+    assert sky.model == "emission" and sky.original["quantity"] == "emission" and not sky.parameters
+    np.testing.assert_array_equal(sky.original["texture.values"], values)
+    np.testing.assert_array_equal(sky.original["texture.S1.values"], first)
+    assert sky.original["exr.emissiveUnits"] == "W.m^-2.sr^-1.nm^-1"
+
+
+def test_layers_and_quantities_are_records_of_their_own(tmp_path):
+    values, plain = texture()
+    lit, shining = texture("S0", seed=5)
+    front, layer = texture(seed=6)
+    path = write(tmp_path / "a.exr", plain | shining | {f"front.{name}": value for name, value in layer.items()})
+    found = {source.id: source for source in read(path)}
+    assert set(found) == {"textures/a", "textures/a-emission", "textures/a-front"}
+    np.testing.assert_array_equal(found["textures/a"].original["texture.values"], values)
+    np.testing.assert_array_equal(found["textures/a-emission"].original["texture.values"], lit)
+    np.testing.assert_array_equal(found["textures/a-front"].original["texture.values"], front)
+
+
+def test_channels_beside_the_spectral_ones_are_kept(tmp_path):
+    _, channels = texture()
+    depth = np.arange(120, dtype=np.float32).reshape(12, 10)
+    (found,) = read(write(tmp_path / "a.exr", channels | {"Z": depth}))
+    np.testing.assert_array_equal(found.original["channel.Z"], depth)
+
+
+@pytest.mark.parametrize(
+    ("words", "nanometres"),
+    [
+        (("550,5", "n", "m"), 550.5),
+        (("0.55", "u", "m"), 550.0),
+        (("5.5e-7", None, "m"), 550.0),
+        (("5500", None, "m"), 5.5e12),
+        (("545,077196", "T", "Hz"), 550.0),
+        (("545077196363636.4", None, "Hz"), 550.0),
+    ],
+)
+def test_wavelengths_in_any_unit(words, nanometres):
+    assert texture_exr.wavelength_of(*words) == pytest.approx(nanometres, rel=1e-8)
+
+
+def test_frequencies_are_sorted_as_wavelengths(tmp_path):
+    values, _ = texture()
+    channels = {f"T.{299792.458 / nm:.6f}THz".replace(".", ",").replace(",", ".", 1): None for nm in NM}
+    channels = {name: values[..., at] for at, name in enumerate(channels)}
+    (found,) = read(write(tmp_path / "a.exr", channels))
+    np.testing.assert_allclose(found.original["texture.wavelengths_nm"], NM, rtol=1e-6)
+    np.testing.assert_array_equal(found.original["texture.values"], values)
+
+
+def test_few_colours_are_a_chart_of_spectra(tmp_path):
+    patches = np.random.default_rng(1).uniform(0.1, 0.9, (2, 3, 4)).astype(np.float32)
+    values = patches.repeat(5, axis=0).repeat(4, axis=1)
+    found = read(write(tmp_path / "chart.exr", {f"T.{nm:.0f}nm": values[..., at] for at, nm in enumerate(NM)}))
+    assert len(found) == 6 and {source.model for source in found} == {"lambert"}
+
+
+def test_values_out_of_range_are_kept_and_said(tmp_path):
+    values, _ = texture(dtype=np.float32)
+    values[0, 0, 0], values[1, 1, 1] = -0.01, 1.2
+    (found,) = read(write(tmp_path / "a.exr", {f"T.{nm:.0f}nm": values[..., at] for at, nm in enumerate(NM)}))
+    assert found.model == "lambert"
+    assert "1 of 480 values are negative, down to -0.01" in found.provenance.notes
+    assert "1 of 480 values exceed 1, up to 1.2" in found.provenance.notes
+
+
+def test_a_mean_above_one_is_no_surface(tmp_path):
+    values = texture(dtype=np.float32)[0] + 1.0
+    (found,) = read(write(tmp_path / "a.exr", {f"T.{nm:.0f}nm": values[..., at] for at, nm in enumerate(NM)}))
+    assert found.model == "radiance_factor" and found.original["quantity"] == "radiance factor"
+
+
+def changed(name, at, value):
+    values, _ = texture(dtype=np.float32)
+    values[at] = value
+    return {f"{name}.{nm:.0f}nm": values[..., index] for index, nm in enumerate(NM)}
+
+
+REFUSED = {
+    "NaN": (changed("T", (2, 3, 1), np.nan), "T pixel (2, 3)", "not a finite number"),
+    "no spectral channels": ({"R": np.zeros((3, 3), np.float32)}, "channels", "no spectral channels"),
+    "polarisation alone": (texture("S1")[1], "channels", "polarisation without its intensity"),
+    "a wavelength twice": (texture()[1] | {"T.0.4um": texture()[0][..., 0]}, "T.400,0nm", "the same wavelength"),
+}
+
+
+@pytest.mark.parametrize(("channels", "field", "problem"), REFUSED.values(), ids=REFUSED)
+def test_what_is_refused(tmp_path, channels, field, problem):
+    path = write(tmp_path / "a.exr", channels)
+    with pytest.raises(InputError) as caught:
+        read(path)
+    said = caught.value
+    assert said.file == path and said.field == field and problem in said.problem
+    assert said.found and said.expected and said.hint
+
+
+def test_negative_means_are_refused(tmp_path):
+    (found,) = read(write(tmp_path / "a.exr", changed("T", (..., 1), -0.2)))
+    assert isinstance(found, Rejected) and found.reason.field == "mean" and found.reason.hint
+
+
+def test_a_huge_picture_is_refused_by_its_header(tmp_path, monkeypatch):
+    path = write(tmp_path / "a.exr", texture()[1])
+    monkeypatch.setattr(texture_exr, "MOST_SAMPLES", 400)
+    with pytest.raises(InputError, match="too large a picture") as caught:
+        read(path)
+    assert caught.value.found == "480 samples" and caught.value.hint
+
+
+@pytest.mark.parametrize("kept", [0, 5, 60, 700, -3])
+def test_cut_files(tmp_path, capfd, kept):
+    path = write(tmp_path / "a.exr", texture()[1])
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(InputError) as caught:
+        read(path)
+    said = caught.value
+    assert said.file == path and said.field and said.found and said.expected and said.hint
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_damaged_bytes_are_refused_in_words(tmp_path, data):
+    path = tmp_path / "a.exr"
+    if not path.exists():
+        write(path, texture(size=(9, 9))[1])
+        (tmp_path / "whole").write_bytes(path.read_bytes())
+    raw = bytearray((tmp_path / "whole").read_bytes())
+    for _ in range(data.draw(st.integers(1, 6))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(raw)
+    texture_exr.recognises(path, bytes(raw[:4096]))
+    bispectral.recognises(path, bytes(raw[:4096]))
+    try:
+        found = read(path)
+    except InputError as reason:
+        assert reason.file == path and reason.hint
+        return
+    assert all(isinstance(each, Rejected) or each.original for each in found)
+
+
+def test_the_charts_and_the_fluorescent_picture(shared_data):
+    folder = shared_data / "spectra" / "exr"
+    for name, count in (("Ohta1997.exr", 24), ("Macbeth.exr", 25)):
+        path = folder / name
+        assert texture_exr.recognises(path, path.read_bytes()[:4096])
+        assert len(read(path)) == count
+    path = folder / "BiSpectral.exr"
+    assert bispectral.recognises(path, path.read_bytes()[:4096])
