@@ -47,9 +47,10 @@ def _print(found: Verification) -> None:
 
     for one in found.damaged:
         print(one.problem)
-    for one in found.results:
-        if one.note:
-            print(f"{one.id}: error not measured: {one.note}")
+    for note in dict.fromkeys(one.note for one in found.results if one.note):
+        those = [one.id for one in found.results if one.note == note]
+        more = f" and {len(those) - 1} more" if len(those) > 1 else ""
+        print(f"{those[0]}{more}: error not measured: {note}")
     for path in found.strays:
         print(f"{path}: left behind by a writer that was killed; no reader uses it, and it may be deleted")
     measured = sum(one.measured is not None for one in found.results)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -79,36 +79,42 @@ def summary(material_id: str, file: Path) -> Summary:
         raise InputError("file holds another material", file=file, field="id", found=head.get("id"), hint=hint)
     try:
         return _summary(head, file)
-    except (KeyError, TypeError, ValueError, AttributeError) as reason:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as reason:
         hint = "import the material again: metamer catalogue import"
         raise InputError("the head of the file is damaged", file=file, found=str(reason), hint=hint) from None
 
 
 def _summary(head: dict[str, Any], file: Path) -> Summary:
     error, colour = head["error"] or {}, head["colour"] or {}
+    words = ("id", "family", "model", "kind", "quantity", "licence", "precision", "source_hash", "checksum")
+    fields: dict[str, Any] = {name: _text(head[name]) for name in words}
+    fields |= {name: _number(error.get(name)) for name in ("mean", "p95", "p99", "maximum")}
     return Summary(
-        id=head["id"],
         file=file,
-        family=head["family"],
-        model=head["model"],
-        kind=head["kind"],
-        quantity=head["quantity"],
-        licence=head["licence"],
-        terms=tuple((count, frame) for count, frame in head["terms"]),
-        precision=head["precision"],
-        **{name: error.get(name) for name in ("mean", "p95", "p99", "maximum", "light", "observer")},
+        terms=tuple((int(count), _text(frame)) for count, frame in head["terms"]),
         lab=_three(colour.get("Lab")),
         xyz=_three(colour.get("XYZ")),
-        bytes=sum(head["sizes"].values()),
-        source_hash=head["source_hash"],
-        checksum=head["checksum"],
+        bytes=sum(map(int, head["sizes"].values())),
+        light=_text(error["light"]) if error else None,
+        observer=_text(error["observer"]) if error else None,
+        **fields,
     )
 
 
-def _three(values: Sequence[float] | None) -> tuple[float, float, float] | None:
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} where text is expected")
+    return value
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _three(values: Any) -> tuple[float, float, float] | None:
     if values is None:
         return None
-    first, second, third = values
+    first, second, third = map(float, values)
     return first, second, third
 
 

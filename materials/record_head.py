@@ -90,7 +90,7 @@ def read_head(path: str | Path) -> dict[str, Any]:
         if head["format"] != FORMAT:
             raise InputError("not a material file", file=path, field="format", found=head["format"], expected=FORMAT)
         schema = head["schema"]
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         if block.startswith(_HDF5):
             # Before heads, files began with HDF5 itself; which schema they are their content says.
             raise InputError(

@@ -1,5 +1,6 @@
 """Finding materials by the heads of their files."""
 
+import json
 import os
 from dataclasses import replace
 
@@ -101,6 +102,26 @@ def test_head_without_a_field_is_damage(catalogue):
     path = catalogue.path("paint/dark")
     path.write_bytes(path.read_bytes().replace(b'"terms"', b'"torms"'))
     with pytest.raises(InputError, match=r"(?s)dark\.h5: the head of the file is damaged.*terms"):
+        catalogue.query()
+
+
+@pytest.mark.parametrize("value", [None, 7, "x", [], {}, [[1]], {"light": 3}, float("inf"), "[" * 3000])
+def test_no_head_breaks_a_query(catalogue, value):
+    """Whatever JSON stands there: a summary or an error that names the file."""
+    path = catalogue.path("paint/dark")
+    block, content = path.read_bytes()[:4096], path.read_bytes()[4096:]
+    whole = json.loads(block)
+    for name in whole:
+        text = json.dumps({**whole, name: value}).encode()
+        path.write_bytes(text.ljust(4096)[:4096] + content)
+        unusable = []
+        found = catalogue.query(Query(near=(1.0, 2.0, 3.0)), unusable)
+        assert len(found) + len(unusable) == 5
+        assert all("dark.h5" in str(reason) for reason in unusable)
+        for one in found:
+            assert isinstance(one.rank, int) and (one.p99 is None or isinstance(one.p99, float))
+    path.write_bytes(b"[" * 4096 + content)
+    with pytest.raises(InputError, match=r"dark\.h5"):
         catalogue.query()
 
 
