@@ -32,7 +32,7 @@ from .conditions import (
     quantity_in,
     stated_colours,
 )
-from .gathering import MOST_SAMPLES, Gathering, reflective_scale
+from .gathering import MOST_SAMPLES, Gathering, reflective_divisor
 from .reading import SpectralFile
 from .text import head_text, is_missing, shortened
 
@@ -141,7 +141,7 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str) -> 
     lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     norm = _norm(table, path)
     quantity = _quantity(table, highest / (norm or 1.0), gathering)
-    scale = 1.0 / norm if norm else _scale(table, quantity, marks, lowest, highest, gathering, path)
+    divisor = norm or _divisor(table, quantity, marks, lowest, highest, gathering, path)
     if norm and norm != 1.0:
         gathering.note(f"values are divided by SPECTRAL_NORM, {norm:g}")
     common = _common(table, place)
@@ -162,7 +162,7 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str) -> 
         others = {field: shortened(row[column]) for column, field in beside if not _is_colour(field) and row[column]}
         own = grid if grid is not None else np.array([table.number(row[pair[0]]) for pair in pairs])
         stated = stated_colours(colours, light, angle)
-        gathering.add(name, own, values[index], quantity, scale=scale, stated=stated, details={**others, **common})
+        gathering.add(name, own, values[index], quantity, divisor=divisor, stated=stated, details={**others, **common})
 
 
 def _is_colour(field: str) -> bool:
@@ -249,7 +249,7 @@ def _quantity(table: CgatsTable, highest: float, gathering: Gathering) -> Quanti
     return "reflectance"
 
 
-def _scale(
+def _divisor(
     table: CgatsTable,
     quantity: Quantity,
     marks: set[str],
@@ -258,18 +258,18 @@ def _scale(
     gathering: Gathering,
     path: Path,
 ) -> float:
-    """Factor to fractions where no norm is stated."""
+    """What to divide by for fractions where no norm is stated."""
     if quantity == "emission":
         return 1.0
     if "PCT" in marks or "DEC" in marks:
-        scale, note = reflective_scale(lowest, highest, "percent" if "PCT" in marks else "fraction", path)
+        divisor, note = reflective_divisor(lowest, highest, "percent" if "PCT" in marks else "fraction", path)
     elif table.identifier.upper().startswith("CTI") and highest > 1.5:
-        scale, note = 0.01, "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
+        divisor, note = 100.0, "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
     else:
-        scale, note = reflective_scale(lowest, highest, None, path)
+        divisor, note = reflective_divisor(lowest, highest, None, path)
     if note:
         gathering.note(note)
-    return scale
+    return divisor
 
 
 def _common(table: CgatsTable, place: str) -> dict[str, str]:

@@ -50,11 +50,11 @@ class Gathering:
         values: object,
         quantity: Quantity,
         *,
-        scale: float = 1.0,
+        divisor: float = 1.0,
         stated: tuple[StatedColour, ...] = (),
         details: Mapping[str, str] | None = None,
     ) -> None:
-        """Take one spectrum: `values` (L,) times `scale` at `wavelengths_nm` (L,), NaN where there is no sample.
+        """Take one spectrum: `values` (L,) over `divisor` at `wavelengths_nm` (L,), NaN where there is no sample.
 
         Descending wavelengths are turned round, samples without a value left out, readings of nothing that fall a
         little below zero taken as zero, and a reflectance above 1 called a radiance factor, each with a note. What
@@ -72,14 +72,14 @@ class Gathering:
             )
         said = dict(details or {})
         try:
-            spectrum = self._spectrum(name, grid, samples, scale, quantity, said)
+            spectrum = self._spectrum(name, grid, samples, divisor, quantity, said)
         except InputError as reason:
             self.rejected.append((name, reason))
             return
         self.entries.append(SpectralEntry(name, spectrum, stated, said))
 
     def _spectrum(
-        self, name: str, grid: np.ndarray, samples: np.ndarray, scale: float, quantity: Quantity, said: dict[str, str]
+        self, name: str, grid: np.ndarray, samples: np.ndarray, divisor: float, quantity: Quantity, said: dict[str, str]
     ) -> Spectrum:
         there = ~np.isnan(samples)
         if not there.all():
@@ -105,7 +105,7 @@ class Gathering:
                 found=f"{samples[~(np.abs(samples) < _LARGEST)][0]:g}",
                 expected=f"less than {_LARGEST:g}",
             )
-        grid, samples = validated_wavelengths(grid, file=self.path, field=name), samples * scale
+        grid, samples = validated_wavelengths(grid, file=self.path, field=name), samples / divisor
         negative = samples < 0.0
         floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
         if negative.any() and samples.min() >= -floor:
@@ -173,10 +173,10 @@ def _sentence(sentence: str, names: list[str], everything: int) -> str:
     return f"{sentence} ({', '.join(names[:3])}{more})"
 
 
-def reflective_scale(
+def reflective_divisor(
     lowest: float, highest: float, unit: Unit | None, path: Path, told: bool = True
 ) -> tuple[float, str | None]:
-    """Factor to fractions of 1 for a file of reflectance or transmittance, and the note that says why.
+    """What to divide by for fractions of 1 in a file of reflectance or transmittance, and the note that says why.
 
     A stated unit is followed. Otherwise values up to 2 are fractions; values that are all above 1.5, or reach above 10,
     can only be percent; what is between could be either.
@@ -203,11 +203,11 @@ def reflective_scale(
         )
     if unit == "percent":
         doubt = "; none of them exceeds 1, which is dark for percent" if highest <= 1.0 else ""
-        return 0.01, f"the file states percent: values from {said} are divided by 100{doubt}"
+        return 100.0, f"the file states percent: values from {said} are divided by 100{doubt}"
     if unit == "fraction" or (highest <= 2.0 and lowest <= 1.5):
         return 1.0, None
     if lowest > 1.5 or highest > 10.0:
-        return 0.01, f"no unit is stated; values from {said} can only be percent and are divided by 100"
+        return 100.0, f"no unit is stated; values from {said} can only be percent and are divided by 100"
     raise InputError(
         "percent or fractions?",
         file=path,

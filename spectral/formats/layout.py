@@ -82,7 +82,7 @@ def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     below = [dialect.wavelength(cells[0]) for _, cells in rows[across.first : across.first + 50] if cells]
     told = sum(bool(found and found[1]) for found in (dialect.wavelength(head[column]) for column in across.axes))
     listed = _plausible([found[0] for found in below if found])
-    if down.first < (across.header or 0) or (listed and is_wavelength_header(head[0])):
+    if down.first <= (across.header or 0) or (listed and is_wavelength_header(head[0])):
         return down
     if 2 * told > len(across.axes) or (is_name_header(head[0]) and not is_wavelength_header(head[0])):
         return across
@@ -114,8 +114,10 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
             if found[0] is None or (len(values) < 2 and column not in said):
                 continue
             # R1 to R15 are colour rendering indices; micrometres come as plain numbers.
-            likely = 100.0 <= values[0] <= 20_000.0 or (0.1 <= values[0] <= 50.0 and not found[0][1])
-            if column in said or (likely and _monotone(values[:3]) and all(found[:3])):
+            likely = all(100.0 <= value <= 20_000.0 for value in values[:3]) or (
+                all(0.1 <= value <= 50.0 for value in values[:3]) and not found[0][1]
+            )
+            if column in said or (likely and len(values) > 1 and _monotone(values[:3]) and all(found[:3])):
                 axes.append(column)
         named = [column for column in axes if column in said]
         large = [column for column in axes if (dialect.wavelength(run[0][column]) or (0.0,))[0] >= 100.0]
@@ -155,7 +157,8 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         found = [dialect.wavelength(cell) for cell in cells]
         run = _longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
         told = sum(bool(found[column] and found[column][1]) for column in run)  # type: ignore[index]
-        if len(run) < (2 if told == len(run) or len(cells) - len(run) <= 1 else 5):
+        worded = any(cell and pair is None for cell, pair in zip(cells, found, strict=True))
+        if len(run) < (2 if told == len(run) or len(cells) - len(run) <= 1 else 3 if worded else 5):
             continue
         first = header + 1
         if first + 1 < len(rows) and is_units_row(rows[first][1]):

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import InputError
 from ..spectrum import Quantity
 from .conditions import measured, names_light, quantity_in, unit_in
-from .gathering import MOST_SPECTRA, Gathering, reflective_scale
+from .gathering import MOST_SPECTRA, Gathering, reflective_divisor
 from .mat_variables import Variable, is_hdf5, read_variables
 from .reading import SpectralFile
 from .text import shortened
@@ -134,11 +134,11 @@ def _gather(
             expected=f"at most {MOST_SPECTRA}",
         )
     quantity, told = _quantity(name, said, path, gathering)
-    scale = 1.0
+    divisor = 1.0
     finite = spectra[np.isfinite(spectra)]
     if quantity != "emission" and finite.size:
         unit = unit_in(name) or unit_in(said)
-        scale, note = reflective_scale(float(finite.min()), float(finite.max()), unit, path, told=told)
+        divisor, note = reflective_divisor(float(finite.min()), float(finite.max()), unit, path, told=told)
         if note:
             gathering.note(note)
     labels = next(
@@ -147,7 +147,7 @@ def _gather(
     stem = f"{path.stem} {name}" if several else path.stem
     for index, row in enumerate(spectra):
         label = labels[index] if labels and labels[index] else f"{stem} {index + 1}" if len(spectra) > 1 else stem
-        gathering.add(label, grid, row, quantity, scale=scale, details={"variable": name, "column": str(index + 1)})
+        gathering.add(label, grid, row, quantity, divisor=divisor, details={"variable": name, "column": str(index + 1)})
 
 
 def _quantity(name: str, said: str, path: Path, gathering: Gathering) -> tuple[Quantity, bool]:

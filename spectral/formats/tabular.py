@@ -22,7 +22,7 @@ from .conditions import (
     stated_colours,
     unit_in,
 )
-from .gathering import Gathering, reflective_scale
+from .gathering import Gathering, reflective_divisor
 from .reading import SpectralFile
 from .table import Column, Table, parse_table
 from .text import shortened
@@ -43,7 +43,7 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
     """A table's columns as entries.
 
     A column is what its own header says, else what the lines above the table say, else `usual`, with a note. The unit
-    is looked for in the same places; `reflective_scale` says what follows where there is none.
+    is looked for in the same places; `reflective_divisor` says what follows where there is none.
     """
     gathering = Gathering(path, format_name)
     for note in table.notes:
@@ -73,11 +73,11 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
             gathering.rejected.append((column.name, refusal))
             continue
         kind = measured(quantity) or usual
-        scale = 1.0
+        divisor = 1.0
         if kind != "emission" and unit in ranges:
             low, high = ranges[unit]
             stated_unit = "fraction" if unit is None and kind == "radiance factor" and high <= 20.0 else unit
-            scale, note = reflective_scale(low, high, stated_unit, path, told=quantity is not None)
+            divisor, note = reflective_divisor(low, high, stated_unit, path, told=quantity is not None)
             if note:
                 gathering.note(note)
         cells = {head: table.dialect.number(cell) for head, cell in column.beside.items() if colour_axis(head)}
@@ -89,7 +89,7 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
             details["condition"] = condition
         grid = np.asarray(column.wavelengths, dtype=np.float64) * column.nm
         stated = stated_colours({**beside, **cells}, light, angle)
-        gathering.add(column.name, grid, column.values, kind, scale=scale, stated=stated, details=details)
+        gathering.add(column.name, grid, column.values, kind, divisor=divisor, stated=stated, details=details)
     return gathering.finish(table.preamble)
 
 

@@ -1,0 +1,42 @@
+"""What the tests of readers share: small files, writing them, and refusals without the folder's name."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+from metamer.spectral.errors import InputError
+
+
+@pytest.fixture(scope="session")
+def small_files():
+    """The module of small files and of damage to them."""
+    path = Path(__file__).with_name("small_files.py")
+    spec = importlib.util.spec_from_file_location("small_spectral_files", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Function that writes content, text or bytes, to a file of a name, and gives its path."""
+
+    def write(content, name="paints.csv"):
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+@pytest.fixture
+def refused(written):
+    """Function that gives the lines of the refusal of a content by a reader, without the folder."""
+
+    def refuse(read, content, name="paints.csv"):
+        path = written(content, name)
+        with pytest.raises(InputError) as caught:
+            read(path)
+        return str(caught.value).replace(f"{path.parent}/", "").splitlines()
+
+    return refuse

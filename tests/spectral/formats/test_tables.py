@@ -1,0 +1,334 @@
+"""Tables of spectra as spreadsheets and instruments write them."""
+
+import numpy as np
+import pytest
+from metamer.spectral.formats.csv import read, recognises
+from metamer.spectral.formats.reading import format_of, read_spectra
+
+DOWN = "nm,Red,Grey\n400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
+ACROSS = "name,400,410,420\nRed,0.05,0.06,0.07\nGrey,0.2,0.2,0.2\n"
+RED = [0.05, 0.06, 0.07]
+
+
+def values(file):
+    """Samples by name."""
+    return {entry.name: entry.spectrum.samples.tolist() for entry in file.entries}
+
+
+def only(file):
+    (entry,) = file.entries
+    return entry
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        DOWN,
+        ACROSS,
+        DOWN.replace(",", ";"),
+        DOWN.replace(",", "\t"),
+        DOWN.replace(",", " "),
+        DOWN.replace(",", ";").replace(".", ","),
+        DOWN.replace(",", "\t").replace(".", ","),
+        ACROSS.replace(",", ";").replace(".", ","),
+        DOWN.replace("\n", "\r\n"),
+        "\ufeff" + DOWN,
+        ("\ufeff" + DOWN).encode("utf-16-le"),
+        ("\ufeff" + DOWN.replace(",", "\t")).encode("utf-16-be"),
+        "# a chart\n! of two\n\n" + DOWN,
+        "Paints of May;;\nMeasured by;A. Smith;\n" + DOWN.replace(",", ";"),
+        "sep=;\n" + DOWN.replace(",", ";"),
+        DOWN.replace("\n", ",,\n"),
+        DOWN.replace(",", " , "),
+        "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in DOWN.splitlines()),
+        "\n".join(",".join(f'"{cell.replace(".", ",")}"' for cell in line.split(",")) for line in DOWN.splitlines()),
+        DOWN.replace("nm,", "Wellenlänge [nm],"),
+        DOWN.replace("nm,", "wavelength (nm),"),
+        "# nm Red Grey\n" + DOWN.partition("\n")[2].replace(",", " "),
+        ACROSS.replace("400", "380nm")
+        .replace("410", "400 nm")
+        .replace("420", "420nm")
+        .replace("380nm", "400nm")
+        .replace("400 nm", "410 nm"),
+        ACROSS.replace("400", "R_400").replace("410", "R_410").replace("420", "R_420"),
+        ACROSS.replace("400", "S_400nm").replace("410", "S_410nm").replace("420", "S_420nm"),
+        ACROSS.replace("400", "SPECTRAL_NM400").replace("410", "SPECTRAL_NM410").replace("420", "SPECTRAL_NM420"),
+        "No,Wavelength,Red,Grey\n1,400,0.05,0.2\n2,410,0.06,0.2\n3,420,0.07,0.2\n",
+        "nm,Red,Grey\n420,0.07,0.2\n410,0.06,0.2\n400,0.05,0.2\n",
+        "µm,Red,Grey\n0.400,0.05,0.2\n0.410,0.06,0.2\n0.420,0.07,0.2\n",
+        "Wavelength (Å),Red,Grey\n4000,0.05,0.2\n4100,0.06,0.2\n4200,0.07,0.2\n",
+        "nm;Red [%];Grey [%]\n400;5;20\n410;6;20\n420;7;20\n",
+        "Reflectance in %\nnm;Red;Grey\n400;5;20\n410;6;20\n420;7;20\n",
+        "nm;Red;Grey\n[nm];[%];[%]\n400;5;20\n410;6;20\n420;7;20\n",
+        "nm;Red;Grey\n400;5;20\n410;6;20\n420;7;20\n",
+    ],
+)
+def test_one_chart_in_many_dialects(written, content):
+    path = written(content)
+    assert recognises(path, path.read_bytes()[:4096])
+    file = read(path)
+    assert list(values(file)) == ["Red", "Grey"]
+    assert values(file)["Red"] == pytest.approx(RED, rel=1e-12)
+    for entry in file.entries:
+        assert entry.spectrum.quantity == "reflectance"
+        np.testing.assert_allclose(entry.spectrum.wavelengths_nm, [400.0, 410.0, 420.0], rtol=1e-12)
+
+
+def test_latin_names(written):
+    content = "nm;Grün\n400;0,05\n410;0,06\n420;0,07\n"
+    for encoding in ("utf-8", "cp1252", "latin-1"):
+        assert list(values(read(written(content.encode(encoding))))) == ["Grün"]
+
+
+def test_nothing_is_assumed_without_a_note(written):
+    note = "the file does not say what was measured; taken as reflectance"
+    assert note in read(written(DOWN)).notes
+    assert note not in read(written(DOWN.replace("Red", "R").replace(",Grey", "").replace(",0.2", ""))).notes
+
+
+def test_stated_percent_is_divided_and_said(written):
+    file = read(written("nm,Dark (%)\n400,0.5\n410,0.6\n420,0.7\n"))
+    assert only(file).spectrum.samples.tolist() == pytest.approx([0.005, 0.006, 0.007], rel=1e-15)
+    assert only(file).details["units"] == "%"
+    assert any("states percent" in note and "none of them exceeds 1" in note for note in file.notes)
+
+
+def test_unstated_percent_is_divided_and_said(written):
+    file = read(written("nm,White\n400,90\n410,91\n420,92\n"))
+    assert only(file).spectrum.samples.tolist() == [0.9, 0.91, 0.92]
+    assert any("can only be percent" in note for note in file.notes)
+
+
+def test_percent_of_a_dark_sample_or_radiance_factor_of_a_bright_one(refused):
+    lines = refused(read, "nm,A\n400,0.5\n410,4.06\n420,5.07\n")
+    assert lines[0] == "paints.csv: values: percent or fractions?"
+    assert lines[1] == "  found: 0.5 to 5.07, no unit stated"
+    assert 'write "reflectance (%)" or "radiance factor"' in lines[-1]
+
+
+def test_values_too_large_to_be_percent_need_a_word(refused):
+    assert refused(read, "nm,A\n400,50\n410,4000\n420,700\n")[0] == "paints.csv: values: what was measured?"
+
+
+def test_a_radiance_factor_by_its_word(written):
+    entry = only(read(written("nm,radiance factor at 15°\n400,0.5\n410,4.06\n420,5.07\n")))
+    assert entry.spectrum.quantity == "radiance factor"
+    assert entry.spectrum.samples.tolist() == [0.5, 4.06, 5.07]
+
+
+def test_reflectance_above_one_is_held_as_a_radiance_factor(written):
+    file = read(written(DOWN.replace("0.06", "1.06")))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["radiance factor", "reflectance"]
+    assert "reflectance above 1 is held as a radiance factor (Red)" in file.notes
+
+
+@pytest.mark.parametrize(
+    ("header", "quantity"),
+    [
+        ("Spectral irradiance (W/m2/nm)", "emission"),
+        ("mW/(m²·sr·nm)", "emission"),
+        ("%T", "transmittance"),
+        ("Transmittance", "transmittance"),
+        ("R%", "reflectance"),
+        ("Remission", "reflectance"),
+        ("D65", "emission"),
+    ],
+)
+def test_what_was_measured_from_the_header(written, header, quantity):
+    percent = "%" in header
+    content = f"nm,{header}\n400,{50 if percent else 0.5}\n410,0.6\n420,0.7\n"
+    entry = only(read(written(content)))
+    assert entry.spectrum.quantity == quantity
+    assert entry.spectrum.samples[0] == 0.5
+
+
+def test_patches_are_not_lights(written):
+    """ "A", "F2" and "light skin" are places and paints on charts before they are illuminants."""
+    file = read(written("nm,A,F2,light skin\n400,0.1,0.2,0.3\n410,0.1,0.2,0.3\n420,0.1,0.2,0.3\n"))
+    assert {entry.spectrum.quantity for entry in file.entries} == {"reflectance"}
+
+
+@pytest.mark.parametrize("header", ["Abs.", "Absorbance", "log(1/R)", "F(R)"])
+def test_absorbance_is_refused_by_name(refused, header):
+    lines = refused(read, f"nm,{header}\n400,0.5\n410,0.6\n420,0.7\n")
+    assert "absorbance is neither reflectance nor transmittance" in lines[0]
+    assert "export %R or %T" in lines[-1]
+
+
+def test_wavenumbers_are_refused_by_name(refused):
+    lines = refused(read, "Wavenumber (cm-1),A\n4000,0.1\n3990,0.06\n3980,0.07\n")
+    assert lines[0] == "paints.csv: Wavenumber (cm-1): wavenumbers in place of wavelengths"
+
+
+def test_micrometres_without_a_unit_are_refused(refused):
+    assert "wavelengths look like micrometres" in refused(read, "w,R\n0.4,0.05\n0.41,0.06\n0.42,0.07\n")[0]
+
+
+def test_lab_and_xyz_beside_the_spectra(written):
+    content = (
+        "Illuminant: D50\nObserver: 10\nName,XYZ_X,XYZ_Y,XYZ_Z,L*(2°/D65),a*(2°/D65),b*(2°/D65),400,410,420\n"
+        "Red,20,30,40,50,60,-10,0.05,0.06,0.07\n"
+    )
+    xyz, lab = only(read(written(content))).stated
+    assert (xyz.space, xyz.values.tolist(), xyz.illuminant, xyz.observer) == ("XYZ", [20, 30, 40], "D50", "1964_10")
+    assert (lab.space, lab.values.tolist(), lab.illuminant, lab.observer) == ("Lab", [50, 60, -10], "D65", "1931_2")
+
+
+def test_other_cells_stay_in_the_details(written):
+    entry = read(written("Name,Batch,Gloss,400,410,420\nRed,7b,high,0.05,0.06,0.07\nBlue,8,low,0.1,0.1,0.1\n")).entries[
+        0
+    ]
+    assert entry.name == "Red" and dict(entry.details) == {"Batch": "7b", "Gloss": "high"}
+
+
+def test_an_identifier_is_only_a_name_where_there_is_no_better(written):
+    assert list(values(read(written("ID,Name,400,410,420\n7,Red,0.1,0.1,0.1\n8,Blue,0.1,0.1,0.1\n")))) == [
+        "Red",
+        "Blue",
+    ]
+    assert list(values(read(written("ID,Lot,400,410,420\n7,x,0.1,0.1,0.1\n8,x,0.1,0.1,0.1\n")))) == ["7", "8"]
+
+
+def test_names_that_are_numbers_like_wavelengths(written):
+    file = read(written("nm,1000,1001,1002\n400,0.1,0.2,0.3\n410,0.2,0.3,0.3\n420,0.3,0.4,0.3\n"))
+    assert list(values(file)) == ["1000", "1001", "1002"]
+    many = "nm," + ",".join(f"s{number}" for number in range(300)) + "\n"
+    many += "".join(f"{nm}," + ",".join(["0.5"] * 300) + "\n" for nm in (400, 410, 420))
+    assert len(read(written(many)).entries) == 300
+
+
+def test_empty_cells_are_left_out_and_said(written):
+    file = read(written("nm,A,B\n400,0.1,\n410,n/a,0.5\n420,0.3,0.6\n430,0.4,0.7\n"))
+    first, second = file.entries
+    assert first.spectrum.wavelengths_nm.tolist() == [400, 420, 430]
+    assert second.spectrum.wavelengths_nm.tolist() == [410, 420, 430]
+    assert first.details["missing samples"] == "1 of 4"
+    assert "samples without a value are left out (all 2 spectra)" in file.notes
+
+
+def test_a_word_among_the_numbers_rejects_that_spectrum_alone(written):
+    file = read(written("nm,A,B\n400,0.1,0.2\n410,oops,0.5\n420,0.3,0.6\n"))
+    assert list(values(file)) == ["B"]
+    ((name, reason),) = file.rejected
+    assert name == "A" and "line 3: not a number" in str(reason) and "'oops'" in str(reason)
+
+
+def test_a_word_among_the_wavelengths_is_an_error(refused):
+    lines = refused(read, "nm,A\n400,0.1\n410,0.2\nx,0.3\n430,0.4\n")
+    assert lines[:2] == ["paints.csv: line 4: not a number", "  found: 'x'"]
+
+
+def test_readings_of_nothing_a_little_below_zero(written, refused):
+    file = read(written("nm,A\n400,-0.004\n410,0.06\n420,0.07\n"))
+    assert only(file).spectrum.samples.tolist() == [0.0, 0.06, 0.07]
+    assert only(file).details["negative samples"] == "1 of 3, down to -0.004"
+    assert "values a little below zero, readings of nothing, are taken as zero" in file.notes
+    assert "negative reflectance" in refused(read, "nm,A\n400,-0.04\n410,0.06\n420,0.07\n")[0]
+    dark = "nm,mW/nm\n400,-4\n410,60\n420,100\n"
+    assert only(read(written(dark))).spectrum.samples.tolist() == [0.0, 60.0, 100.0]
+    assert "negative emission" in refused(read, dark.replace("-4", "-6"))[0]
+
+
+def test_truncated_rows_are_refused(refused):
+    lines = refused(read, "nm,A,B\n400,0.1,0.2\n410,0.2,0.5\n420,0.3\n")
+    assert lines == [
+        "paints.csv: line 4: a row is cut short",
+        "  found: 2 cells",
+        "  expected: 3 cells, as in the header",
+        "  try: the file may be truncated; export it again",
+    ]
+    assert "cut short" in refused(read, ACROSS[:-5])[0]
+    assert "too long" in refused(read, ACROSS.replace("0.07\n", "0.07,0.08\n"))[0]
+
+
+def test_mixed_order_of_wavelengths_is_refused(refused):
+    assert "wavelengths do not ascend" in refused(read, DOWN.replace("410", "500"))[0]
+
+
+def test_a_descending_axis_is_turned_round_and_said(written):
+    file = read(written("nm,R\n420,0.07\n410,0.06\n400,0.05\n"))
+    assert only(file).spectrum.samples.tolist() == RED
+    assert any("descend" in note for note in file.notes)
+
+
+def test_pairs_of_columns_as_cary_writes_them(written):
+    content = (
+        "White tile,,Blue paint,\nWavelength (nm),%R,Wavelength (nm),%R\n700,90.5,720,45.5\n699,90.6,719,45.4\n"
+        "698,90.7,,\n\nCary 5000\nScan rate (nm/min),600\n"
+    )
+    file = read(written(content))
+    assert list(values(file)) == ["White tile", "Blue paint"]
+    assert file.entries[1].spectrum.wavelengths_nm.tolist() == [719, 720]
+    assert values(file)["White tile"] == pytest.approx([0.907, 0.906, 0.905])
+    assert "2 lines below the table are not read" in file.notes
+
+
+def test_shimadzu_quotes_and_descends(written):
+    entry = only(
+        read(written('"RawData - 1"\n"Wavelength nm.","R%"\n700.0,45.1\n699.0,45.2\n698.0,45.3\n', "scan.txt"))
+    )
+    assert entry.name == "scan" and entry.spectrum.samples.tolist() == pytest.approx([0.453, 0.452, 0.451])
+
+
+def test_perkin_elmer_lines_above_the_data(written):
+    content = "PE UV       SUBTECH     SPECTRUM    ASCII\n-1\nsample.sp\n#HDR\nnm\n%R\n#DATA\n" + "".join(
+        f"{nm:.6f}\t{50 + nm / 100:.6f}\n" for nm in range(700, 690, -1)
+    )
+    entry = only(read(written(content, "sample.asc")))
+    assert entry.spectrum.quantity == "reflectance"
+    assert entry.spectrum.samples[0] == pytest.approx(0.5691)
+
+
+def test_avantes_keeps_what_was_made_of_the_counts(written):
+    content = (
+        "Integration time: 10 ms\nWave   ;Sample   ;Dark     ;Reference;Transmittance\n"
+        "[nm]   ;[counts] ;[counts] ;[counts] ;[%]\n\n"
+        "400,0;  100,1;  10,0; 200,0; 45,5\n401,0;  100,1;  10,0; 200,0; 45,7\n402,0;  100,1;  10,0; 200,0; 45,8\n"
+    )
+    file = read(written(content))
+    assert values(file) == {"Transmittance": pytest.approx([0.455, 0.457, 0.458])}
+    assert "columns beside the measurement are left out: Dark, Reference" in file.notes
+
+
+def test_wavelengths_that_start_again_are_another_spectrum(written):
+    content = "380\t0.1\n384\t0.2\n388\t0.2\n\n380\t0.2\n384\t0.4\n388\t0.4\n"
+    assert values(read(written(content, "two.txt"))) == {"two": [0.1, 0.2, 0.2], "two (2)": [0.2, 0.4, 0.4]}
+
+
+def test_equal_names_stay_apart_and_are_said(written):
+    file = read(written("nm,A,A\n400,0.1,0.2\n410,0.2,0.3\n420,0.3,0.4\n"))
+    assert [entry.name for entry in file.entries] == ["A", "A"]
+    assert any("share a name" in note for note in file.notes)
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"", "the file is empty"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "not a text file"),
+        (b"name,price,stock\nRed,high,many\n", "no table of wavelengths and values"),
+        (b"# only words\n", "no table of wavelengths and values"),
+        (b"nm,A\n400,0.5\n", "not a spectrum"),
+        (b"1\n" * 1_000_001, "too many lines"),
+        (b"1," * 3_000_000, "a line is too long"),
+        (b"nm,R\n" + b"".join(b"%.2f,0.5\n" % (400 + n / 100) for n in range(6000)), "sampled too finely"),
+    ],
+)
+def test_what_is_no_table(refused, content, problem):
+    assert problem in refused(read, content)[0]
+
+
+def test_spectra_on_one_grid_share_its_basis(written):
+    """A basis holds the square of its samples: a chart of thousands must not hold it thousands of times."""
+    first, second = read(written(DOWN)).entries
+    assert first.spectrum.basis is second.spectrum.basis
+
+
+@pytest.mark.parametrize("name", ["colorchecker_n_ohta.csv", "colorchecker_n_ohta_transposed.csv"])
+def test_real_charts_both_ways_round(shared_data, name):
+    path = shared_data / "spectra" / "text" / name
+    assert format_of(path).NAME == "table (CSV, TSV)"
+    file = read_spectra(path)
+    assert list(values(file)) == [str(number) for number in range(1, 25)] and not file.rejected
+    assert file.entries[0].spectrum.wavelengths_nm[[0, -1]].tolist() == [380.0, 780.0]
+    assert values(file)["1"][0] == 0.048
