@@ -69,6 +69,11 @@ def members(path: Path) -> dict[str, list[Path]]:
     return found
 
 
+def pictures_in(folder: Path) -> tuple[Path, ...]:
+    """The maps that lie in a folder, whatever their sets."""
+    return tuple(path for path, _ in _named(folder, _changed(folder)))
+
+
 def _tells_sets_apart(word: str) -> bool:
     """Not the kind of file: an albedo may be JPEG and its normals PNG. A resolution does."""
     return not re.fullmatch(r"png|jpe?g|tiff?|exr|(8|16|32)bit", word.lower())

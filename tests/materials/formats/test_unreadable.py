@@ -1,0 +1,68 @@
+"""Formats that are not read are named, with what to export instead."""
+
+import pytest
+from metamer.materials.formats import unreadable
+from metamer.spectral.errors import InputError
+
+SAMPLES = {
+    "paint.axf": (b"\x89HDF\r\n\x1a\n" + b"\0" * 50, "X-Rite AxF", "PANTORA"),
+    "paint.bin": (b"\x89HDF\r\n\x1a\n" + b"\0" * 500 + b"com.xrite.Materials\0", "X-Rite AxF", "CxF3"),
+    "a.h5": (b'{"format":"metamer-material","schema":2}\n', "a material of a catalogue", "catalogue list"),
+    "ink.mif": (b"\r\n[FILE INFO]\r\nVERSION=2000\r\n", "X-Rite MIF, of Ink Master or PantoneLIVE", "CxF3"),
+    "shade.qtx": (b"[STANDARD_DATA 0]\r\nSTD_NAME=Blue\r\n", "Datacolor QTX", "CSV"),
+    "a.mesx": (b"\x01\x02", "a Konica Minolta SpectraMagic document", "CSV"),
+    "brand.ase": (b"ASEF\0\1\0\0", "colour swatches", "measure"),
+    "press.icc": (b"\0" * 36 + b"acsp", "an ICC profile", "CGATS"),
+    "wood.sbsar": (b"7z\xbc\xaf\x27\x1c", "Adobe Substance", "glTF"),
+    "any.xml": (b'<?xml version="1.0"?>\n<materialx version="1.38">', "MaterialX", "glTF"),
+    "paint.mdl": (b"// flakes\nmdl 1.7;\n", "NVIDIA MDL", "RGL"),
+    "chrome.kmp": (b"PK\3\4", "KeyShot", "glTF"),
+    "a.usdc": (b"PXR-USDC\0", "OpenUSD", "glTF"),
+    "a.blend": (b"BLENDER-v300", "a scene of a modelling program", "glTF"),
+    "cloth.btf": (b"!6FB\1\0", "a bidirectional texture (BTF)", "RGL"),
+    "pane.xml": (b"<?xml version='1.0'?><WindowElement xmlns=''>", "a BSDF of a window (WINDOW, Radiance)", "CSV"),
+    "readings.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel workbook", "CSV"),
+    "set.7z": (b"7z\xbc\xaf\x27\x1c\0\4", "a packed archive", "unpack"),
+}
+
+
+@pytest.mark.parametrize(("name", "sample"), SAMPLES.items(), ids=SAMPLES)
+def test_formats_that_are_not_read_are_named(tmp_path, name, sample):
+    head, called, hint = sample
+    path = tmp_path / name
+    path.write_bytes(head)
+    assert unreadable.recognises(path, head) and unreadable.label(path) == called
+    with pytest.raises(InputError) as caught:
+        list(unreadable.read_sources(path, "mallett-yuksel"))
+    said = caught.value
+    assert said.file == path and said.field and said.found == called and said.expected and hint in said.hint
+
+
+@pytest.mark.parametrize(
+    ("name", "head"),
+    [("a.csv", b"wavelength_nm,red\n"), ("photo.jpg", b"\xff\xd8\xff"), ("read.me", b"how to"), ("a.json", b"{}")],
+)
+def test_what_is_nobody_s_stays_so(tmp_path, name, head):
+    path = tmp_path / name
+    path.write_bytes(head)
+    assert not unreadable.recognises(path, head)
+    with pytest.raises(InputError, match="not a format of materials") as caught:
+        unreadable.refuse(path, head)
+    assert "glTF" in caught.value.hint
+
+
+def test_a_scene_beside_its_maps_is_no_failure(tmp_path):
+    """Libraries pack maps together with scenes that use them: the maps say it all."""
+    scene = tmp_path / "bricks.mtlx"
+    scene.write_bytes(b"<materialx >")
+    assert unreadable.recognises(scene, b"<materialx >")
+    (tmp_path / "bricks_Color.png").write_bytes(b"")
+    assert not unreadable.recognises(scene, b"<materialx >")
+
+
+def test_real_files_are_nobody_s_mistake(shared_data):
+    """What is read elsewhere is not claimed here."""
+    for path in sorted(shared_data.rglob("*")):
+        if path.is_file() and path.suffix not in (".md", ".py"):
+            with path.open("rb") as file:
+                assert not unreadable.recognises(path, file.read(4096)), path
