@@ -160,7 +160,7 @@ def _csv(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
     entries = [exported_spectrum(record) for record in records]
     said = [f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details]
     write_csv(path, entries, [line for record in records for line in _lines(record)] + said)
-    return tuple(said)
+    return (*said, *(line for record in records for line in _mean_only(record)))
 
 
 def _cxf(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
@@ -172,7 +172,8 @@ def _cxf(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
     if len(records) == 1:
         about |= provenance_tags(records[0])
     write_cxf(path, entries, about, [provenance_tags(record) for record in records])
-    return tuple(f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details)
+    said = [f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details]
+    return (*said, *(line for record in records for line in _mean_only(record)))
 
 
 def _exr(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
@@ -181,6 +182,8 @@ def _exr(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
 
     (record,) = records
     attributes = {f"metamer_{name.replace(' ', '_')}": text for name, text in provenance_tags(record).items()}
+    if "texture.values" in record.original:
+        return _texture(path, record, attributes)
     with _of(record):
         if record.quantity == "bispectral":
             brdf = record.brdf()
@@ -202,7 +205,24 @@ def _exr(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
         picture = Spectrum.sampled(spectrum.wavelengths_nm, values, quantity)
         write_spectral_exr(path, picture, units, attributes)
     said = [entry.details["spectrum"]] if "spectrum" in entry.details else []
-    return ("values are float32, as the layout has them", *said)
+    return ("values are float32, as the layout has them", *said, *_mean_only(record))
+
+
+def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> tuple[str, ...]:
+    """Every texel of a spectral texture, as it came."""
+    from ..spectral.formats.spectral_exr import write_spectral_texture
+
+    kept = record.original
+    values, grid = np.asarray(kept["texture.values"]), np.asarray(kept["texture.wavelengths_nm"], dtype=np.float64)
+    units = str(kept.get("exr.emissiveUnits", "not stated"))
+    write_spectral_texture(path, values, grid, kept["texture.quantity"] == "emission", units, attributes)
+    return ("the whole texture",)
+
+
+def _mean_only(record: MaterialRecord) -> list[str]:
+    """What is lost of a material with pictures where a format has room for one colour."""
+    pictures = any(name.startswith(("texture.", "maps.")) for name in record.original)
+    return [f"{record.id}: its textures are left out; this is their mean"] if pictures else []
 
 
 def _merl(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
@@ -212,6 +232,7 @@ def _merl(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
     with _of(record):
         values, notes = merl_table(record.brdf())
         write_merl(path, values)
+    notes = (*notes, *_mean_only(record))
     # The layout has no room for words.
     text = "\n".join((*_lines(record), *(f"{record.id}: {note}" for note in notes), ""))
     path.with_name(f"{path.name}.txt").write_text(text, encoding="utf-8")
@@ -223,7 +244,8 @@ def _mitsuba(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
 
     (record,) = records
     with _of(record):
-        return write_mitsuba(path, record.brdf(), "; ".join(_lines(record)))
+        notes = write_mitsuba(path, record.brdf(), "; ".join(_lines(record) + _mean_only(record)))
+    return (*notes, *_mean_only(record))
 
 
 FORMATS = {

@@ -18,6 +18,7 @@ from ..bispectral import Bispectral
 from ..errors import InputError
 from ..illuminants import illuminant
 from ..observers import observer
+from ..shapes import Wavelengths
 from ..spectrum import Quantity, Spectrum, check_values
 from .exr import read_exr, write_exr
 from .gathering import Gathering
@@ -145,14 +146,25 @@ def write_spectral_exr(
             found=image.quantity,
             expected="reflectance or emission",
         )
-    light = illuminant("E" if image.quantity == "emission" else "D65")
+    write_spectral_texture(path, values, wavelengths_nm, image.quantity == "emission", units, attributes)
+
+
+def write_spectral_texture(
+    path: str | Path,
+    values: Float[np.ndarray, "H W L"],
+    wavelengths_nm: Wavelengths,
+    emits: bool,
+    units: str = "W.m^-2.sr^-1.nm^-1",
+    attributes: Mapping[str, str] | None = None,
+) -> None:
+    """Write values as they are, reflectances below 0 and above 1 too: what a texture holds is kept, not judged."""
+    light = illuminant("E" if emits else "D65")
     preview = values @ observer("1931_2").weights(light, wavelengths_nm).T @ _SRGB_FROM_XYZ.T
-    prefix = "S0" if image.quantity == "emission" else "T"
     channels = {name: preview[..., index] for index, name in enumerate("RGB")}
     for index, wavelength in enumerate(wavelengths_nm):
-        channels[f"{prefix}.{_length(wavelength)}"] = values[..., index]
+        channels[f"{'S0' if emits else 'T'}.{_length(wavelength)}"] = values[..., index]
     header = {**(attributes or {}), "spectralLayoutVersion": "1.0"}
-    if image.quantity == "emission":
+    if emits:
         header["emissiveUnits"] = units
     write_exr(path, header, channels)
 

@@ -11,6 +11,7 @@ from metamer.materials.formats.merl import read_merl
 from metamer.materials.material import MaterialRecord, Provenance
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formats.reading import read_spectra
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
@@ -148,8 +149,6 @@ def test_where_it_comes_from_goes_along(tmp_path, measured, dye):
     assert file.details["tag: licence"] == "CC0" and file.entries[0].details["tag provenance: kind"] == "measured"
     assert file.entries[0].details["condition"].startswith("M1")
     assert [c.illuminant for c in file.entries[0].stated] == ["D50"] or len(file.entries[0].stated) == 2
-    from metamer.spectral.formats.exr import read_exr
-
     for one, name in ((measured, "a"), (of("d/d", dye), "b")):
         header, _ = read_exr(export([one], "exr", tmp_path / f"{name}.exr")[0].path)
         assert header["metamer_licence"] == "CC0" and header["spectralLayoutVersion"] == "1.0"
@@ -160,6 +159,19 @@ def test_emission_keeps_its_units_in_a_picture(tmp_path):
     lamp.original["details.units"] = "W.m^-2.nm^-1"
     (done,) = export([lamp], "exr", tmp_path / "x.exr")
     assert read_spectral_exr(done.path).units == "W.m^-2.nm^-1"
+
+
+def test_a_texture_goes_out_whole_as_a_picture_and_as_its_mean_elsewhere(tmp_path, lambert):
+    values = np.random.default_rng(2).normal(0.5, 0.4, (12, 9, 5)).astype(np.float32)
+    kept = {"texture.values": values, "texture.wavelengths_nm": GRID, "texture.quantity": "reflectance"}
+    one = of("textures/cloth", lambert, **kept)
+    (done,) = export([one], "exr", tmp_path / "x.exr")
+    assert done.notes == ("the whole texture",)
+    _, channels = read_exr(done.path)
+    back = np.stack([channels[f"T.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1)] for nm in GRID], axis=-1)
+    np.testing.assert_array_equal(back, values)
+    for form in ("csv", "cxf", "mitsuba"):
+        assert "their mean" in " ".join(export([one], form, tmp_path / form)[0].notes)
 
 
 # Files and folders
