@@ -113,7 +113,7 @@ def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
 def _print_json(folder: Any, found: tuple[Summary, ...], unusable: list[Any]) -> None:
     import json
 
-    materials = [dataclasses.asdict(one) | {"file": str(one.file)} for one in found]
+    materials = [dataclasses.asdict(one) for one in found]
     document = {"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]}
     print(json.dumps(document, ensure_ascii=False, indent=1))
 

@@ -6,12 +6,15 @@ import fnmatch
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import InputError, UnknownNameError
-from .importing import ImportOutcome, ImportReport, import_sources
 from .models import SPECTRA, no_surface
 from .query import Query, Summary, material_files, summary
 from .record import MARKER, SUFFIX, MaterialRecord, Provenance, read_record, write_record
+
+if TYPE_CHECKING:
+    from .importing import ImportOutcome, ImportReport, import_sources
 
 __all__ = [
     "Catalogue",
@@ -25,6 +28,15 @@ __all__ = [
     "import_sources",
     "write_record",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """What makes a catalogue brings every reader and the fit along; who only looks into one does not wait for them."""
+    if name in ("ImportOutcome", "ImportReport", "import_sources"):
+        from . import importing
+
+        return getattr(importing, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def default_catalogue() -> Path:

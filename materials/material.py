@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from .factors import FactorPack, FitError
 from .models import SPECTRA, no_surface, quantity_of, rebuild
 
 if TYPE_CHECKING:
-    from .fit import Trial
+    from .judging import Trial
 
 
 @dataclass(frozen=True)
@@ -100,5 +100,6 @@ class MaterialRecord:
             nm, values = kept.get("wavelengths_nm"), kept.get("values")
             if nm is not None and values is not None and np.shape(nm) == np.shape(values):
                 quantity = kept.get("quantity", self.quantity)
-                return Spectrum.sampled(nm, values, cast("Quantity", quantity))
+                # A Donaldson matrix, an index of refraction are no such spectrum.
+                return Spectrum.sampled(nm, values, quantity) if quantity in get_args(Quantity) else None
         return None

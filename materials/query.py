@@ -32,7 +32,7 @@ class Summary:
     """
 
     id: str
-    file: Path
+    path: str
     family: str
     model: str
     kind: str
@@ -54,12 +54,17 @@ class Summary:
     distance: float | None = None
 
     @property
+    def file(self) -> Path:
+        """The material's file."""
+        return Path(self.path)
+
+    @property
     def rank(self) -> int:
         """Terms of all packs."""
         return sum(count for count, _ in self.terms)
 
 
-def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, Path]]:
+def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:
     """Id and path of every material below `folder`; hidden files and folders are none."""
     top = os.fspath(folder)
     for where, folders, files in os.walk(top):
@@ -68,10 +73,10 @@ def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, Path]]:
         for name in files:
             if name.endswith(suffix) and not name.startswith("."):
                 stem = name[: -len(suffix)]
-                yield (f"{inside}/{stem}" if inside else stem), Path(where, name)
+                yield (f"{inside}/{stem}" if inside else stem), f"{where}{os.sep}{name}"
 
 
-def summary(material_id: str, file: Path) -> Summary:
+def summary(material_id: str, file: str | Path) -> Summary:
     """The summary of one file; raises `InputError` where it has no head that can be used, or is another material."""
     head = read_head(file)
     if head.get("id") != material_id:
@@ -84,13 +89,13 @@ def summary(material_id: str, file: Path) -> Summary:
         raise InputError("the head of the file is damaged", file=file, found=str(reason), hint=hint) from None
 
 
-def _summary(head: dict[str, Any], file: Path) -> Summary:
+def _summary(head: dict[str, Any], file: str | Path) -> Summary:
     error, colour = head["error"] or {}, head["colour"] or {}
     words = ("id", "family", "model", "kind", "quantity", "licence", "precision", "source_hash", "checksum")
     fields: dict[str, Any] = {name: _text(head[name]) for name in words}
     fields |= {name: _number(error.get(name)) for name in ("mean", "p95", "p99", "maximum")}
     return Summary(
-        file=file,
+        path=os.fspath(file),
         terms=tuple((int(count), _text(frame)) for count, frame in head["terms"]),
         lab=_three(colour.get("Lab")),
         xyz=_three(colour.get("XYZ")),

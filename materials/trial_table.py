@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .factors import FitError
-from .fit import Trial
+from .judging import Trial
 
 _PLAIN = (bool, int, float, str, type(None))
 

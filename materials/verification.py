@@ -75,7 +75,7 @@ def verify_catalogue(
     jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
     progress : called with (done, total, id) after each material.
     """
-    files = sorted(material_files(folder, SUFFIX))
+    files = sorted((material_id, Path(path)) for material_id, path in material_files(folder, SUFFIX))
     found: list[Verified] = []
     # A process takes a second to start.
     enough = max(1, len(files) // (200 if quick else 8))

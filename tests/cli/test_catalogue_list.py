@@ -43,7 +43,7 @@ def test_json_is_for_a_program(metamer, folder):
     document = json.loads(out)
     assert code == 0 and document["unusable"] == []
     (red,) = document["materials"]
-    assert red["id"] == "cloth/red" and red["terms"] == [[1, "hd"]] and red["file"].endswith("red.h5")
+    assert red["id"] == "cloth/red" and red["terms"] == [[1, "hd"]] and red["path"].endswith("red.h5")
 
 
 def test_nothing_fits_says_what_there_is(metamer, folder):

@@ -135,6 +135,17 @@ def test_spectrum_without_a_surface(tmp_path, model, words, step):
         found.brdf()
 
 
+def test_one_spectrum_or_none():
+    """Of a measurement in many directions, or of another quantity, there is no one spectrum to speak of."""
+    nm = np.array([400.0, 500.0])
+    kept = {"wavelengths_nm": nm, "values": np.array([0.1, 0.2])}
+    assert surface(original=kept).spectrum().quantity == "reflectance"
+    assert surface(original=kept | {"quantity": "transmittance"}).spectrum().quantity == "transmittance"
+    assert surface(original=kept | {"quantity": "index"}).spectrum() is None
+    assert surface(original=kept | {"values": np.ones((5, 2))}).spectrum() is None
+    assert surface().spectrum() is None
+
+
 def test_spectrum_without_samples_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"(?s)original: a spectrum without samples.*values"):
         back(replace(spectrum_only("emission"), original={"name": "x"}), tmp_path)
