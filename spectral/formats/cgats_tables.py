@@ -207,8 +207,11 @@ def _rows(fields: list[str], lines: Iterator[tuple[int, str]], path: Path) -> tu
             if len(cells) == len(fields):
                 rows.append(cells)
                 continue
+        words = tokens(line)
         begun = begun if pending else line_number
-        pending += tokens(line)
+        if len(pending) + len(words) > len(fields) and len(words) <= len(fields) and pending:
+            raise _misfit(len(pending), len(fields), begun, path)
+        pending += words
         if len(pending) > len(fields):
             raise _misfit(len(pending), len(fields), begun, path)
         if len(pending) == len(fields):

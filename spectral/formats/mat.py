@@ -36,10 +36,9 @@ def recognises(path: Path, head: bytes) -> bool:
         return True
     if path.suffix.casefold() != ".mat" or len(head) < 20:
         return False
-    kind, rows, columns, imaginary, name_length = np.frombuffer(head[:20], dtype="<i4")
-    return is_hdf5(head) or (
-        0 <= kind < 5000 and 0 <= imaginary <= 1 and 0 < name_length < 256 and min(rows, columns) >= 0
-    )
+    kind, rows, columns, imaginary, name_length = np.frombuffer(head[:20], dtype="<i4").tolist()
+    first_matrix = 0 <= kind < 5000 and 0 <= imaginary <= 1 and 0 < name_length < 256 and min(rows, columns) >= 0
+    return is_hdf5(head) or first_matrix
 
 
 def read(path: Path) -> SpectralFile:

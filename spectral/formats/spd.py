@@ -17,7 +17,7 @@ SUFFIXES = (".spd", ".usr", ".opt")
 _GLAZING = re.compile(r"^\s*\{\s*Units,?\s*Wavelength Units\s*\}", re.I)
 _PRODUCT = re.compile(r"\{\s*Product Name:\s*([^}]*?)\s*\}", re.I)
 # How renderers name the two parts of a refractive index.
-_INDEX = re.compile(r"\.(?:eta|k)\.spd$", re.I)
+_INDEX = re.compile(r"[.-](?:eta|k)\.spd$", re.I)
 _SIDES = (("transmittance", "T"), ("reflectance", "R front"), ("reflectance", "R back"))
 
 

@@ -1,0 +1,135 @@
+"""MATLAB files of versions 4, 5 and 7.3."""
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+from metamer.spectral.formats.mat import read, recognises
+from metamer.spectral.formats.reading import format_of, read_spectra
+
+WAVELENGTHS = np.arange(400.0, 701.0, 10.0)
+
+
+@pytest.fixture
+def paints(rng):
+    """(31,5) reflectances."""
+    return 0.8 * rng.random((WAVELENGTHS.size, 5))
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """Function that saves variables as a .mat file of version 4 or 5, and gives its path."""
+
+    def save(name="paints.mat", version="5", **variables):
+        scipy.io.savemat(tmp_path / name, variables, format=version, do_compression=version == "5")
+        return tmp_path / name
+
+    return save
+
+
+def written_7_3(path, **variables):
+    """Save arrays and strings as MATLAB does: HDF5 behind 512 bytes, columns first, letters as numbers."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in variables.items():
+            words = isinstance(value, str)
+            held = np.array([[ord(letter)] for letter in value], dtype=np.uint16) if words else np.asarray(value).T
+            file.create_dataset(name, data=held).attrs["MATLAB_class"] = np.bytes_("char" if words else "double")
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+    return path
+
+
+def check(file, paints, quantity="reflectance"):
+    assert len(file.entries) == paints.shape[1]
+    for index, entry in enumerate(file.entries):
+        assert entry.spectrum.quantity == quantity
+        np.testing.assert_array_equal(entry.spectrum.wavelengths_nm, WAVELENGTHS)
+        np.testing.assert_array_equal(entry.spectrum.samples, paints[:, index])
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+def test_spectra_down_the_columns(saved, paints, version):
+    path = saved(version=version, wavelength=WAVELENGTHS, data=paints, comment="Reflectance of paints")
+    assert recognises(path, path.read_bytes()[:4096]) and format_of(path).NAME == "MATLAB"
+    file = read(path)
+    check(file, paints)
+    assert file.entries[0].name == "paints 1" and file.details["comment"] == "Reflectance of paints"
+
+
+def test_spectra_across_the_rows_with_names(saved, paints):
+    names = np.array(["red", "green", "blue", "grün", "black"], dtype=object)
+    file = read(saved(wl=WAVELENGTHS, reflectance=paints.T, names=names))
+    check(file, paints)
+    assert [entry.name for entry in file.entries] == list(names)
+
+
+def test_a_struct_of_power(saved, paints):
+    check(read(saved(lamp={"wavelength": WAVELENGTHS, "spd": 100 * paints})), 100 * paints, "emission")
+
+
+def test_wavelengths_as_first_step_and_count(saved, paints):
+    check(read(saved(sur_paints=paints, S_paints=np.array([400.0, 10.0, 31.0]))), paints)
+
+
+def test_wavelengths_under_another_name_are_said(saved, paints):
+    file = read(saved(x=WAVELENGTHS, reflectance=paints))
+    check(file, paints)
+    assert any("x ascends from 400 to 700 and is taken" in note for note in file.notes)
+
+
+def test_version_7_3(tmp_path, paints):
+    path = written_7_3(tmp_path / "new.mat", wavelength=WAVELENGTHS[None], data=paints, comment="Reflectance of paints")
+    file = read_spectra(path)
+    assert file.format == "MATLAB"
+    check(file, paints)
+    assert file.details["comment"] == "Reflectance of paints"
+
+
+def test_links_out_of_the_file_are_not_followed(tmp_path, paints, refused):
+    other = written_7_3(tmp_path / "other.mat", data=paints)
+    path = written_7_3(tmp_path / "paints.mat", wavelength=WAVELENGTHS[None])
+    with h5py.File(path, "r+") as file:
+        file["data"] = h5py.ExternalLink(str(other), "data")
+    lines = refused(read, path.read_bytes(), "again.mat")
+    assert lines[:2] == ["again.mat: wavelength: no spectra beside the wavelengths", "  found: wavelength (1 x 31)"]
+
+
+def test_what_is_missing_names_the_variables(saved, refused, paints):
+    lines = refused(read, saved(name="x.mat", a=paints, b=np.eye(3)).read_bytes(), "paints.mat")
+    assert lines[0] == "paints.mat: no wavelengths in this MATLAB file"
+    assert lines[1] == "  found: a (31 x 5), b (3 x 3)"
+
+
+def test_one_bad_spectrum_of_many(saved, paints):
+    paints[3, 1] = -0.5
+    paints[7, 2] = np.nan
+    file = read(saved(wavelength=WAVELENGTHS, reflectance=paints))
+    assert [name for name, _ in file.rejected] == ["paints 2"]
+    assert file.entries[1].details["missing samples"] == "1 of 31"
+
+
+@pytest.mark.parametrize("length", [130, 200, 700])
+def test_damaged_files(saved, refused, paints, length):
+    data = saved(name="whole.mat", wavelength=WAVELENGTHS, data=paints).read_bytes()
+    assert "MATLAB" in refused(read, data[:length])[0]
+
+
+def test_a_variable_that_claims_to_be_huge(saved, refused):
+    held = bytearray(saved(name="small.mat", version="4", wavelength=WAVELENGTHS).read_bytes())
+    held[4:12] = np.array([100_000, 100_000], dtype="<i4").tobytes()
+    lines = refused(read, bytes(held), "huge.mat")
+    assert lines[:2] == ["huge.mat: a variable is too large", "  found: wavelength: 100000 x 100000"]
+
+
+@pytest.mark.parametrize(
+    ("name", "count"), [("Clothes_Vhrel.mat", 41), ("DupontPaintChip_Vhrel.mat", 120), ("Objects_Vhrel.mat", 170)]
+)
+def test_real_sets(shared_data, name, count):
+    path = shared_data / "spectra" / "sets" / name
+    file = read_spectra(path)
+    assert len(file.entries) == count and not file.rejected and not file.notes
+    oracle = scipy.io.loadmat(path)
+    for index, entry in enumerate(file.entries):
+        assert entry.spectrum.quantity == "reflectance"
+        np.testing.assert_array_equal(entry.spectrum.samples, oracle["data"][:, index])
+    assert entry.spectrum.wavelengths_nm[[0, -1]].tolist() == [400.0, 700.0]
