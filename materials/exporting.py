@@ -154,13 +154,21 @@ def _lines(record: MaterialRecord) -> list[str]:
     return [f"{record.id}: {name}: {' '.join(text.split())}" for name, text in provenance_tags(record).items()]
 
 
+def _beside(path: Path, lines: Sequence[str]) -> str:
+    """Write what a format has no room for into a text file beside it; the note that says so."""
+    path.with_name(f"{path.name}.txt").write_text("\n".join((*lines, "")), encoding="utf-8")
+    return f"where it comes from is in {path.name}.txt"
+
+
 def _csv(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.csv_writer import write_csv
 
     entries = [exported_spectrum(record) for record in records]
     said = [f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details]
-    write_csv(path, entries, [line for record in records for line in _lines(record)] + said)
-    return (*said, *(line for record in records for line in _mean_only(record)))
+    said += [line for record in records for line in _mean_only(record)]
+    write_csv(path, entries)
+    # Readers of tables look for words such as transmittance around the numbers: other words stay away from them.
+    return (*said, _beside(path, [line for record in records for line in _lines(record)] + said))
 
 
 def _cxf(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
@@ -233,10 +241,7 @@ def _merl(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
         values, notes = merl_table(record.brdf())
         write_merl(path, values)
     notes = (*notes, *_mean_only(record))
-    # The layout has no room for words.
-    text = "\n".join((*_lines(record), *(f"{record.id}: {note}" for note in notes), ""))
-    path.with_name(f"{path.name}.txt").write_text(text, encoding="utf-8")
-    return (*notes, f"where it comes from is in {path.name}.txt")
+    return (*notes, _beside(path, [*_lines(record), *(f"{record.id}: {note}" for note in notes)]))
 
 
 def _mitsuba(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:

@@ -97,7 +97,7 @@ def read(path: Path) -> SpectralFile:
                 details["units"] = "W/(sr m^2 nm)"
             gathered.add(called, grid, samples, quantity, stated=colours, details=details)
     if not gathered.entries and not gathered.rejected:
-        raise _without_spectra(path, objects, known)
+        raise _without_spectra(path, root, objects, known)
     return gathered.finish(file_details(root, known))
 
 
@@ -237,15 +237,16 @@ def _labels(spectra: list[Element], specifications: Mapping[str, Specification |
     return [f"spectrum {place}" for place in range(1, len(spectra) + 1)]
 
 
-def _without_spectra(path: Path, objects: list[Element], known: Vocabulary) -> InputError:
+def _without_spectra(path: Path, root: Element, objects: list[Element], known: Vocabulary) -> InputError:
     """The refusal of a file without spectra, which says what its objects have instead."""
     if not objects:
         return InputError(
             "no spectra: the file has no objects",
             file=path,
             field="Resources",
-            found="an empty or missing ObjectCollection",
-            expected="objects with spectra",
+            found=f"{', '.join(known.name(part) or '' for part in known.children(root)) or 'nothing'} in the file",
+            expected="Resources with an ObjectCollection, and spectra in its objects",
+            hint="export it again, with the colours and their spectral values",
         )
     kinds: Counter[str] = Counter()
     for item in objects:

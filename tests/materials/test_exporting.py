@@ -143,8 +143,9 @@ def test_bands_that_only_excite_come_back_where_nothing_leaves(tmp_path, dye):
 
 
 def test_where_it_comes_from_goes_along(tmp_path, measured, dye):
-    text = export([measured], "csv", tmp_path / "x.csv")[0].path.read_text()
-    assert "# chart/red: licence: CC0\n" in text and "# chart/red: source: measured by us -- twice\n" in text
+    export([measured], "csv", tmp_path / "x.csv")
+    text = (tmp_path / "x.csv.txt").read_text()
+    assert "chart/red: licence: CC0\n" in text and "chart/red: source: measured by us -- twice\n" in text
     file = read_spectra(export([measured], "cxf", tmp_path / "x.cxf")[0].path)
     assert file.details["tag: licence"] == "CC0" and file.entries[0].details["tag provenance: kind"] == "measured"
     assert file.entries[0].details["condition"].startswith("M1")
@@ -152,6 +153,13 @@ def test_where_it_comes_from_goes_along(tmp_path, measured, dye):
     for one, name in ((measured, "a"), (of("d/d", dye), "b")):
         header, _ = read_exr(export([one], "exr", tmp_path / f"{name}.exr")[0].path)
         assert header["metamer_licence"] == "CC0" and header["spectralLayoutVersion"] == "1.0"
+
+
+def test_words_of_a_source_do_not_change_what_a_table_holds(tmp_path, lambert):
+    said = Provenance("refractive index and transmittance of a dyed polymer, absorbance", "CC0", "analytic")
+    one = record("plastic/x", "lambert", {**lambert.parameters(), "wavelengths_nm": WORKING_WAVELENGTHS_NM}, said)
+    file = read_spectra(export([one], "csv", tmp_path / "x.csv")[0].path)
+    assert file.entries[0].spectrum.quantity == "reflectance" and file.notes == ()
 
 
 def test_emission_keeps_its_units_in_a_picture(tmp_path):
