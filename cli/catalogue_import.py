@@ -221,8 +221,9 @@ def _say_reasons(console: Any, report: ImportReport, verbose: bool) -> None:
         elif outcome.reason and verbose:
             say(console, f"{outcome.id} {outcome.status}: {outcome.reason}")
     if verbose:
-        for name in report.not_recognised:
-            say(console, f"not recognised: {name}")
+        for file in report.files:
+            if not file.materials:
+                say(console, f"not recognised: {file.name}" + (f" ({file.note})" if file.note else ""))
 
 
 def _write_json(args: argparse.Namespace, report: ImportReport) -> None:

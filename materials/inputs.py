@@ -15,6 +15,7 @@ from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpa
 from .sources import Rejected
 
 HEAD = 4096
+_DOCUMENTS = (".xlsx", ".xlsm", ".ods", ".docx", ".npz", ".usdz", ".kmz", ".jar")
 _CHUNK = 1 << 20
 
 
@@ -113,10 +114,17 @@ def _matching(pattern: str) -> Iterator[InputFile]:
 
 
 def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
-    """The file itself, or what is in it where it is a zip file."""
-    if not is_zip(head_of(file.path)[:4]):
+    """The file itself, or what is in it where it is a zip file.
+
+    Programs pack documents of their own in this way: what is not called .zip must be named itself.
+    """
+    suffix = file.path.suffix.lower()
+    archive = suffix == ".zip" or (file.named and suffix not in _DOCUMENTS)
+    if not archive or not is_zip(head_of(file.path)[:4]):
         yield file
         return
+    # Files without a name of their own are named after their folder.
+    private = private / file.path.stem
     private.mkdir(parents=True)
     try:
         for member in unpacked(file.path, private):
@@ -136,7 +144,6 @@ def _fetched(address: str, private: Path) -> Iterator[InputFile]:
     """Copies of the files at an address of fsspec, below `private`."""
     import fsspec
 
-    private.mkdir(parents=True)
     # Whatever a back end throws, an address that cannot be read is the user's to mend.
     try:
         system, place = fsspec.core.url_to_fs(address)
@@ -159,6 +166,7 @@ def _fetched(address: str, private: Path) -> Iterator[InputFile]:
     if len(remote) > MOST_MEMBERS:
         raise InputError("too many files", file=address, found=len(remote), expected=f"at most {MOST_MEMBERS}")
     named = remote == [place]
+    private = private / (base.rpartition("/")[2].replace(":", "") or "remote")
     left = MOST_BYTES
     for path in remote:
         parts = tuple(part for part in path[len(base) :].replace("\\", "/").split("/") if part not in ("", "."))

@@ -10,7 +10,7 @@ from typing import Literal
 
 from ..spectral.errors import InputError
 from .code_version import code_hash
-from .formats.registry import Format, label, not_a_source, recognised_files
+from .formats.registry import Format, guessed, label, not_a_source, recognised_files
 from .inputs import InputFile
 from .record import SCHEMA, SUFFIX, read_head
 from .sources import MaterialSource, Rejected, read_with
@@ -43,11 +43,15 @@ class PlannedMaterial:
 
 @dataclass(frozen=True)
 class PlannedFile:
-    """One file: its name, its format ("" where it is none that we know), its materials."""
+    """One file: its name, its format ("" where it is none that we know), its materials.
+
+    note : why it is passed over, where more than the lack of a format speaks against it.
+    """
 
     name: str
     format: str
     materials: tuple[PlannedMaterial, ...] = ()
+    note: str = ""
 
     def count(self, status: Status) -> int:
         """Materials with that status."""
@@ -92,6 +96,9 @@ def _file(
             materials.append(PlannedMaterial(name, "refused", reason))
         else:
             materials.append(_material(material, file, reader, folder, settings, seen))
+    useless = materials and all(each.status == "refused" for each in materials)
+    if useless and not file.named and guessed(reader, file.path):
+        return PlannedFile(file.name, "", note=materials[0].reason.split("\n")[0].removeprefix(f"{file.name}: "))
     if not materials:
         reason = str(InputError("holds no material", file=file.name, expected="one measurement or more"))
         materials.append(PlannedMaterial(file.name, "refused", reason))

@@ -17,9 +17,13 @@ FORMATS = (
     "family",
     "merl",
     "rgl",
-    "bispectral",
     "cornell",
+    "bispectral",
+    "texture_exr",
+    "gltf",
+    "maps",
     "spectra",
+    "unreadable",
 )
 
 
@@ -28,7 +32,9 @@ class Format(Protocol):
     """What a module of this folder offers to be one of `FORMATS`.
 
     A module may also have `companions(path) -> Iterable[Path]`, the further files that a recognised file is made of:
-    they are not read as sources of their own; and `label(path) -> str`, for one that stands for several formats.
+    they are not read as sources of their own; `label(path) -> str`, for one that stands for several formats; and
+    `guessed(path) -> bool`, true where little speaks for the format: found in a folder, such a file that turns out to
+    be of no use is passed over, not refused.
     """
 
     NAME: str
@@ -65,6 +71,11 @@ def format_for(path: Path, named: bool = False) -> Format | None:
 def label(reader: Format, path: Path) -> str:
     """What the format of a file is called."""
     return getattr(reader, "label", lambda path: reader.NAME)(path)
+
+
+def guessed(reader: Format, path: Path) -> bool:
+    """Whether little speaks for that format."""
+    return getattr(reader, "guessed", lambda path: False)(path)
 
 
 def recognised_files(

@@ -16,7 +16,8 @@ from types import ModuleType
 from typing import Any
 
 from ...spectral.errors import InputError
-from ...spectral.formats.reading import SpectralEntry, SpectralFile, format_of, readers
+from ...spectral.formats import csv
+from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, readers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..analytic.lambert import Lambert
 from ..record import Provenance, slug
@@ -38,6 +39,19 @@ def recognises(path: Path, head: bytes) -> bool:
 def label(path: Path) -> str:
     """The format of the file."""
     return _reader(path).NAME
+
+
+def guessed(path: Path) -> bool:
+    """True where nothing but its name, or nothing but its columns of numbers, says that a file is a table of spectra.
+
+    Any text may be called .txt, and a mesh is columns of numbers, too.
+    """
+    suffix = path.suffix.lower()
+    if _reader(path) is not csv or suffix in (".csv", ".tsv"):
+        return False
+    with path.open("rb") as file:
+        by_content = csv.recognises(path.with_suffix(".unknown"), file.read(HEAD))
+    return not (by_content and suffix in csv.SUFFIXES)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:

@@ -1,0 +1,140 @@
+"""Files of spectra as materials: what is stored, what it is called, what is said of it."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.formats import spectra
+from metamer.materials.formats.spectra import id_word, read_sources
+from metamer.materials.sources import MaterialSource, Rejected
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats.reading import SpectralEntry, SpectralFile, StatedColour
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+
+NM = np.arange(400.0, 701.0, 10.0)
+
+
+def entry(name="red", values=0.5, quantity="reflectance", nm=NM, **more):
+    return SpectralEntry(name, Spectrum.sampled(nm, np.full(len(nm), values), quantity), **more)
+
+
+@pytest.fixture
+def sources(tmp_path, monkeypatch):
+    """Sources of a file with these entries, whatever the format."""
+
+    def made(*entries, stem="chart", **more):
+        path = tmp_path / f"{stem}.any"
+        path.write_bytes(b"content")
+
+        reader = ModuleType("any_format")
+        reader.NAME, reader.SUFFIXES = "any format", (".any",)
+        reader.read = lambda path: SpectralFile("any format", entries, **more)
+        reader.recognises = lambda path, head: head == b"content"
+        monkeypatch.setattr(spectra, "format_of", lambda path: reader)
+        monkeypatch.setattr(spectra, "readers", lambda: (reader,))
+        return list(read_sources(path, "mallett-yuksel"))
+
+    return made
+
+
+def test_reflectance_becomes_a_diffuse_surface_that_says_so(sources):
+    (red,) = sources(entry())
+    assert (red.id, red.family, red.model) == ("chart/red", "chart", "lambert")
+    np.testing.assert_array_equal(red.parameters["wavelengths_nm"], WORKING_WAVELENGTHS_NM)
+    np.testing.assert_allclose(red.parameters["reflectance"], 0.5)
+    said = red.provenance
+    assert said.kind == "measured" and said.source == "chart.any (any format): red"
+    assert "taken to be perfectly diffuse" in said.notes
+    assert "known from 400 to 700 nm; from 380 to 780 nm, its end values are held" in said.notes
+    assert "chart.any: SHA-256 ed7002b4" in said.notes
+
+
+def test_the_measurement_is_kept_as_it_came(sources):
+    colours = (StatedColour("XYZ", np.array([40.0, 41.0, 42.0]), "D50", "1931_2"), StatedColour("Lab", np.ones(3)))
+    nm = np.array([402.5, 431.0, 700.25])
+    (red,) = sources(
+        entry(nm=nm, stated=colours, details={"geometry": "45:0", "condition": "M1"}), details={"instrument": "i1"}
+    )
+    kept = red.original
+    np.testing.assert_array_equal(kept["wavelengths_nm"], nm)
+    np.testing.assert_array_equal(kept["values"], np.full(3, 0.5))
+    assert kept["quantity"] == "reflectance" and kept["name"] == "red" and kept["format"] == "any format"
+    assert (kept["stated.0.space"], kept["stated.0.illuminant"], kept["stated.0.observer"]) == ("XYZ", "D50", "1931_2")
+    np.testing.assert_array_equal(kept["stated.0.values"], [40.0, 41.0, 42.0])
+    assert kept["stated.1.space"] == "Lab" and "stated.1.illuminant" not in kept
+    assert (kept["details.geometry"], kept["details.condition"], kept["file.instrument"]) == ("45:0", "M1", "i1")
+    assert red.provenance.geometry == "45:0"
+
+
+@pytest.mark.parametrize("quantity", ["transmittance", "emission", "radiance factor"])
+def test_what_is_no_reflectance_is_kept_without_a_surface(sources, quantity):
+    (found,) = sources(entry(quantity=quantity, values=0.9))
+    assert found.model == quantity.replace(" ", "_") and not found.parameters
+    assert "diffuse" not in found.provenance.notes
+
+
+def test_every_quantity_is_stored_and_comes_back(sources, tmp_path, monkeypatch):
+    entries = [entry(quantity=q, name=q) for q in ("reflectance", "transmittance", "emission", "radiance factor")]
+    sources(*entries)
+    report = import_sources([tmp_path / "chart.any"], tmp_path / "cat", jobs=1)
+    assert [outcome.status for outcome in report.outcomes] == ["imported"] * 4, report.outcomes
+    catalogue = Catalogue.open(tmp_path / "cat")
+    assert not any(catalogue.verify().values())
+    for each in entries:
+        record = catalogue.load(f"chart/{id_word(each.name)}")
+        assert record.quantity == each.name and record.is_surface == (each.name == "reflectance")
+        np.testing.assert_array_equal(record.spectrum().samples, each.spectrum.samples)
+        np.testing.assert_array_equal(record.spectrum().wavelengths_nm, each.spectrum.wavelengths_nm)
+
+
+def test_names_that_stand_twice_are_numbered_and_that_is_noted(sources):
+    found = sources(entry("Red"), entry("red"), entry("red-2"), entry("RED"))
+    assert [each.id for each in found] == ["chart/red", "chart/red-2", "chart/red-2-2", "chart/red-3"]
+    assert "named 'red' in the file, as another sample is" in found[1].provenance.notes
+    assert "as another sample" not in found[0].provenance.notes
+    assert [each.original["name"] for each in found] == ["Red", "red", "red-2", "RED"]
+
+
+@pytest.mark.parametrize(
+    "name", ["赤", "Красный", "🎨", "赤 1", "x" * 300, "..", "a/../../b", "ΔE", "null\0", "\ud800"]
+)
+def test_any_name_gives_an_id_that_is_a_path(sources, name):
+    first, second = sources(entry(name))[0], sources(entry(name))[0]
+    family, _, word = first.id.partition("/")
+    assert family == "chart" and word.replace("-", "").isalnum() and word.isascii() and len(word) < 100
+    assert first.id == second.id and first.original["name"]
+
+
+def test_names_that_differ_beyond_latin_letters_stay_apart():
+    assert len({id_word(name) for name in ("赤 1", "青 1", "1", "Красный 1")}) == 4
+    assert id_word("Crème") == id_word("Cre\u0300me") == "creme"
+
+
+def test_samples_without_a_name_are_numbered(sources):
+    assert [each.id for each in sources(entry(""), entry("  "))] == ["chart/sample-1", "chart/sample-2"]
+
+
+@pytest.mark.parametrize(
+    ("nm", "said"), [(np.array([550.0]), "1 wavelengths"), (np.linspace(900.0, 2500.0, 9), "900 to 2500 nm")]
+)
+def test_reflectance_beyond_the_visible_is_refused(sources, nm, said):
+    good, bad = sources(entry("good"), entry("bad", nm=nm))
+    assert isinstance(good, MaterialSource) and isinstance(bad, Rejected)
+    assert bad.name == "chart/bad" and "no spectrum of visible light" in str(bad.reason) and said in str(bad.reason)
+
+
+def test_entries_that_the_reader_rejects_are_passed_on(sources):
+    found = sources(entry(), rejected=(("green", InputError("negative reflectance")),))
+    assert [each.name for each in found if isinstance(each, Rejected)] == ["chart/green"]
+
+
+def test_notes_of_the_file_are_in_every_record(sources):
+    (red,) = sources(entry(), notes=("percent, divided by 100",))
+    assert "percent, divided by 100" in red.provenance.notes
+
+
+@pytest.mark.parametrize(("key", "licence"), [("licence", "CC0"), ("Copyright", "Me, 2026"), ("other", None)])
+def test_licence_that_the_file_states(sources, key, licence):
+    (red,) = sources(entry(), details={key: licence or "x"})
+    assert red.provenance.licence == (licence or "not stated in the file")

@@ -1,0 +1,223 @@
+"""What an import says before it does anything: which file is what, what is new, what is refused and why."""
+
+import dataclasses
+import zipfile
+
+import numpy as np
+import pytest
+from metamer.materials import plan as planning
+from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.formats import registry
+from metamer.materials.importing import ImportReport
+from metamer.materials.inputs import inputs_of
+from metamer.materials.plan import Settings, planned
+from metamer.materials.sources import MaterialSource, read_sources
+
+SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
+FAMILY = """family = "grey"
+kind = "analytic"
+[[material]]
+name = "grey"
+model = "lambert"
+reflectance = { constant = 0.5 }
+"""
+SETTINGS = Settings(0.5, "mallett-yuksel")
+
+
+@pytest.fixture
+def source(tmp_path):
+    """Two materials in a table, one in a description, a damaged file, and files that are none of ours."""
+    folder = tmp_path / "source"
+    folder.mkdir()
+    (folder / "chart.csv").write_text(SPECTRA)
+    (folder / "grey.toml").write_text(FAMILY)
+    (folder / "damaged.bsdf").write_bytes(b"tensor_file\0\1\0")
+    (folder / "README.md").write_text("What is in here.\n")
+    (folder / "report.pdf").write_bytes(b"%PDF-1.7\n" + bytes(200))
+    return folder
+
+
+def plan(*words, folder, settings=SETTINGS):
+    with inputs_of(words) as files:
+        return {file.name: file for file in planned(files, folder, settings)}
+
+
+def test_what_is_what(source, tmp_path):
+    found = plan(source, folder=tmp_path / "cat")
+    rows = {
+        name.rpartition("/")[2]: (file.format, len(file.materials), file.count("new")) for name, file in found.items()
+    }
+    assert rows == {
+        "README.md": ("", 0, 0),
+        "chart.csv": ("table (CSV, TSV)", 2, 2),
+        "damaged.bsdf": ("RGL measurement", 1, 0),
+        "grey.toml": ("family description", 1, 1),
+        "report.pdf": ("", 0, 0),
+    }
+    assert not (tmp_path / "cat").exists()
+
+
+def test_what_is_there_already_is_known_without_reading_it_whole(source, tmp_path, monkeypatch):
+    import_sources([source], tmp_path / "cat", jobs=1)
+    monkeypatch.setattr("metamer.materials.record.read_record", lambda path: pytest.fail("read whole"))
+    found = plan(source, folder=tmp_path / "cat")
+    assert [sum(file.count(status) for file in found.values()) for status in ("new", "unchanged", "refused")] == [
+        0,
+        3,
+        1,
+    ]
+    other = plan(source, folder=tmp_path / "cat", settings=Settings(0.25, "mallett-yuksel"))
+    assert sum(file.count("new") for file in other.values()) == 3
+
+
+def test_files_that_belong_to_another_are_no_sources(source, tmp_path):
+    """The tables of a description are not spectra of their own."""
+    (source / "sources.toml").write_text('[chart]\nfile = "chart.csv"\nsource = "s"\nlicence = "l"\n')
+    names = {name.rpartition("/")[2] for name in plan(source, folder=tmp_path / "cat")}
+    assert names == {"README.md", "damaged.bsdf", "grey.toml", "report.pdf"}
+    assert len(plan(source / "chart.csv", folder=tmp_path / "cat")) == 1
+
+
+def test_file_that_was_named_must_be_of_use(source, tmp_path):
+    (file,) = plan(source / "report.pdf", folder=tmp_path / "cat").values()
+    (material,) = file.materials
+    assert material.status == "refused" and "not a material source" in material.reason
+    assert str(source / "report.pdf") in material.reason
+
+
+def test_refused_files_fail_and_unknown_ones_do_not(source, tmp_path):
+    report = import_sources([source], tmp_path / "cat", jobs=1)
+    assert (report.count("imported"), report.count("failed")) == (3, 1)
+    assert len(report.not_recognised) == 2
+    assert "3 imported, 1 failed; 2 files not recognised" in report.sentence
+    (failed,) = (outcome for outcome in report.outcomes if outcome.status == "failed")
+    assert failed.format == "RGL measurement" and failed.file.endswith("damaged.bsdf")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("README.txt", "What is in here.\nTwo charts, 1 and 2.\n"),
+        ("notes.dat", "5 5\n6 6\n"),
+        ("mesh.obj", "v 0.1 0.2 0.3\nv 0.2 0.1 0.4\nv 0.3 0.3 0.5\nf 1 2 3\n"),
+        ("schema.xsd", '<?xml version="1.0"?><xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"/>'),
+        ("empty.txt", ""),
+    ],
+)
+def test_texts_that_are_no_tables_are_passed_over_in_folders_and_refused_by_name(source, tmp_path, name, text):
+    (source / name).write_text(text)
+    report = import_sources([source], tmp_path / "cat", jobs=1, dry_run=True)
+    assert (report.count("new"), report.count("failed"), len(report.not_recognised)) == (3, 1, 3)
+    report = import_sources([source / name], tmp_path / "cat", jobs=1, dry_run=True)
+    assert (report.count("new"), report.count("failed")) == (0, 1)
+
+
+def test_table_that_is_wrong_is_refused_in_folders_too(source, tmp_path):
+    (source / "bad.txt").write_text(SPECTRA.replace("0.8", "-0.8").replace("0.1\n", "-0.1\n"))
+    report = import_sources([source], tmp_path / "cat", jobs=1, dry_run=True)
+    assert any("bad.txt" in outcome.file and "negative" in outcome.reason for outcome in report.outcomes)
+
+
+def test_reasons_name_members_of_archives_and_no_private_folder(source, tmp_path):
+    with zipfile.ZipFile(tmp_path / "set.zip", "w") as archive:
+        archive.write(source / "damaged.bsdf", "deep/damaged.bsdf")
+    (file,) = plan(tmp_path / "set.zip", folder=tmp_path / "cat").values()
+    (material,) = file.materials
+    assert file.name == f"{tmp_path}/set.zip/deep/damaged.bsdf"
+    assert material.reason.startswith(file.name) and material.id == file.name
+
+
+def test_family_of_ones_own(source, tmp_path):
+    report = import_sources([source / "chart.csv"], tmp_path / "cat", jobs=1, family="mine")
+    assert Catalogue.open(tmp_path / "cat").ids() == ("mine/blue", "mine/red")
+    assert Catalogue.open(tmp_path / "cat").load("mine/red").family == "mine"
+    assert report.count("imported") == 2
+
+
+def test_one_id_from_two_files(source, tmp_path):
+    """Equal content is one material; other content is refused, with a way out."""
+    for name, spectra in (("same", SPECTRA), ("other", SPECTRA.replace("0.8", "0.9"))):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "chart.csv").write_text(spectra)
+    found = plan(source / "chart.csv", tmp_path / "same", tmp_path / "other", folder=tmp_path / "cat")
+    statuses = [[material.status for material in file.materials] for file in found.values()]
+    assert statuses == [["new", "new"], ["unchanged", "unchanged"], ["refused", "refused"]]
+    reasons = [file.materials[0].reason for file in found.values()]
+    assert "the same as in" in reasons[1]
+    assert "used twice" in reasons[2] and "--family" in reasons[2]
+
+
+def test_large_materials_are_not_kept_but_read_again(source, tmp_path, monkeypatch):
+    monkeypatch.setattr(planning, "_KEPT_BYTES", 0)
+    read = []
+    whole = planning.read_with
+    monkeypatch.setattr(
+        planning, "read_with", lambda reader, path, uplift: (read.append(path), whole(reader, path, uplift))[1]
+    )
+    with inputs_of([source / "chart.csv"]) as files:
+        (file,) = planned(files, tmp_path / "cat", SETTINGS)
+        again = file.materials[1].load()
+        (source / "chart.csv").write_text("changed")
+        with pytest.raises(Exception, match="changed since"):
+            file.materials[0].load()
+    assert again.id == "chart/blue" and len(read) == 3
+    assert import_sources([source / "grey.toml"], tmp_path / "cat", jobs=1).count("imported") == 1
+
+
+def test_file_that_changes_during_the_import_fails_its_materials_only(source, tmp_path, monkeypatch):
+    monkeypatch.setattr(planning, "_KEPT_BYTES", 0)
+
+    def change(done, total, outcome):
+        (source / "chart.csv").write_text("changed\n")
+
+    report = import_sources([source], tmp_path / "cat", jobs=1, progress=change)
+    failed = {outcome.id: outcome.reason for outcome in report.outcomes if outcome.status == "failed"}
+    assert {"chart/red", "chart/blue"} <= set(failed) and "changed since the import began" in failed["chart/red"]
+    assert report.count("imported") == 1
+
+
+def test_reader_with_a_defect_costs_one_file(source, tmp_path, monkeypatch):
+    rgl = next(reader for reader in registry.formats() if reader.NAME == "RGL measurement")
+    monkeypatch.setattr(rgl, "read_sources", lambda path, uplift: 1 / 0)
+    report = import_sources([source], tmp_path / "cat", jobs=1)
+    (failed,) = (outcome for outcome in report.outcomes if outcome.status == "failed")
+    assert "the reader of RGL measurement broke down" in failed.reason and "ZeroDivisionError" in failed.reason
+    assert report.count("imported") == 3
+
+
+def test_file_without_a_material_is_refused(tmp_path):
+    (tmp_path / "none.toml").write_text('family = "none"\nkind = "analytic"\n')
+    (file,) = plan(tmp_path / "none.toml", folder=tmp_path / "cat").values()
+    assert "holds no material" in file.materials[0].reason
+
+
+def test_hash_of_a_source_sees_every_part_of_it(source):
+    (red, *_) = read_sources(source / "chart.csv")
+    assert isinstance(red, MaterialSource)
+    parameters = dict(red.parameters) | {"reflectance": np.asarray(red.parameters["reflectance"]) * 0.5}
+    others = [
+        dataclasses.replace(red, id="chart/other"),
+        dataclasses.replace(red, family="other"),
+        dataclasses.replace(red, model="other"),
+        dataclasses.replace(red, parameters=parameters),
+        dataclasses.replace(red, original=dict(red.original) | {"name": "other"}),
+        dataclasses.replace(red, original=dict(red.original) | {"more": 1}),
+        dataclasses.replace(red, provenance=dataclasses.replace(red.provenance, notes="other")),
+    ]
+    assert len({other.content_hash for other in [red, *others]}) == len(others) + 1
+    assert dataclasses.replace(red, file=source / "elsewhere").content_hash == red.content_hash
+
+
+def test_report_of_nothing():
+    assert ImportReport(planning.Path("cat"), ()).sentence == "cat: nothing imported"
+
+
+def test_every_module_with_a_reader_is_in_the_list():
+    """And none of the list is missing: a format is one file and one row."""
+    folder = planning.Path(registry.__file__).parent
+    readers = {
+        file.stem for file in folder.glob("*.py") if "\ndef read_sources(path" in file.read_text(encoding="utf-8")
+    }
+    assert readers == set(registry.FORMATS)
+    for reader in registry.formats():
+        assert reader.NAME and all(suffix.startswith(".") for suffix in reader.SUFFIXES)
