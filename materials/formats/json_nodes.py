@@ -14,6 +14,8 @@ from ...spectral.errors import InputError
 # A file of more values than this takes more memory as Python objects than a texture set does.
 MOST_VALUES = 4_000_000
 Real = float | int
+# Floats of 32 bits, printed: 1 may come out a hair larger.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ class Node:
             number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
         except OverflowError:
             number = math.inf
+        if low - _ROUNDING <= number <= high + _ROUNDING:
+            number = min(max(number, low), high)
         if not (math.isfinite(number) and low <= number <= high):
             expected = f"a number from {low:g} to {high:g}" if high < math.inf else f"a number, {low:g} or more"
             self.refuse(name, "out of its domain", _shown(value), expected)

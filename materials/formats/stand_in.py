@@ -104,9 +104,10 @@ class SurfaceMaps:
         for covered in (True, False):
             total, weight = np.zeros(10), 0.0
             for rows in blocks(*size):
-                values, share = self._texels(rows, size, covered)
-                total += (values * share).sum(axis=(0, 1))
-                weight += float(share.sum())
+                texels = (rows.stop - rows.start) * size[1]
+                parts, share = self._texels(rows, size, covered)
+                total += np.concatenate([_weighted_sum(part, share, texels) for part in parts])
+                weight += float(_weighted_sum(np.ones(1), share, texels)[0])
             if weight > 0:
                 break
         mean = total / weight
@@ -121,8 +122,11 @@ class SurfaceMaps:
             sizes=tuple(dict.fromkeys(sizes)),
         )
 
-    def _texels(self, rows: slice, size: tuple[int, int], covered: bool) -> tuple[np.ndarray, np.ndarray]:
-        """(h, W, 10) of diffuse, specular, edge, roughness, coat and its roughness; and what each texel counts."""
+    def _texels(self, rows: slice, size: tuple[int, int], covered: bool) -> tuple[list[np.ndarray], np.ndarray]:
+        """Diffuse, specular, edge, roughness, coat and its roughness, and what each texel counts.
+
+        Each is (h, W, 3) or (h, W, 1), or (3,) or (1,) where it is the same in all texels.
+        """
         base, reflected = self.base.at(rows, size), self.reflected.at(rows, size)
         if self.glossy:
             diffuse, specular, edge = base * (1.0 - reflected.max(axis=-1, keepdims=True)), reflected, np.ones(1)
@@ -132,11 +136,17 @@ class SurfaceMaps:
             specular = (1.0 - metallic) * weight * np.minimum(reflected, 1.0) + metallic * base
             edge = (1.0 - metallic) * weight + metallic
         rest = (edge, self.roughness.at(rows, size), self.coat.at(rows, size), self.coat_roughness.at(rows, size))
-        texels = (rows.stop - rows.start, size[1])
-        parts = [np.broadcast_to(part, (*texels, part.shape[-1])) for part in (diffuse, specular, *rest)]
         share = self.coverage.at(rows, size) if covered else np.ones(1)
-        share = share if self.cutoff is None or not covered else (share >= self.cutoff).astype(np.float64)
-        return np.concatenate(parts, axis=-1), np.broadcast_to(share, (*texels, 1))
+        if self.cutoff is not None and covered:
+            share = (share >= self.cutoff).astype(np.float64)
+        return [diffuse, specular, *rest], share
+
+
+def _weighted_sum(part: np.ndarray, share: np.ndarray, texels: int) -> np.ndarray:
+    """Sum over texels of `part` times `share`; either may be the same in all of them."""
+    if part.ndim == 1:
+        return part * (share.sum() if share.ndim > 1 else share[0] * texels)
+    return part.sum(axis=(0, 1)) * share[0] if share.ndim == 1 else np.einsum("hwc,hw->c", part, share[..., 0])
 
 
 @dataclass(frozen=True)

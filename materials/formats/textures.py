@@ -29,7 +29,7 @@ Encoding = Literal["sRGB", "linear"]
 MOST_TEXELS = 1 << 26
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "AVIF")
 _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I;16N", "I", "F")
-_ROWS = 1 << 20
+_BLOCK = 1 << 16
 # Whatever Pillow's readers let out when bytes are not what they say.
 _DAMAGE = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, struct.error, zlib.error, EOFError)
 _TOO_LARGE, _SMALLER = "too large a picture", "save the picture smaller"
@@ -219,8 +219,8 @@ def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "
 
 
 def blocks(height: int, width: int) -> list[slice]:
-    """Rows of a picture in pieces of about a million texels, so that floats of it are never all there at once."""
-    step = max(1, _ROWS // max(1, width))
+    """Rows of a picture in pieces of some 65 000 texels, whose floats fit into a processor's cache."""
+    step = max(1, _BLOCK // max(1, width))
     return [slice(start, min(start + step, height)) for start in range(0, height, step)]
 
 
