@@ -1,0 +1,164 @@
+"""What words say: quantity, unit, illuminant, observer, condition."""
+
+import pytest
+from metamer.spectral.formats.conditions import (
+    colour_axis,
+    condition_in,
+    illuminant_in,
+    names_light,
+    observer_in,
+    quantity_in,
+    stated_colours,
+    unit_in,
+)
+from metamer.spectral.illuminants import illuminant
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("Spectral reflectance factor", "reflectance"),
+        ("%R", "reflectance"),
+        ("R%", "reflectance"),
+        ("R (%)", "reflectance"),
+        ("Remission", "reflectance"),
+        ("R", "reflectance"),
+        ("Transmission [%]", "transmittance"),
+        ("T%", "transmittance"),
+        ("radiance factor 45as15", "radiance factor"),
+        ("Radiance (W/sr/m2/nm)", "emission"),
+        ("mW·m⁻²·nm⁻¹", "emission"),
+        ("uW/cm^2/nm", "emission"),
+        ("counts", "emission"),
+        ("Absorbance", "absorbance"),
+        ("Abs.", "absorbance"),
+        ("K/S", "absorbance"),
+        ("refractive index", "index"),
+        ("a foam reflector", None),
+        ("Red", None),
+        ("sample 12", None),
+    ],
+)
+def test_quantities(words, told):
+    assert quantity_in(words) == told
+
+
+@pytest.mark.parametrize(
+    ("words", "unit"),
+    [
+        ("%", "percent"),
+        ("SPECTRAL_PCT", "percent"),
+        ("0..1", "fraction"),
+        ("0-1", "fraction"),
+        ("[-]", "fraction"),
+        ("W", None),
+    ],
+)
+def test_units(words, unit):
+    assert unit_in(words) == unit
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ("D50", "D50"),
+        ("Illumination=D65\tObserverAngle=10°", "D65"),
+        ("ILLUMINANT, D50", "D50"),
+        ("CIE Illuminant A", "A"),
+        ("A", "A"),
+        ("F11", "FL11"),
+        ("FL2", "FL2"),
+        ("L*(10°/D65)", "D65"),
+        ("D50_2", "D50"),
+        ("A/10", "A"),
+        ("a paint", None),
+        ("Another", None),
+        ("", None),
+    ],
+)
+def test_illuminants(words, name):
+    assert illuminant_in(words) == name
+    if name is not None:
+        illuminant(name)
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ("2", "1931_2"),
+        ("10", "1964_10"),
+        ("2°", "1931_2"),
+        ("10 degree", "1964_10"),
+        ("10_Degree", "1964_10"),
+        ("ObserverAngle=10", "1964_10"),
+        ("Observer: 2", "1931_2"),
+        ("OBSERVER, 2 degree", "1931_2"),
+        ("CIE 1931", "1931_2"),
+        ("D65/10", "1964_10"),
+        ("Viewing Angle [°]: 2", "1931_2"),
+        ("0.2 degree", None),
+        ("12 deg", None),
+        ("Red", None),
+    ],
+)
+def test_observers(words, name):
+    assert observer_in(words) == name
+
+
+@pytest.mark.parametrize(
+    ("words", "name"), [("MeasurementCondition=M1 Filter=no", "M1"), ("M2", "M2"), ("M10", None), ("PM1", None)]
+)
+def test_conditions(words, name):
+    assert condition_in(words) == name
+
+
+@pytest.mark.parametrize(
+    ("header", "axis"),
+    [
+        ("XYZ_X", ("XYZ", 0)),
+        ("X", ("XYZ", 0)),
+        ("x", None),
+        ("Tristimulus Value Z", ("XYZ", 2)),
+        ("LAB_B", ("Lab", 2)),
+        ("L*", ("Lab", 0)),
+        ("L*(10°/D65)", ("Lab", 0)),
+        ("CIE a*", ("Lab", 1)),
+        ("Label", None),
+        ("Yellow", None),
+        ("RGB_B", None),
+        ("", None),
+    ],
+)
+def test_columns_of_colours(header, axis):
+    assert colour_axis(header) == axis
+
+
+def test_a_colour_needs_all_three():
+    cells = {"X": 1.0, "Y": 2.0, "L*": 50.0, "a*": 1.0, "b*": float("nan")}
+    assert stated_colours(cells) == ()
+    (xyz,) = stated_colours({**cells, "Z": 3.0}, "D65", "1964_10")
+    assert xyz.values.tolist() == [1.0, 2.0, 3.0] and (xyz.illuminant, xyz.observer) == ("D65", "1964_10")
+
+
+def test_two_lights_beside_one_spectrum():
+    cells = {f"{axis}*({light})": float(value) for light in ("D65", "A") for value, axis in enumerate("Lab")}
+    assert [colour.illuminant for colour in stated_colours(cells)] == ["D65", "A"]
+
+
+@pytest.mark.parametrize("name", ["D65", "LED 4000 K", "tungsten lamp", "Illuminant A", "FL2", "day_D50"])
+def test_names_of_lights(name):
+    assert names_light(name)
+
+
+@pytest.mark.parametrize(
+    "name", ["A", "F2", "B1", "light skin", "daylight fluorescent orange", "Red", "called", "FL2a"]
+)
+def test_names_of_paints(name):
+    assert not names_light(name)
+
+
+def test_long_words_take_no_time():
+    """Spaces in a header must not be tried in every combination."""
+    for words in ("mW" + " " * 200_000, "log (" + " " * 200_000, "A" * 200_000, "illumination " * 20_000):
+        quantity_in(words), unit_in(words), illuminant_in(words), observer_in(words), condition_in(words)
+        colour_axis(words)
