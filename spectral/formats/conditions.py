@@ -152,7 +152,7 @@ def stated_colours(
         axis = colour_axis(header)
         if axis is None or not np.isfinite(value):
             continue
-        own = header.partition("(")[2] or header
+        own = header.partition("(")[2].rstrip(" )]") or header
         key = (axis[0], illuminant_in(own) if "(" in header else None, observer_in(own))
         found.setdefault(key, {}).setdefault(axis[1], float(value))
     stated = []

@@ -32,7 +32,8 @@ def test_every_small_file_finds_its_reader(small_files, written):
     for name, content in small_files.SMALL.items():
         path = written(content, name)
         found = format_of(path)
-        assert found is not None and found.NAME == expected.get(path.suffix, expected.get(name)), name
+        due = expected.get(path.suffix) or expected[name]
+        assert found is not None and found.NAME == due, name
         assert read_spectra(path).entries, name
 
 
