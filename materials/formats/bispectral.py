@@ -14,13 +14,15 @@ from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .exr_pictures import channel_names
-from .measured import named, printable, sha256_of
+from .exr_pictures import channel_names, check_size
+from .measured import named, placed, printable, sha256_of
 
 NAME = "bispectral OpenEXR"
 SUFFIXES = (".exr",)
 # A picture of more surfaces than this is a texture, not a set of samples.
 MOST_SURFACES = 64
+# A matrix of all pairs of wavelengths takes twice as many numbers as a file has channels: half a gigabyte.
+MOST_SAMPLES = 1 << 25
 _SHIFTED = re.compile(r"^(?:.*\.)?T\.[\d.,eE+-]+\w*(?:m|Hz)\.[\d.,eE+-]+\w*(?:m|Hz)$")
 
 
@@ -53,7 +55,15 @@ def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
     InputError
         No re-radiation in the file, more than `MOST_SURFACES` distinct pixels, or a pixel that no surface can be.
     """
-    image = read_spectral_exr(path)
+    check_size(path, MOST_SAMPLES)
+    expected, again = "a bispectral OpenEXR picture", "the picture is damaged or cut short: save or copy it again"
+    try:
+        with placed(path, "channels", again, expected):
+            image = read_spectral_exr(path)
+    except ValueError as reason:
+        raise InputError(
+            "channels do not go together", file=path, field="channels", found=str(reason), expected=expected, hint=again
+        ) from None
     if image.reradiation is None:
         raise InputError(
             "no re-radiation",

@@ -52,17 +52,7 @@ def read_picture(path: Path, most: int) -> ExrPicture:
     """
     import OpenEXR
 
-    headers = _headers(existing_file(path))
-    samples = sum(header.area * len(header.names) for header in headers)
-    if samples > most:
-        raise InputError(
-            "too large a picture",
-            file=path,
-            field="dataWindow",
-            found=f"{samples} samples",
-            expected=f"at most {most}",
-            hint="cut out a part, save it smaller, or with fewer wavelengths",
-        )
+    headers = check_size(path, most)
     channels: dict[str, np.ndarray] = {}
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
@@ -76,6 +66,22 @@ def read_picture(path: Path, most: int) -> ExrPicture:
     if len(channels) != expected or any(pixels.ndim != 2 for pixels in channels.values()):
         raise _unreadable(path, f"{len(channels)} channels of {expected}")
     return ExrPicture(headers[0].attributes, channels)
+
+
+def check_size(path: Path, most: int) -> list[_Header]:
+    """The headers of all parts; raises `InputError` where they cannot be read, or name more than `most` samples."""
+    headers = _headers(existing_file(path))
+    samples = sum(header.area * len(header.names) for header in headers)
+    if samples > most:
+        raise InputError(
+            "too large a picture",
+            file=path,
+            field="dataWindow",
+            found=f"{samples} samples",
+            expected=f"at most {most}",
+            hint="cut out a part, save it smaller, or with fewer wavelengths",
+        )
+    return headers
 
 
 @dataclass(frozen=True)

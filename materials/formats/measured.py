@@ -39,8 +39,10 @@ def measured_source(
 
 
 @contextmanager
-def placed(path: Path, field: str | None = None, hint: str | None = None) -> Iterator[None]:
-    """Refusals that know no file get this one; `field` and `hint` stand in where they have none of their own."""
+def placed(
+    path: Path, field: str | None = None, hint: str | None = None, expected: str | None = None
+) -> Iterator[None]:
+    """Refusals that know no file get this one; the rest stands in where they have none of their own."""
     try:
         yield
     except InputError as reason:
@@ -49,7 +51,7 @@ def placed(path: Path, field: str | None = None, hint: str | None = None) -> Ite
             file=reason.file or path,
             field=reason.field or field,
             found=reason.found,
-            expected=reason.expected,
+            expected=reason.expected or expected,
             hint=reason.hint or hint,
         ) from None
 
