@@ -2,6 +2,8 @@
 
 A sample that stands for a piece of surface sees a mean over directions. A sum of products has no mean that is cheap:
 here it is the sum of products of each factor's own mean, an approximation that is exact where one factor alone changes.
+It is best on what bends both ways. On a rod a sample spans a line of directions, not a disc, and a highlight far
+narrower than that line comes out too dark.
 
 Level k averages over the angle that 2^k nodes span about each node, in the measure that a surface spreads its
 directions in. The theta of a direction is its distance from a pole, and what a sample covers is a disc about it, of the

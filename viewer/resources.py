@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
@@ -150,6 +151,11 @@ def factor_texels(pack: FactorPack, mipmapped: bool = False) -> FactorTexels:
     if pack.precision == "half":
         texels = _halved(texels)
     return FactorTexels(texels, axes, levels, last_levels)
+
+
+def texture_bytes(packs: Sequence[FactorPack], mipmapped: bool = False) -> int:
+    """Bytes that the factors of packs take on the GPU."""
+    return sum(factor_texels(pack, mipmapped).texels.nbytes for pack in packs)
 
 
 def _halved(texels: np.ndarray) -> np.ndarray:
