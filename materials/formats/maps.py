@@ -49,15 +49,24 @@ def companions(path: Path) -> Iterable[Path]:
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """The set's one record, "maps/NAME".
+    """The one record, "maps/NAME", of the set that a map belongs to.
 
     Raises
     ------
     InputError
-        Two maps of one property, maps of different sizes; a picture that cannot be read or is too large; colours that
-        no reflectance has.
+        No albedo, two maps of one property, maps of different sizes; a picture that cannot be read or is too large;
+        colours that no reflectance has.
     """
-    found = members(path) or {"albedo": [path]}
+    found = members(existing_file(path))
+    if "albedo" not in found:
+        raise InputError(
+            "no albedo",
+            file=path,
+            field="name",
+            found=", ".join(sorted(found)) or "a name that says no property",
+            expected="a picture called NAME_albedo (or _basecolor, _diffuse, _color), its other maps beside it",
+            hint="rename the picture, or copy the albedo beside it",
+        )
     _check_unambiguous(path, found)
     textures = {role: [_texture(role, file) for file in files] for role, files in found.items()}
     every = [texture for several in textures.values() for texture in several]

@@ -120,6 +120,17 @@ def test_an_albedo_alone_is_matt(tmp_path):
     assert found.model == "lambert" and "perfectly diffuse" in found.provenance.notes
 
 
+def test_any_map_of_a_set_that_is_named_brings_the_set(tmp_path):
+    rough = save(tmp_path / "wall_rough.png", np.full((2, 2), 9))
+    with pytest.raises(InputError, match="no albedo") as caught:
+        read(rough)
+    assert caught.value.found == "roughness" and "_albedo" in caught.value.expected and caught.value.hint
+    save(tmp_path / "wall_albedo.png", np.full((2, 2, 3), 255))
+    assert read(rough).id == "maps/wall"
+    with pytest.raises(InputError, match="no albedo"):
+        read(save(tmp_path / "holiday.png", np.zeros((2, 2, 3))))
+
+
 def test_gloss_is_turned_into_roughness(tmp_path):
     save(tmp_path / "a_gloss.png", np.full((2, 2), 204))
     found = read(save(tmp_path / "a_albedo.png", np.full((2, 2, 3), 99)))
