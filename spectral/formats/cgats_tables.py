@@ -13,6 +13,8 @@ from .text import number, read_lines, shortened
 
 # A string, in which "" is a quotation mark, or a word; what follows # outside strings is a comment.
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"?|(#.*)|([^\s"]+)')
+# What a table after the first may be called; there, another word alone is a keyword without a value.
+_IDENTIFIER = re.compile(r"CGATS|ISO ?28178|IT8|CTI\d|CCSS|CCMX|SPECT$|CMF$|CAL$|MPP$", re.I)
 _NUMBER_WITH_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
 #: Fields in one format, and characters in one line.
@@ -25,8 +27,8 @@ class CgatsTable:
 
     Parameters
     ----------
-    identifier : the word that starts the table, "" where there is none.
-    keywords : upper-case keyword to value; those of the tables before it hold until they are given again.
+    identifier : the word that starts the table; without one, that of the table before it holds, "" for the first.
+    keywords : upper-case keyword to value; those of the table before hold unless this one has its own identifier.
     fields : names as written.
     rows : cells, one list a set, as many as there are fields.
     decimal : "." or ",".
@@ -68,7 +70,7 @@ def read_tables(path: Path) -> list[CgatsTable]:
     keywords: dict[str, str] = {}
     fields: list[str] = []
     tables: list[CgatsTable] = []
-    identifier, counts = "", {}
+    identifier, counts, begun = "", {}, False
     for line_number, line in lines:
         _check_length(line, line_number, path)
         words = tokens(line)
@@ -83,15 +85,15 @@ def read_tables(path: Path) -> list[CgatsTable]:
                     "data without a format", file=path, field=f"line {line_number}", expected="BEGIN_DATA_FORMAT before"
                 )
             tables.append(_table(identifier, dict(keywords), fields, counts, lines, path))
-            identifier, counts = "", {}
+            counts, begun = {}, False
         elif key in ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS"):
             counts[key] = _count(words, path, line_number)
         elif key == "KEYWORD":
             continue
-        elif len(words) == 1 and not identifier:
-            identifier = words[0]
+        elif len(words) == 1 and not begun and (not tables or _IDENTIFIER.match(words[0])):
+            identifier, keywords, fields, begun = words[0], {}, [], True
         else:
-            keywords[key] = " ".join(words[1:])
+            keywords[key], begun = " ".join(words[1:]), True
     if not tables:
         raise InputError(
             "no data in this CGATS file",

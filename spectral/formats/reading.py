@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Literal
@@ -92,8 +91,7 @@ class SpectralFile:
 
 def readers() -> tuple[ModuleType, ...]:
     """The readers, in the order in which they are asked."""
-    there = (import_module(f".{name}", __package__) for name in FORMATS if find_spec(f".{name}", __package__))
-    return tuple(module for module in there if hasattr(module, "recognises"))
+    return tuple(import_module(f".{name}", __package__) for name in FORMATS)
 
 
 def format_of(path: str | Path) -> ModuleType | None:

@@ -92,6 +92,20 @@ def test_several_tables_the_second_with_the_format_of_the_first(written, chart):
     assert file.entries[2].details["table"] == "table 2"
 
 
+def test_a_table_with_its_own_identifier_takes_nothing_over(written, lamp, chart):
+    """A display and a chart in one file: neither the norm nor the kind of the first holds for the second."""
+    file = read(written(lamp.replace("SPECT\n", "CCSS\n", 1) + chart))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["emission", "reflectance", "reflectance"]
+    assert samples(file)["B 1"] == [0.2, 0.3, 0.4]
+
+
+def test_a_table_without_one_is_of_the_same_kind(written, lamp):
+    again = lamp.partition("NUMBER_OF_FIELDS")[2]
+    file = read(written(lamp.replace("SPECT\n", "CCSS\n", 1) + f"NUMBER_OF_FIELDS{again}"))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["emission", "emission"]
+    assert file.entries[1].spectrum.samples.tolist() == [0.2, 1.0, 2.0, 0.5]
+
+
 def test_a_table_without_spectra_is_left_out_and_said(written, chart):
     more = (
         "CAL\nNUMBER_OF_FIELDS 2\nBEGIN_DATA_FORMAT\nRGB_I RGB_R\nEND_DATA_FORMAT\n"
