@@ -1,0 +1,211 @@
+"""Small files of every format, written here, to be damaged by `fuzz`."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from metamer.materials.formats.merl import SHAPE
+from metamer.materials.formats.rgl_writer import write_tensors
+from metamer.spectral.formats.csv_writer import write_csv
+from metamer.spectral.formats.cxf_writer import write_cxf
+from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.reading import SpectralEntry, StatedColour
+from metamer.spectral.spectrum import Spectrum
+
+NM = np.arange(400.0, 701.0, 20.0)
+CHART = """CGATS.17
+ORIGINATOR "a fuzz test"
+ILLUMINATION_NAME "D50"
+OBSERVER_ANGLE "2"
+MEASUREMENT_GEOMETRY "45/0"
+NUMBER_OF_FIELDS 8
+BEGIN_DATA_FORMAT
+SAMPLE_ID SAMPLE_NAME LAB_L LAB_A LAB_B SPECTRAL_NM400 SPECTRAL_NM500 SPECTRAL_NM600
+END_DATA_FORMAT
+NUMBER_OF_SETS 2
+BEGIN_DATA
+1 "A 1" 50.0 1.0 2.0 0.10 0.20 0.30
+2 "B 1" 60.0 1.0 2.0 0.20 0.30 0.40
+END_DATA
+"""
+LAMP = """SPECT
+
+DESCRIPTOR "Spectral power of a lamp"
+SPECTRAL_BANDS "4"
+SPECTRAL_START_NM "400.0"
+SPECTRAL_END_NM "430.0"
+SPECTRAL_NORM "50.0"
+NUMBER_OF_FIELDS 4
+BEGIN_DATA_FORMAT
+SPEC_400 SPEC_410 SPEC_420 SPEC_430
+END_DATA_FORMAT
+NUMBER_OF_SETS 1
+BEGIN_DATA
+10 50 100 25
+END_DATA
+"""
+TM27 = """<?xml version="1.0" encoding="UTF-8"?>
+<IESTM2714 xmlns="iestm2714" version="1.0">
+<Header><Manufacturer>Nobody</Manufacturer><DocumentCreator>a fuzz test</DocumentCreator></Header>
+<SpectralDistribution><SpectralQuantity>flux</SpectralQuantity><BandwidthFWHM>2.0</BandwidthFWHM>
+{data}
+</SpectralDistribution></IESTM2714>
+"""
+METER = "Model Name\tM1\nLUX\t100.0\nCCT\t5000\nX\t96.42\nY\t100.0\nZ\t82.49\n" + "".join(
+    f"{nm}nm\t{0.01 * (nm - 370):.4f}\n" for nm in range(380, 420)
+)
+ACROSS = "Export\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n" + (
+    "Rot;40,1;50,2;20,3;0,051;0,062;0,073\nBlau;30,0;1,0;-40,0;0,251;0,262;0,273\n"
+)
+SCATTERED = "# laboratory\n# sample\n3\n400 500 600\n" + "".join(
+    f"{ti:.2f} 0 {to:.2f} {phi:.2f} 0.1 0.2 0.3\n"
+    for ti in (0.1, 0.7, 1.2)
+    for to in (0.1, 0.7, 1.2)
+    for phi in (0.0, 1.5, 3.14)
+)
+FAMILY = """family = "paint"
+kind = "analytic"
+notes = "made up"
+
+[[material]]
+name = "grey"
+model = "ashikhmin_shirley"
+diffuse = { constant = 0.5 }
+specular = { constant = 0.04 }
+exponent_u = 25.0
+exponent_v = 25.0
+"""
+
+
+def seeds() -> dict[str, dict[str, bytes]]:
+    """Files by name, by the name of the module that reads them: of `spectral.formats`, then of `materials.formats`."""
+    grey = SpectralEntry(
+        "grey",
+        Spectrum.sampled(NM, np.linspace(0.2, 0.6, NM.size)),
+        (StatedColour("XYZ", np.array([40.0, 41.0, 42.0]), "D50", "1931_2"),),
+        {"geometry": "45:0", "condition": "M1"},
+    )
+    lamp = SpectralEntry("lamp", Spectrum.sampled(NM, np.linspace(0.2, 6.0, NM.size), "emission"))
+    wide = SpectralEntry("odd", Spectrum.sampled([401.5, 433.0, 702.25], [0.5, 0.25, 0.75]))
+    rows = "".join(f'<SpectralData wavelength="{nm:.1f}">{0.01 * nm:.3f}</SpectralData>\n' for nm in NM)
+    spectral = {"S0.%d,000000nm": 0.4, "T.%d,000000nm": 0.7}
+    pictures = {
+        kind: {kind % nm: np.full((3, 4), value) + 0.01 * np.arange(12).reshape(3, 4) for nm in range(400, 701, 50)}
+        for kind, value in spectral.items()
+    }
+    attributes = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
+    bands = range(400, 601, 50)
+    shifted = {f"T.{i},0nm.{o},0nm": np.full((1, 2), 0.01) for i in bands for o in bands if i < o}
+    diagonal = {f"T.{nm},0nm": np.full((1, 2), 0.5) for nm in bands}
+    charts = {
+        "reflective.exr": _written(write_exr, attributes, pictures["T.%d,000000nm"]),
+        "emissive.exr": _written(write_exr, attributes, pictures["S0.%d,000000nm"]),
+    }
+    return {
+        "cxf": {"a.cxf": _written(write_cxf, [grey, wide]), "b.cxf": _written(write_cxf, [lamp])},
+        "iestm27": {"a.spdx": TM27.format(data=rows).encode()},
+        "cgats": {"a.txt": CHART.encode(), "a.sp": LAMP.encode(), "a.ccss": LAMP.replace("SPECT\n", "CCSS\n").encode()},
+        "instrument_text": {"meter.txt": METER.encode(), "across.csv": ACROSS.encode()},
+        "spd": {"a.spd": b"# power\n400 1.0\n410 2.0\n420 1.5\n"},
+        "csv": {
+            "a.csv": _written(write_csv, [grey]),
+            "b.csv": ACROSS.encode("cp1252"),
+            "c.tsv": METER.encode("utf-16"),
+        },
+        "mat": {"a.mat": _mat()},
+        "spectral_exr": charts,
+        "family": {"paint.toml": FAMILY.encode()},
+        "merl": {"a.binary": _merl()},
+        "rgl": {"a.bsdf": _written(write_tensors, _tensors())},
+        "cornell": {"a.brdf": SCATTERED.encode()},
+        "bispectral": {"a.exr": _written(write_exr, attributes, shifted | diagonal)},
+        "texture_exr": charts,
+        "gltf": {"a.gltf": json.dumps(_gltf()).encode(), "b.glb": _glb()},
+        "maps": {"wood_albedo.png": _picture("PNG"), "wood_albedo.jpg": _picture("JPEG")},
+        "unreadable": {"a.axf": b"\x89HDF\r\n\x1a\n" + b"com.xrite.Materials" + bytes(200), "a.mtlx": b"<materialx/>"},
+    }
+
+
+def _written(write: Callable[..., None], *arguments: object) -> bytes:
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        path = Path(folder) / "file"
+        write(path, *arguments)
+        return path.read_bytes()
+
+
+def _mat() -> bytes:
+    from scipy.io import savemat
+
+    file = io.BytesIO()
+    savemat(file, {"wavelength": NM[:, None], "data": np.linspace(0.1, 0.6, 3 * NM.size).reshape(NM.size, 3)})
+    return file.getvalue()
+
+
+def _merl() -> bytes:
+    values = np.full((3, *SHAPE), 0.3)
+    values[:, 60:, 60:] = -1.0
+    return np.array(SHAPE, "<i4").tobytes() + values.tobytes()
+
+
+def _tensors() -> Mapping[str, np.ndarray]:
+    random = np.random.default_rng(0)
+    theta_i = np.radians([0, 30, 55, 75, 90]).astype(np.float32)
+
+    def positive(*shape: int) -> np.ndarray:
+        return (0.2 + random.random(shape)).astype(np.float32)
+
+    return {
+        "description": np.frombuffer(b"a fuzz test", np.uint8),
+        "phi_i": np.zeros(1, np.float32),
+        "theta_i": theta_i,
+        "ndf": np.repeat(positive(1, 12), 9, axis=0),
+        "sigma": np.repeat(positive(1, 8), 7, axis=0),
+        "vndf": positive(1, 5, 9, 12),
+        "luminance": positive(1, 5, 6, 6),
+        "jacobian": np.ones(1, np.uint8),
+        "rgb": positive(1, 5, 3, 6, 6),
+    }
+
+
+def _picture(form: str) -> bytes:
+    from PIL import Image
+
+    file = io.BytesIO()
+    values = np.random.default_rng(0).integers(30, 220, (8, 8, 3)).astype(np.uint8)
+    Image.fromarray(values).save(file, form)
+    return file.getvalue()
+
+
+def _gltf() -> dict:
+    metallic = {"baseColorFactor": [0.8, 0.2, 0.1, 1.0], "metallicFactor": 0.5, "roughnessFactor": 0.4}
+    return {
+        "asset": {"version": "2.0", "generator": "a fuzz test"},
+        "materials": [
+            {"name": "paint", "pbrMetallicRoughness": metallic, "emissiveFactor": [0.0, 0.1, 0.0]},
+            {"name": "glass", "extensions": {"KHR_materials_ior": {"ior": 1.5}}, "alphaMode": "BLEND"},
+        ],
+    }
+
+
+def _glb() -> bytes:
+    picture = _picture("PNG")
+    made = _gltf() | {
+        "textures": [{"source": 0}],
+        "images": [{"bufferView": 0, "mimeType": "image/png"}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(picture)}],
+        "buffers": [{"byteLength": len(picture)}],
+    }
+    made["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
+    text = json.dumps(made).encode()
+    text += b" " * (-len(text) % 4)
+    picture += b"\0" * (-len(picture) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(picture), b"BIN\0") + picture
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
