@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+Number = float | int
+
 #: Size of a plot, SVG units.
 SIZE = (460.0, 300.0)
 # Labels nearer than this, across and down, are one.
@@ -30,13 +32,15 @@ class LogScale:
     Plots go upwards when `downwards`, since SVG counts down. Values of 0 or less stand at `floor`.
     """
 
-    def __init__(self, values: Sequence[float], length: float, *, downwards: bool = False, floor: float = 1e-9) -> None:
+    def __init__(
+        self, values: Sequence[Number], length: float, *, downwards: bool = False, floor: float = 1e-9
+    ) -> None:
         self._floor = floor
         logs = np.log10(np.maximum(values, floor))
         self.low, self.high = _below(float(logs.min())), _above(float(logs.max()))
         self._length, self._downwards = length, downwards
 
-    def at(self, value: float) -> float:
+    def at(self, value: Number) -> float:
         """Place of a value."""
         share = (math.log10(max(value, self._floor)) - self.low) / (self.high - self.low)
         return self._length * ((1.0 - share) if self._downwards else share)
@@ -50,7 +54,7 @@ class LogScale:
         return [(self.at(10.0**tick), f"{10.0**tick:g}") for tick in found]
 
 
-def line_plot(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str, y_label: str) -> dict[str, Any]:
+def line_plot(series: Mapping[str, Sequence[tuple[Number, Number]]], x_label: str, y_label: str) -> dict[str, Any]:
     """Lines through (x, y), both logarithmic: for each its path, its marks, and which mark and colour are its own."""
     everything = [point for points in series.values() for point in points]
     x = LogScale([point[0] for point in everything], SIZE[0])
@@ -63,7 +67,7 @@ def line_plot(series: Mapping[str, Sequence[tuple[float, float]]], x_label: str,
     return {"lines": lines, "x_ticks": x.ticks(), "y_ticks": y.ticks(), "x_label": x_label, "y_label": y_label}
 
 
-def merged_labels(places: Sequence[tuple[float, float]], numbers: Sequence[int]) -> list[dict[str, Any]]:
+def merged_labels(places: Sequence[tuple[Number, Number]], numbers: Sequence[int]) -> list[dict[str, Any]]:
     """Numbers beside their places, those that (nearly) coincide together: text, where it stands and how."""
     groups: list[list[int]] = []
     for index, place in enumerate(places):

@@ -23,7 +23,7 @@ from .factor_cases import Case, chosen_cases
 from .factor_figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
 from .factor_fluorescence import draw, fluorescence_figures, fluorescent_rows
 from .factor_memory import table_bytes, timed_and_weighed
-from .factor_points import POINT_CASES, case_points
+from .factor_points import POINT_CASES, Fitted, case_points
 from .factor_sphere import brdf_xyz, pack_xyz, statistics, under
 from .factor_timing import Stopwatch
 from .headless import create_renderer
@@ -157,7 +157,7 @@ class _Work:
     def fitted(self, case: Case, brdf: Brdf, into: _Found, say: Say, progress: Say) -> None:
         """Rows of a surface that packs are fitted to."""
         say("fitting")
-        fitted, seconds, peak = self._fitted(case, brdf)
+        fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._fit(case, it))
         milliseconds = self.stopwatch.milliseconds(fitted.packs)
         say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
         protocol = sphere_protocol(self.pixels, brdf.isotropic)
@@ -200,7 +200,7 @@ class _Work:
         if self.points and case.name in POINT_CASES:
             say("speed against error")
             choice = POINT_CASES[case.name]
-            own = (fitted, seconds)
+            own = Fitted(fitted, seconds, lambda: self._fit(case, brdf, precision="single").packs)
             into.points += case_points(case.name, brdf, own, self.stopwatch, self.lights, progress, choice)
             tried = factor_methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
             into.points += tried
@@ -231,10 +231,10 @@ class _Work:
             shown = draw(self.renderer, brdf, self.picture_pixels, PICTURE_LIGHTS_DEG)
             into.figures.append(fluorescent_figures(case, brdf, shown, self.picture_pixels))
 
-    def _fitted(self, case: Case, brdf: Brdf) -> tuple[Fit, float, int]:
-        options: dict[str, Any] = {} if self.ranks is None else {"ranks": self.ranks}
-        budget = case.budget if self.budget is None else self.budget
-        return timed_and_weighed(brdf, lambda it: fit(it, budget=budget, **options))
+    def _fit(self, case: Case, brdf: Brdf, **options: Any) -> Fit:
+        if self.ranks is not None:
+            options["ranks"] = self.ranks
+        return fit(brdf, budget=case.budget if self.budget is None else self.budget, **options)
 
 
 def _filtering_points(renderer: Renderer, progress: Say) -> list[dict]:

@@ -32,6 +32,15 @@ STEPS_NM = (5, 10, 20)
 _PIXELS, _PICTURE_PIXELS = 128, 96
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A surface's own packs and the seconds that they took; `single` fits them again without rounding to half."""
+
+    fit: Fit
+    seconds: float
+    single: Callable[[], tuple[FactorPack, ...]]
+
+
 @dataclass(frozen=True)
 class Choice:
     """Which fits of one surface are tried beside its own: numbers of terms for each lobe, and frames alone."""
@@ -72,21 +81,19 @@ class _Configuration:
 def case_points(
     case: str,
     brdf: Brdf,
-    fitted: tuple[Fit, float],
+    fitted: Fitted,
     stopwatch: Stopwatch,
     lights: Sequence[str],
     progress: Callable[[str], None],
     choice: Choice = EVERYTHING,
-    pixels: int = _PIXELS,
-    picture_pixels: int = _PICTURE_PIXELS,
 ) -> list[dict]:
     """Every configuration of one surface: seconds to fit, milliseconds a megapixel and ΔE94 under each light.
 
     `fitted`: the packs that the spectral configurations share, and how long they took. Each point has `case`, `kind`,
     `configuration`, `rank`, `fit_seconds`, `ms_per_megapixel` and `delta_e94` by light.
     """
-    points = _precision_points(case, brdf, fitted, stopwatch, lights, picture_pixels, progress)
-    protocol = sphere_protocol(pixels, brdf.isotropic)
+    points = precision_points(case, brdf, fitted, stopwatch, lights, _PICTURE_PIXELS, progress)
+    protocol = sphere_protocol(_PIXELS, brdf.isotropic)
     reference = brdf_xyz(brdf, protocol, lights)
     drawn = {}
     for configuration in _configurations(brdf, fitted, protocol, choice):
@@ -106,24 +113,29 @@ def case_points(
     return points
 
 
-def _precision_points(
+def precision_points(
     case: str,
     brdf: Brdf,
-    fitted: tuple[Fit, float],
+    fitted: Fitted,
     stopwatch: Stopwatch,
     lights: Sequence[str],
     pixels: int,
     progress: Callable[[str], None],
 ) -> list[dict]:
     """Factors as the renderer is given them: single, and rounded to half with every column's largest value 1."""
-    found, seconds = fitted
+    found, seconds = fitted.fit, fitted.seconds
     spectra = {light: illuminant(light) for light in lights}
     reference = reference_xyz(brdf, spectra, pixels)
     points = []
     for name in ("single", "half"):
-        start = time.perf_counter()
-        packs = tuple(map(rounded_to_half, found.packs)) if name == "half" else found.packs
-        taken = seconds + (time.perf_counter() - start if name == "half" else 0.0)
+        packs, taken = found.packs, seconds
+        if name == "single" and any(pack.precision == "half" for pack in packs):
+            # The fit stores half where that is good enough; what it rounded is found again by fitting the same way.
+            start = time.perf_counter()
+            packs = fitted.single()
+            taken = time.perf_counter() - start
+        elif name == "half":
+            packs = tuple(map(rounded_to_half, packs))
         pictures = rendered_xyz(stopwatch.renderer, packs, spectra, pixels)
         errors = {
             light: picture_statistics(reference[index], pictures[index], spectrum)
@@ -153,10 +165,8 @@ def _words(point: dict) -> str:
     return f"    {point['kind']}: {point['configuration']}: ΔE94 p99 {p99}"
 
 
-def _configurations(
-    brdf: Brdf, fitted: tuple[Fit, float], protocol: SphereProtocol, choice: Choice
-) -> Iterator[_Configuration]:
-    found, seconds = fitted
+def _configurations(brdf: Brdf, fitted: Fitted, protocol: SphereProtocol, choice: Choice) -> Iterator[_Configuration]:
+    found, seconds = fitted.fit, fitted.seconds
     packs = found.packs
 
     def exact(packs: tuple[FactorPack, ...]) -> Callable[[str], Weights]:

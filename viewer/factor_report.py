@@ -53,7 +53,7 @@ def tables(measured: dict) -> list[TextTable]:
     return [table for make in made if (table := make(measured))[2]]
 
 
-def _figure(value: float | None, form: str = ".2f") -> str:
+def _figure(value: float | int | None, form: str = ".2f") -> str:
     return "-" if value is None else format(value, form)
 
 

@@ -25,13 +25,15 @@ from .renderer import Renderer
 _MATERIAL = "material"
 # Of the light on the surface; as in the protocol, the last of the shade is not counted.
 _LEAST_COSINE = 0.01
+# How often the sphere's triangles are cut in four.
+_SUBDIVISIONS = 5
 
 
 @cache
 def sphere_scenes(pixels: int, angles_deg: tuple[float, ...] = LIGHT_ANGLES_DEG) -> tuple[Scene, ...]:
     """One scene a light angle: a unit sphere that fills `pixels`, orthographic, one sample a pixel, Y = 1 at most."""
     camera = Camera(projection="orthographic", height=2.0, width=pixels, height_px=pixels, samples=1)
-    ball = Part("ball", shapes.sphere(5), _MATERIAL)
+    ball = Part("ball", shapes.sphere(_SUBDIVISIONS), _MATERIAL)
     eye, lamp = observer("1931_2"), illuminant("D65")
     scenes = []
     for angle in np.radians(angles_deg):

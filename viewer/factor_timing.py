@@ -25,8 +25,12 @@ class Stopwatch:
         "geometry kept; look-ups, products, sum over terms and reading back; the median of five pictures"
     )
 
-    def __init__(self, renderer: Renderer, size: int = 384) -> None:
+    #: Pixels along a side.
+    SIZE: ClassVar[int] = 384
+
+    def __init__(self, renderer: Renderer) -> None:
         self.renderer = renderer
+        size = self.SIZE
         self._camera = Camera(
             "above", (0.3, 3.0, 0.2), (0.0, 0.0, 0.0), vertical_fov_deg=60.0, width=size, height_px=size, samples=1
         )

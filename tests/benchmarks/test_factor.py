@@ -2,16 +2,29 @@
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from metamer.materials.factors import FactoredBrdf
+from metamer.materials.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer import factor_benchmark, factor_figures, factor_points
-from metamer.viewer.factor_cases import analytic_cases, chosen_cases, measured_cases
+from metamer.viewer import (
+    factor_benchmark,
+    factor_figures,
+    factor_growth,
+    factor_methods,
+    factor_points,
+    factor_report,
+    factor_scenes,
+)
+from metamer.viewer import filtering_benchmark as filtering
+from metamer.viewer.factor_cases import analytic_cases, chosen_cases, fluorescent_cases
+from metamer.viewer.factor_measured import measured_cases
 from metamer.viewer.factor_sphere import brdf_xyz, pack_xyz
+from metamer.viewer.factor_timing import Stopwatch
 from metamer.viewer.software import SoftwareRenderer
 
 STATISTICS = {"mean", "p95", "p99", "max"}
@@ -36,26 +49,58 @@ def lines():
     return []
 
 
+FITTED = ("oren-nayar-0.52", "ashikhmin-shirley-32")
+DYE = "dye-blue-to-green"
+FLUORESCENT_LIGHTS = ("D65", "A", "D65 UV-free")
+
+
+def filtered(renderer, progress):
+    """One point as `filtering_points` gives it; that benchmark has its own test."""
+    found = dict.fromkeys(("mean", "p95", "p99", "max"), 0.5)
+    return [
+        {
+            "kind": "filtering",
+            "case": "gloss",
+            "configuration": "2x2 samples, linear",
+            "ms_per_megapixel": 5.0,
+            "geometry_ms_per_megapixel": 9.0,
+            "delta_e94": found,
+        }
+    ]
+
+
 @pytest.fixture(scope="module")
 def measured(lines):
     with pytest.MonkeyPatch.context() as patch:
         # One point of each kind is enough to keep the code alive.
         patch.setattr(factor_points, "SIZES", (3, 8))
         patch.setattr(factor_points, "STEPS_NM", (20,))
-        patch.setattr(factor_benchmark, "POINT_CASES", ("ashikhmin-shirley-32",))
-        patch.setattr(factor_points, "RANKS", (2,))
-        return factor_benchmark.run(
-            ["oren-nayar-0.52", "ashikhmin-shirley-32"],
+        patch.setattr(factor_points, "_PICTURE_PIXELS", 24)
+        patch.setattr(factor_scenes, "_SUBDIVISIONS", 3)
+        patch.setattr(Stopwatch, "SIZE", 64)
+        factor_scenes.sphere_scenes.cache_clear()
+        patch.setattr(
+            factor_benchmark, "POINT_CASES", {"ashikhmin-shirley-32": factor_points.Choice((2,), ("io", "hd"), 4)}
+        )
+        patch.setattr(factor_methods, "QUICK", factor_methods.Effort((1, 2, 4), 2, (16, 16, 13), (8, 8, 9, 9)))
+        patch.setattr(factor_growth, "QUICK", ((0.1, 0.15), (2, 4), 0.1))
+        patch.setattr(filtering, "filtering_points", filtered)
+        found = factor_benchmark.run(
+            [*FITTED, DYE],
             pixels=48,
             picture_pixels=24,
+            ranks=(1, 2, 4),
             renderer=SoftwareRenderer(),
             progress=lines.append,
         )
+    factor_scenes.sphere_scenes.cache_clear()
+    return found
 
 
 def test_rows_have_the_documented_shape(measured):
     assert [(row["case"], row["light"]) for row in measured["rows"]] == [
-        (case, light) for case in ("oren-nayar-0.52", "ashikhmin-shirley-32") for light in ("D65", "FL11")
+        *((case, light) for case in FITTED for light in ("D65", "FL11")),
+        *((DYE, light) for light in FLUORESCENT_LIGHTS),
     ]
     for row in measured["rows"]:
         assert {name: type(value) for name, value in row.items()} == ROW
@@ -63,44 +108,135 @@ def test_rows_have_the_documented_shape(measured):
         baseline = row["baseline"]
         assert set(baseline) == {"tensorly_seconds", "tensorly_relative_error", "dbrdf_delta_e94"}
         assert baseline["tensorly_seconds"] is None
-        assert set(row["delta_e94"]) == set(baseline["dbrdf_delta_e94"]) == STATISTICS
+        assert set(row["delta_e94"]) == STATISTICS
+        # A D-BRDF cannot send light out at another wavelength.
+        assert (
+            baseline["dbrdf_delta_e94"] is None
+            if row["case"] == DYE
+            else set(baseline["dbrdf_delta_e94"]) == STATISTICS
+        )
         assert row["peak_bytes"] > 0 and row["table_bytes"] > 0
 
 
 def test_it_is_json_without_the_pictures(measured):
-    document = factor_benchmark.document(measured)
+    document = factor_report.document(measured)
     assert json.loads(json.dumps(document, allow_nan=False)) == document
-    assert "figures" not in document and {"rows", "points"} <= set(document)
+    assert "figures" not in document
+    assert {"rows", "points", "packs_needed", "speed", "growth", "fluorescence"} <= set(document)
 
 
 def test_the_distribution_based_brdf_loses_in_every_row(measured):
-    assert factor_benchmark.losses(measured["rows"]) == []
-    assert "every row" in factor_benchmark.report(measured)
+    assert factor_report.losses(measured["rows"]) == []
+    assert "every row" in factor_report.report(measured)
+    fluorescent = [row for row in measured["rows"] if row["case"] == DYE]
+    assert "No row" in factor_report.verdict(fluorescent)
 
 
 def test_a_row_that_is_lost_is_named():
     even = dict.fromkeys(("mean", "p95", "p99", "max"), 1.0)
     row = {"case": "a", "light": "D65", "delta_e94": even, "baseline": {"dbrdf_delta_e94": {**even, "mean": 2.0}}}
-    assert factor_benchmark.losses([row]) == ["a, D65: p95", "a, D65: p99", "a, D65: max"]
-    assert "p99" in factor_benchmark.verdict([row])
+    assert factor_report.losses([row]) == ["a, D65: p95", "a, D65: p99", "a, D65: max"]
+    assert "p99" in factor_report.verdict([row])
 
 
 def test_points_cover_every_kind(measured):
     points = measured["points"]
-    assert {point["kind"] for point in points} == {"spectra", "ranks", "frames", "precision"}
+    assert {point["kind"] for point in points} == {"spectra", "ranks", "frames", "precision", "paper", "filtering"}
     for point in points:
-        assert set(point["delta_e94"]) == {"D65", "FL11"}
+        lights = {"D65"} if point["kind"] == "filtering" else {"D65", "FL11"}
+        assert set(point["delta_e94"]) == lights
         assert all(set(found) == STATISTICS for found in point["delta_e94"].values())
-        assert point["fit_seconds"] > 0 and point["ms_per_megapixel"] > 0
-    p99 = {point["configuration"]: point["delta_e94"]["FL11"]["p99"] for point in points}
+        assert point["ms_per_megapixel"] > 0
+        assert point["fit_seconds"] is None if point["kind"] == "filtering" else point["fit_seconds"] > 0
+    p99 = {p["configuration"]: p["delta_e94"]["FL11"]["p99"] for p in points if p["kind"] != "filtering"}
     # What the folding of lights is for: a line spectrum is no business of RGB, nor of 20 nm.
     assert p99["balanced 8"] < p99["Peercy 8"] < p99["RGB"] < p99["20 nm"], p99
-    assert p99["half"] - p99["single"] < 0.1, p99
+    assert abs(p99["half"] - p99["single"]) < 0.1, p99
+
+
+def test_half_precision_is_what_is_drawn(measured, monkeypatch):
+    """The renderer is handed packs whose factors fit into 16 bits, and says so."""
+    handed = []
+    monkeypatch.setattr(
+        factor_points, "rendered_xyz", lambda renderer, packs, lights, pixels: handed.append(packs) or real(pixels)
+    )
+    real = lambda pixels: np.zeros((1, 5, pixels, pixels, 3))  # noqa: E731
+    monkeypatch.setattr(factor_points, "reference_xyz", lambda brdf, lights, pixels: real(pixels) + 0.1)
+
+    class Watch(Stopwatch):
+        def __init__(self):
+            self.renderer = SoftwareRenderer()
+
+        def milliseconds(self, packs):
+            return 1.0
+
+    brdf = analytic_cases()[1].make()
+    found = factor_points.fit(brdf, budget=5.0, pixels=32, precision="single")
+    stored = replace(found, packs=tuple(map(rounded_to_half, found.packs)))
+    fitted = factor_points.Fitted(stored, 1.0, lambda: found.packs)
+    points = factor_points.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
+    assert [point["configuration"] for point in points] == ["single", "half"]
+    single, half = handed
+    assert all(pack.precision == "single" for pack in single) and all(pack.precision == "half" for pack in half)
+    for pack in half:
+        for factor in pack.factors:
+            np.testing.assert_array_equal(factor, factor.astype(np.float16).astype(float))
+
+
+def test_packs_of_the_papers_methods(measured):
+    tried = [point for point in measured["points"] if point["kind"] == "paper"]
+    assert {(point["frame"], point["method"]) for point in tried} == {
+        (frame, method) for frame in ("io", "hd") for method in ("joint", "incremental", "refitted")
+    }
+    assert {point["packs"] for point in tried if point["frame"] == "io"} == {1, 2, 4}
+    assert {point["packs"] for point in tried if point["frame"] == "hd"} == {1, 2}
+    (d65, fl11) = measured["packs_needed"]
+    assert d65["light"] == "D65" and fl11["light"] == "FL11" and d65["paper_2010"] == 22
+    assert len(d65["needed"]) == 6 and all(count is None or count in (1, 2, 4) for count in d65["needed"].values())
+
+
+def test_least_number_of_packs_that_is_good_enough():
+    def point(packs, p99):
+        return {"frame": "io", "method": "joint", "packs": packs, "delta_e94": {"D65": {"p99": p99}}}
+
+    points = [point(4, 0.2), point(1, 3.0), point(2, 0.9), point(8, 1.5)]
+    assert factor_methods.packs_needed(points, "D65", 1.0) == {"io, joint": 2}
+    assert factor_methods.packs_needed(points, "D65", 0.1) == {"io, joint": None}
+
+
+def test_fluorescent_rows_are_drawn_and_compared_with_what_else_there_is(measured):
+    rows = {row["light"]: row for row in measured["fluorescence"]["without"]}
+    assert tuple(rows) == FLUORESCENT_LIGHTS
+    assert "400 nm" in measured["fluorescence"]["lights"]
+    for light, row in rows.items():
+        p99 = {name: found["p99"] for name, found in row["delta_e94"].items()}
+        assert p99["packs"] < 0.2 and p99["diagonal"] > 2.0, (light, p99)
+    # A reflectance measured under D65 is right there, and wrong under any light with less to excite it.
+    under_a = {name: found["p99"] for name, found in rows["A"]["delta_e94"].items()}
+    assert rows["D65"]["delta_e94"]["rgb"]["p99"] < 0.2 < 2.0 < min(under_a["reflectance"], under_a["rgb"])
+    sizes = measured["fluorescence"]["two_surfaces"]
+    assert [row["J"] for row in sizes] == sorted(row["J"] for row in sizes) and sizes[-1]["max"] < 0.1
+
+
+def test_growth_is_over_resolution_and_rank(measured):
+    growth = measured["growth"]
+    assert [(row["over"], row["rank"]) for row in growth] == [
+        *(("resolution", 16), ("resolution", 16)),
+        *(("rank", 2), ("rank", 4)),
+    ]
+    assert growth[0]["nodes"] < growth[1]["nodes"]
+    assert growth[3]["relative_error"] < growth[2]["relative_error"]
+    for row in growth:
+        assert row["peak_bytes"] > row["table_bytes"] == 8 * 8 * row["nodes"] and row["seconds"] > 0
 
 
 def test_progress_is_told(measured, lines):
-    assert "1/2 oren-nayar-0.52: fitting" in lines
+    assert "1/3 oren-nayar-0.52: fitting" in lines and "3/3 dye-blue-to-green: drawing" in lines
     assert any("D-BRDF" in line for line in lines)
+
+
+# Kinds in the legends of the two surfaces with points: all but filtering, and filtering.
+KEYS = 5 + 1
 
 
 class Page(HTMLParser):
@@ -128,21 +264,35 @@ class Page(HTMLParser):
 
 
 def test_page_is_self_contained_and_whole(measured):
-    text = factor_benchmark.page(measured)
+    text = factor_report.page(measured)
     page = Page()
     page.feed(text)
     assert page.open == []
-    assert page.images == 2 * 2 * 5
+    assert page.images == 2 * 2 * 5 + 3 * 7
     assert all(source.startswith("data:image/webp;base64,") for source in page.fetched), page.fetched
     assert not re.search(r"url\(|@import|https?://", text)
-    assert text.count('class="curve ') == 2 * 3 * 3
-    assert text.count("<circle") == 2 * 2 * len(measured["points"])
+    assert text.count('class="curve ') == 3 * 3 * 3
+    # Two lights and two costs a point; filtering has one light, and no seconds to fit.
+    assert text.count('<g class="mark kind-') == 4 * (len(measured["points"]) - 1) + 1 + KEYS
     assert not re.search(r"\bnan\b", re.sub(r"data:[^\"]*", "", text))
 
 
 def test_page_without_points_or_pictures(measured):
-    text = factor_benchmark.page({**measured, "points": [], "figures": []})
-    assert "ashikhmin-shirley-32" in text and "Speed against error" not in text
+    bare = {"points": [], "figures": [], "packs_needed": [], "growth": [], "fluorescence": {"without": []}}
+    text = factor_report.page({**measured, **bare})
+    assert "ashikhmin-shirley-32" in text
+    assert not any(words in text for words in ("Speed against error", "How a decomposition grows", "Fluorescence, and"))
+
+
+def test_page_and_text_show_both_sides_of_the_speed_bar(measured):
+    brdf = analytic_cases()[0].make()
+    pytest.importorskip("tensorly")
+    row = factor_growth.speed_row("matt", brdf, (9, 10, 9, 4), 3, 4)
+    assert row["times_faster"] == pytest.approx(row["tensorly_seconds"] / row["seconds"])
+    assert row["error_ratio"] == pytest.approx(row["relative_error"] / row["tensorly_relative_error"])
+    assert set(row["methods"]) == {"joint", "incremental", "refitted"} and row["peak_bytes"] > row["table_bytes"]
+    both = {**measured, "speed": [row]}
+    assert "times faster" in factor_report.report(both) and "times faster" in factor_report.page(both)
 
 
 def test_xyz_of_packs_is_that_of_their_brdf():
@@ -167,7 +317,8 @@ def test_polar_radius_is_the_root_of_what_the_formula_says():
 
 
 def test_cases_by_name(tmp_path):
-    assert [case.name for case in chosen_cases(None)] == [case.name for case in analytic_cases()]
+    own = (*analytic_cases(), *fluorescent_cases())
+    assert [case.name for case in chosen_cases(None)] == [case.name for case in own]
     with pytest.raises(UnknownNameError, match="oren-nayar"):
         chosen_cases(["oren-nayar-0.25"])
     with pytest.raises(InputError, match="no such folder"):
@@ -176,12 +327,15 @@ def test_cases_by_name(tmp_path):
         chosen_cases(None, tmp_path)
 
 
-def test_measured_case_is_read(shared_data):
+def test_measured_cases_are_of_every_family(shared_data):
     names = [case.name for case in measured_cases(shared_data)]
     assert {"red-fabric", "blue-metallic-paint", "yellow-matte-plastic"} <= set(names)
-    brdf = chosen_cases(["red-fabric"], shared_data)[0].make()
+    assert {"garnet_red", "krylon_blue", "mystique", "BiSpectral-1", "BiSpectral-2"} <= set(names)
+    assert sum(name.endswith("_rgb") for name in names) == 4 and len(set(names)) == len(names)
     up = np.array([0.0, 0.0, 1.0])
-    assert brdf.isotropic and np.all(brdf.eval(up, up) > 0)
+    for name in ("red-fabric", "mystique", "cc_iris_purple_gem_rgb", "BiSpectral-2"):
+        brdf = chosen_cases([name], shared_data)[0].make()
+        assert brdf.isotropic and np.all(brdf.eval(up, up) > 0), name
 
 
 @pytest.mark.slow
@@ -197,4 +351,5 @@ def test_tensorly_row():
         renderer=SoftwareRenderer(),
     )
     baseline = found["rows"][0]["baseline"]
+    assert found["speed"][0]["times_faster"] > 1
     assert baseline["tensorly_seconds"] > 0 and 0 < baseline["tensorly_relative_error"] < 0.1
