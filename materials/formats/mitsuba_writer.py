@@ -1,10 +1,10 @@
 """Writes a Mitsuba 3 scene: a sphere of the material, lit and seen as the reference renderer would do it.
 
 What Mitsuba has a plugin of becomes that plugin, exactly: Lambert's surface is `diffuse`, Cook and Torrance's with
-Smith's masking is `roughconductor`, blended with `diffuse`. Any other isotropic BRDF is tabulated (`rgl_writer`) for
-the plugin `measured`, with light and viewer exchanged: Mitsuba asks for the table's light in the direction of the
-viewer, so that a measurement that is not quite reciprocal would look otherwise there. Anisotropic measurements of the
-RGL data base are written as they are.
+Smith's masking is `roughconductor`, blended with `diffuse`. Any other BRDF is tabulated (`rgl_table`) for the plugin
+`measured`, with light and viewer exchanged: Mitsuba asks for the table's light in the direction of the viewer, so that
+a measurement that is not quite reciprocal would look otherwise there. Anisotropic measurements of the RGL data base are
+written as they are.
 
 Red, green and blue of the picture are linear sRGB in which the perfect diffuser that faces the light has Y = 1.
 """
@@ -24,10 +24,12 @@ from ...spectral.observers import observer
 from ...spectral.upsampling import upsampling
 from ..analytic import CookTorrance, Lambert
 from ..brdf import Brdf
+from ..fluorescent import FluorescentBrdf
 from ..protocol import sphere_protocol
 from ..rgl import RglBrdf
+from ..rgl_table import rgl_fields
 from .rgl import RglMeasurement
-from .rgl_writer import check_tabulated, rgl_fields, write_tensors
+from .rgl_writer import write_tensors
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -52,7 +54,7 @@ def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...
     Raises
     ------
     InputError
-        A fluorescent surface, which Mitsuba has no plugin for, an anisotropic formula, or a folder that cannot be
+        A fluorescent surface, which Mitsuba has no plugin for, one without mirror planes, or a folder that cannot be
         written to.
     """
     from xml.etree import ElementTree
@@ -79,7 +81,10 @@ class _Exchanged(Brdf):
     """A BRDF asked for with its light where the viewer is."""
 
     brdf: Brdf
-    isotropic: bool = True
+
+    @property
+    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.brdf.isotropic
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -95,8 +100,8 @@ def _table(brdf: Brdf, comment: str) -> tuple[dict[str, np.ndarray], tuple[str, 
     """Fields of the file for `measured`, and how far they are from the BRDF."""
     if isinstance(brdf, RglBrdf) and not brdf.isotropic:
         return _as_read(brdf)
-    check_tabulated(brdf)
-    exchanged, sphere = _Exchanged(brdf), sphere_protocol(_JUDGED)
+    exchanged = brdf if isinstance(brdf, FluorescentBrdf) else _Exchanged(brdf)
+    sphere = sphere_protocol(_JUDGED, brdf.isotropic)
     fields = rgl_fields(exchanged, comment)
     error = sphere.compare(sphere.reference(exchanged), sphere.reference(RglBrdf(RglMeasurement("", fields))))
     return fields, (
@@ -191,7 +196,10 @@ def _scene(bsdf: Element) -> Element:
     light.append(_element("vector", name="direction", value=", ".join(repr(-float(x)) for x in TO_LIGHT)))
     light.append(_spectrum("irradiance", *_irradiance()))
     ball = _element("shape", type="sphere")
-    ball.append(bsdf)
+    # Its pole upright, so that the surface's x runs along the parallels, as on our sphere.
+    upright = _element("transform", name="to_world")
+    upright.append(_element("rotate", x="1", angle="-90"))
+    ball.extend([upright, bsdf])
     scene.extend([sensor, light, ball])
     return scene
 

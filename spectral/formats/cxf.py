@@ -77,11 +77,14 @@ def read(path: Path) -> SpectralFile:
     gathered = Gathering(path, NAME)
     if known.note:
         gathered.note(known.note)
-    for name, item in _named(objects, gathered):
+    measured = []
+    for item in objects:
         values = [value for group in known.children(item, "ColorValues") for value in known.children(group)]
         spectra = [value for value in values if known.name(value) in _SPECTRA]
-        if not spectra:
-            continue
+        if spectra:
+            measured.append((item, values, spectra))
+    names = _names([item for item, _, _ in measured], gathered)
+    for name, (item, values, spectra) in zip(names, measured, strict=True):
         beside = [value for value in values if known.name(value) not in _SPECTRA]
         colours, other = stated_values(beside, name, specifications, known, gathered)
         for value, label in zip(spectra, _labels(spectra, specifications), strict=True):
@@ -101,16 +104,23 @@ def read(path: Path) -> SpectralFile:
     return gathered.finish(file_details(root, known))
 
 
-def _named(objects: list[Element], gathered: Gathering) -> list[tuple[str, Element]]:
-    """Objects by name; those that share one are told apart by Id, those without one are called by it."""
+def _names(objects: list[Element], gathered: Gathering) -> list[str]:
+    """Names of objects; those that share one are told apart by ObjectType, else by Id. Without a name the Id is it."""
     names = [item.get("Name") or item.get("Id") or f"object {place}" for place, item in enumerate(objects, 1)]
-    shared = {name for name, times in Counter(names).items() if times > 1}
-    if shared:
-        gathered.note(f"objects that share a name, such as {min(shared)!r}, were told apart by their Ids")
-    return [
-        (f"{name} ({item.get('Id') or place})" if name in shared else name, item)
-        for place, (name, item) in enumerate(zip(names, objects, strict=True), 1)
-    ]
+    alike: dict[str, list[int]] = {}
+    for place, name in enumerate(names):
+        alike.setdefault(name, []).append(place)
+    for name, places in alike.items():
+        if len(places) == 1:
+            continue
+        for attribute in ("ObjectType", "Id"):
+            labels = [objects[place].get(attribute, "") for place in places]
+            if len(set(labels)) == len(labels):
+                gathered.note(f"objects that share a name are told apart by {attribute}", name)
+                for place, label in zip(places, labels, strict=True):
+                    names[place] = f"{name} ({label})"
+                break
+    return names
 
 
 def _specifications(resources: list[Element], known: Vocabulary) -> dict[str, Specification | None]:

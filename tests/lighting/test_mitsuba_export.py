@@ -47,8 +47,11 @@ def blocks(image):
     return image.reshape(count, BLOCK, count, BLOCK, 3).mean(axis=(1, 3))
 
 
-def difference(mi, folder, brdf, samples=128):
-    """RMS difference of lit blocks and its noise, and the difference of the whole picture, all over the mean."""
+def difference(mi, folder, brdf, samples=64, shown=None):
+    """RMS difference of lit blocks and its noise, and the difference of the whole picture, all over the mean.
+
+    `shown`: what the reference shows, if not `brdf`.
+    """
     write_mitsuba(folder, brdf, "from a test")
     loaded = mi.load_file(str(folder / SCENE), resolution=PIXELS, spp=samples)
     back = np.linalg.inv(RGB_FROM_XYZ).T
@@ -56,7 +59,7 @@ def difference(mi, folder, brdf, samples=128):
     camera = Camera(projection="orthographic", height=HEIGHT, width=PIXELS, height_px=PIXELS, samples=8)
     light = DirectionalLight(TO_LIGHT, illuminant("D65"), 1000.0)
     scene = Scene((Part("ball", sphere(), "it"),), (light,), (camera,), observer("1931_2"))
-    ours, _ = reference_image(scene, None, {"it": brdf})
+    ours, _ = reference_image(scene, None, {"it": shown or brdf})
     lit = blocks(ours)[..., 1] > 0.002
     level = blocks(ours)[lit].mean()
     apart = blocks(ours - np.mean(theirs, axis=0))
@@ -99,9 +102,26 @@ def test_an_rgl_measurement_is_the_same_sphere(mi, tmp_path, shared_data):
     assert rms < 1.5 * noise + 0.005 and whole < 0.005, (rms, noise, whole)
 
 
-def test_an_anisotropic_formula_is_refused(tmp_path):
-    with pytest.raises(InputError, match="anisotropic"):
-        write_mitsuba(tmp_path, AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2])
+def test_a_brushed_surface_is_the_same_sphere_and_not_the_one_brushed_across(mi, tmp_path):
+    one = AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2]
+    brushed = AshikhminShirley(one.diffuse, one.specular, 10.0, 200.0)
+    rms, noise, whole = difference(mi, tmp_path, brushed)
+    assert rms < 1.5 * noise + 0.015 and whole < 0.012, (rms, noise, whole)
+    across = AshikhminShirley(one.diffuse, one.specular, 200.0, 10.0)
+    assert difference(mi, tmp_path, brushed, shown=across)[0] > 0.1
+
+
+class Skewed(AshikhminShirley):
+    """Stretched highlights that lean to one side."""
+
+    def _eval_lit(self, wi, wo):
+        return super()._eval_lit(wi, wo) * (1.0 + 0.3 * wi[:, :1] * wo[:, :1] * wi[:, 1:2] * wo[:, 1:2] * wi[:, :1])
+
+
+def test_a_surface_without_mirror_planes_is_refused(tmp_path):
+    one = AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2]
+    with pytest.raises(InputError, match="without mirror planes"):
+        write_mitsuba(tmp_path, Skewed(one.diffuse, one.specular, 10.0, 200.0))
     assert list(tmp_path.iterdir()) == []
 
 

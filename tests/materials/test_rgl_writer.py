@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS, AshikhminShirley
 from metamer.materials.formats.rgl import RglMeasurement, read_rgl, read_tensors
-from metamer.materials.formats.rgl_writer import rgl_fields, write_tensors
+from metamer.materials.formats.rgl_writer import write_tensors
 from metamer.materials.protocol import sphere_protocol
 from metamer.materials.rgl import RglBrdf
+from metamer.materials.rgl_table import rgl_fields
 from metamer.spectral.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
@@ -51,6 +52,10 @@ def test_red_green_and_blue_beside_the_spectra_are_theirs():
     assert error.p99 < 0.5, error
 
 
-def test_an_anisotropic_formula_is_not_tabulated():
-    with pytest.raises(InputError, match="anisotropic"):
-        rgl_fields(AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2])
+def test_a_brushed_surface_looks_like_itself_at_every_turn():
+    one = AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2]
+    brushed = AshikhminShirley(one.diffuse, one.specular, 20.0, 100.0)
+    measurement = RglMeasurement("", rgl_fields(brushed))
+    sphere = sphere_protocol(32, False)
+    error = sphere.compare(sphere.reference(brushed), sphere.reference(RglBrdf(measurement)))
+    assert not measurement.isotropic and error.mean < 0.6 and error.p95 < 1.5, error

@@ -190,7 +190,11 @@ def test_spectra_of_several_conditions_are_told_apart(written):
 def test_objects_that_share_a_name_are_told_apart(written):
     file = cxf.read(written(document(item(RED) + item(RED, ident="o2"))))
     assert [entry.name for entry in file.entries] == ["red (o1)", "red (o2)"]
-    assert "share a name" in file.notes[0]
+    assert "told apart by Id" in file.notes[0]
+    measured = item(RED, ident="o2").replace("Standard", "M0_Measurement")
+    measured += item(RED, ident="o3").replace("Standard", "M1_Measurement")
+    file = cxf.read(written(document(item("") + measured)))
+    assert [entry.name for entry in file.entries] == ["red (M0_Measurement)", "red (M1_Measurement)"]
 
 
 def test_stated_colours_are_converted_where_no_other_data_are_needed(written):
