@@ -31,6 +31,9 @@ from .software import SoftwareRenderer
 if TYPE_CHECKING:
     import moderngl
 
+# The numbers of a part's first and last triangle, and its box of pixels.
+Place = tuple[tuple[int, int], tuple[int, int, int, int]]
+
 __all__ = ["GLRenderer", "Renderer", "SoftwareRenderer", "create_renderer"]
 
 
@@ -46,12 +49,13 @@ def create_renderer(filtering: Filtering = "linear") -> tuple[Renderer, NoGL | N
 class GLTile(Tile):
     """A tile on the GPU.
 
-    seen : triangle number + 1 at each sample, 0 where there is none; `triangles` are those numbers.
+    seen : triangle number + 1 at each sample, 0 where there is none.
+    parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
+    None where there are none.
     lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
     """
 
-    triangles: WindowTriangles
-    first_face: Int[np.ndarray, "_"]
+    parts: tuple[Place | None, ...]
     samples: int
     seen: moderngl.Texture
     lights: tuple[tuple[moderngl.Texture, ...], ...]
@@ -103,7 +107,8 @@ class GLRenderer(Renderer):
         finally:
             scratch.release()
         place = window.left // side, window.top // side
-        return GLTile(*place, coverage, triangles, geometry.first_face, side, seen, lights, owner)
+        parts = _places(triangles, geometry.first_face, side, coverage.shape[::-1])
+        return GLTile(*place, coverage, parts, side, seen, lights, owner)
 
     def _discard(self, tile: GLTile) -> None:
         tile.owner.release()
@@ -133,11 +138,10 @@ class GLRenderer(Renderer):
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
             for layer in layers:
-                ends = tile.first_face[layer.part : layer.part + 2]
-                first, last = (int(end) for end in np.searchsorted(tile.triangles.parent, ends))
-                box = _box(tile.triangles, first, last, tile.samples, (width, height))
-                if box is None:
+                place = tile.parts[layer.part]
+                if place is None:
                     continue
+                numbers, box = place
                 weights = weight_texels(layer.weights[:, 3 * start : 3 * stop])
                 made, table = tables[id(layer.pack)]
                 io, hd, azimuth, *spans = tile.lights[layer.light]
@@ -152,7 +156,7 @@ class GLRenderer(Renderer):
                 if spans:
                     samplers["spans"] = spans[0 if in_io else 1]
                 values = {
-                    "part": (first + 1, last),
+                    "part": numbers,
                     "samples": tile.samples,
                     "rows": len(weights),
                     "azimuth_channel": 0 if in_io else 1,
@@ -164,17 +168,25 @@ class GLRenderer(Renderer):
             owner.release()
 
 
-def _box(
-    triangles: WindowTriangles, first: int, last: int, samples: int, size: tuple[int, int]
-) -> tuple[int, int, int, int] | None:
-    """The pixels (x, y, width, height) that triangles first..last can touch, or None."""
-    if first >= last:
-        return None
-    corners = triangles.corners[first:last].reshape(-1, 2)
-    low = corners.min(axis=0) // (SUBSTEPS * samples)
-    high = np.minimum(corners.max(axis=0) // (SUBSTEPS * samples) + 1, size)
-    width, height = high - low
-    return (int(low[0]), int(low[1]), int(width), int(height)) if width > 0 and height > 0 else None
+def _places(
+    triangles: WindowTriangles, first_face: Int[np.ndarray, "_"], samples: int, size: tuple[int, int]
+) -> tuple[Place | None, ...]:
+    """Where each part is found in a tile of `size` pixels."""
+    ends = np.searchsorted(triangles.parent, first_face)
+    found: list[Place | None] = []
+    for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        if first == last:
+            found.append(None)
+            continue
+        spans = []
+        for axis, most in enumerate(size):
+            corners = triangles.corners[first:last, :, axis]
+            low = int(corners.min()) // (SUBSTEPS * samples)
+            spans.append((low, min(int(corners.max()) // (SUBSTEPS * samples) + 1, most) - low))
+        (left, width), (top, height) = spans
+        box = (left, top, width, height)
+        found.append(((first + 1, last), box) if width > 0 and height > 0 else None)
+    return tuple(found)
 
 
 def _coverage(seen: moderngl.Texture, samples: int) -> Float[np.ndarray, "h w"]:

@@ -164,7 +164,7 @@ def _ways(
         "azimuth": azimuth,
         "factors": factors.texture(owner),
     }
-    values = {"samples": 1, "rows": len(factors.texels), "part": (1, len(tile.triangles.parent)), "azimuth_channel": 1}
+    values = {"samples": 1, "rows": len(factors.texels), "part": tile.parts[0][0], "azimuth_channel": 1}
 
     def way(fragment: str, quads: int | None, tables: dict[str, np.ndarray]) -> _Way:
         picture = owner.texture((size, size), 4)
