@@ -189,10 +189,11 @@ def reflective_divisor(
     ------
     InputError
         Nothing is stated, and the values could be percent of a dark sample or radiance factors of a bright one; or
-        they are so large that they need be neither.
+        they are so large or small that they need be neither.
     """
     said = f"{lowest:.4g} to {highest:.4g}"
-    if unit is None and not told and highest > 200.0:
+    # Between the blackest black that is sold as a paint and the brightest fluorescent one, in percent or fractions.
+    if unit is None and not told and not 0.002 <= highest <= 200.0:
         raise InputError(
             "what was measured?",
             file=path,

@@ -112,6 +112,8 @@ def parse_table(path: Path) -> Table:
             expected="wavelengths down the first column or across a header, numbers beside them",
         )
     heads = shown[layout.header][1] if layout.header is not None else _commented_header(remarks, shown, layout, dialect)
+    if not dialect.delimiter and heads:
+        heads = _spaced_header(heads, len(shown[layout.first][1]))
     above = shown[: layout.first if layout.header is None else layout.header]
     preamble, words = _preamble(above, remarks)
     rows = ((index, dialect.cells(line)) for index, line in plain[layout.first :])
@@ -156,6 +158,19 @@ def _commented_header(remarks: Sequence[str], shown: Sequence[Row], layout: Layo
         if len(cells) == len(shown[0][1]):
             return cells
     return []
+
+
+def _spaced_header(heads: list[str], width: int) -> list[str]:
+    """Headers of as many columns as there are, where white space parts them and stands in them.
+
+    Two columns: all words after the first and its unit in brackets name the second. Of more, none can be told.
+    """
+    if len(heads) <= width:
+        return heads
+    if width != 2:
+        return []
+    unit = 2 if heads[1].startswith(("(", "[")) else 1
+    return [" ".join(heads[:unit]), " ".join(heads[unit:])]
 
 
 def _across(

@@ -77,12 +77,12 @@ def test_damaged_files_are_read_or_refused(small_files, written, seed):
     rng = random.Random(seed)
     name = rng.choice(list(small_files.SMALL))
     path = written(small_files.mutated(small_files.SMALL[name], rng), name)
-    for reader in TEXT:
-        reader.recognises(path, path.read_bytes()[:HEAD])
-        try:
-            holds(reader.read(path))
-        except InputError as refusal:
-            assert str(path) in str(refusal)
+    reader = rng.choice(TEXT)
+    reader.recognises(path, path.read_bytes()[:HEAD])
+    try:
+        holds(reader.read(path))
+    except InputError as refusal:
+        assert str(path) in str(refusal)
     try:
         holds(read_spectra(path))
     except InputError as refusal:

@@ -106,8 +106,18 @@ def test_percent_of_a_dark_sample_or_radiance_factor_of_a_bright_one(refused):
     assert 'write "reflectance (%)" or "radiance factor"' in lines[-1]
 
 
-def test_values_too_large_to_be_percent_need_a_word(refused):
-    assert refused(read, "nm,A\n400,50\n410,4000\n420,700\n")[0] == "paints.csv: values: what was measured?"
+@pytest.mark.parametrize("content", ["nm,A\n400,50\n410,4000\n420,700\n", "nm,A\n400,0\n410,0.0004\n420,0.0007\n"])
+def test_values_too_large_or_small_for_a_paint_need_a_word(refused, written, content):
+    assert refused(read, content)[0] == "paints.csv: values: what was measured?"
+    (entry,) = read(written(content.replace("A", "W/m2/nm"))).entries
+    assert entry.spectrum.quantity == "emission"
+
+
+def test_spaces_in_the_header_of_a_table_that_spaces_part(written):
+    (entry,) = read(written("Wavelength (nm) Deep Red\n400 0.05\n410 0.06\n420 0.07\n", "red.txt")).entries
+    assert entry.name == "Deep Red"
+    (entry,) = read(written("Wavelength (nm) Reflectance (%)\n400 5\n410 6\n420 7\n", "red.txt")).entries
+    assert entry.name == "red" and entry.spectrum.samples.tolist() == RED
 
 
 def test_a_radiance_factor_by_its_word(written):
