@@ -86,7 +86,7 @@ def test_the_same_sphere(mi, tmp_path, name, record_property):
     assert (tmp_path / TABLE).exists() != exact
     assert (f'type="{name}"' in (tmp_path / SCENE).read_text()) == exact
     # The noise of two seeds' mean is itself known to a fifth or so.
-    assert rms < 1.5 * noise + 0.005 and whole < 0.003, (rms, noise, whole)
+    assert rms < 1.5 * noise + 0.005 and whole < noise + 0.003, (rms, noise, whole)
 
 
 def test_a_measurement_that_is_not_reciprocal_is_the_same_sphere(mi, tmp_path, shared_data):
