@@ -72,7 +72,8 @@ def test_factor_writes_rows_at_the_top_and_a_page(metamer, monkeypatch, tmp_path
             },
         }
         words = dict.fromkeys(("renderer", "timing", "protocol", "dbrdf", "tensorly"), "words")
-        return {"rows": [row], "points": [], "figures": [], **words}
+        lists = {name: [] for name in ("points", "packs_needed", "speed", "growth", "figures")}
+        return {"rows": [row], **lists, "fluorescence": {"without": []}, **words}
 
     monkeypatch.setattr(factor_benchmark, "run", run)
     monkeypatch.delenv("METAMER_DATA", raising=False)
@@ -80,10 +81,26 @@ def test_factor_writes_rows_at_the_top_and_a_page(metamer, monkeypatch, tmp_path
     code, out, _ = metamer("bench", "factor", "--cases", "matt", "--json", json_file, "--html", page, "--no-points")
     assert code == 0
     assert asked["cases"] == ("matt",) and asked["data"] is None and not asked["points"] and not asked["baseline"]
+    assert not asked["growth"]
     assert "every row" in out
     written = json.loads(json_file.read_text())
     assert written["rows"][0]["case"] == "matt" and "figures" not in written
     assert "<!DOCTYPE html>" in page.read_text(encoding="utf-8")
+
+
+def test_factor_takes_measured_data_from_the_environment_and_the_full_sizes(metamer, monkeypatch, tmp_path):
+    asked = {}
+
+    def run(cases, **options):
+        asked.update(options, cases=cases)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(factor_benchmark, "run", run)
+    monkeypatch.setenv("METAMER_DATA", str(tmp_path))
+    metamer("bench", "factor", "--growth", "--baseline")
+    assert asked["cases"] is None and asked["data"] == tmp_path and asked["growth"] and asked["baseline"]
+    metamer("bench", "factor", "--data", tmp_path / "other")
+    assert asked["data"] == tmp_path / "other" and not asked["growth"]
 
 
 def test_factor_names_the_cases_that_there_are(metamer, monkeypatch):
