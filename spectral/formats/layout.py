@@ -112,7 +112,7 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
             found = [dialect.wavelength(cells[column]) if column < len(cells) else None for cells in run]
             values = [pair[0] for pair in found if pair is not None]
             # Next to an axis stand values: "Wavelength (nm)" may be two cells where white space parts them.
-            if found[0] is None or (len(values) < 2 and column not in said) or column - 1 in axes:
+            if found[0] is None or (len(values) < 2 and column not in said) or {column - 1, column} <= said:
                 continue
             # R1 to R15 are colour rendering indices; micrometres come as plain numbers.
             likely = all(100.0 <= value <= 20_000.0 for value in values[:3]) or (
