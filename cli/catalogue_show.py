@@ -50,6 +50,9 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
 
     said, colour = record.provenance, record_colour(record)
     told = _TOLD if record.model == "scattered" else ()
+    original = shown_values(record.original)
+    # What the file said of its measurement, a line each.
+    details = {name[8:]: original.pop(name) for name in tuple(original) if name.startswith("details.")}
     lines = [
         ("material", record.id),
         ("model", record.model),
@@ -60,9 +63,11 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         ("licence", said.licence),
         ("geometry", said.geometry or "not stated"),
         ("notes", said.notes.replace(" + ", f"\n{'':{_INDENT}}") or "none"),
-        ("original", _listed(shown_values(record.original))),
+        ("original", _listed(original)),
+        ("details", f"\n{'':{_INDENT}}".join(f"{name} {' '.join(text.split())}" for name, text in details.items())),
         ("packs", "; ".join(_pack(pack) for pack in record.packs) or "none: a spectrum without a surface"),
     ]
+    lines = [line for line in lines if line[0] != "details" or details]
     if colour is not None:
         lines.append(("colour", colour_words(colour)))
     if record.error:

@@ -44,7 +44,11 @@ MEASURED = {
 }
 
 SPECTRA = {
-    "emission": SpectrumOnly("emission", "an emission spectrum", "use it as a light"),
+    "emission": SpectrumOnly(
+        "emission",
+        "an emission spectrum",
+        'use it as a light: metamer catalogue export ID --format csv -o F.csv, and spectrum = "F.csv" in a [[light]]',
+    ),
     "transmittance": SpectrumOnly(
         "transmittance", "a transmittance spectrum", "measure what the sample reflects, and import that"
     ),

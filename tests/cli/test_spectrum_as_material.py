@@ -31,3 +31,14 @@ def test_review_sweeps_surfaces_alone_and_refuses_a_spectrum_by_name(metamer, sc
 def test_fit_refuses_it(metamer, folder):
     code, _, err = metamer("fit", "tiny/led", "--catalogue", folder)
     assert code == 4 and "tiny/led: an emission spectrum" in err
+
+
+def test_the_way_that_the_refusal_names_leads_there(metamer, scene, folder, tmp_path):
+    """Export the emission, name the file as a light's spectrum, render."""
+    words = ["catalogue", "export", "tiny/led", "--format", "csv", "-o", tmp_path / "led.csv", "--catalogue", folder]
+    code, _, err = metamer(*words)
+    assert code == 0, err
+    scene.write_text(scene.read_text().replace('spectrum = "D65"', 'spectrum = "led.csv"'))
+    words = ["render", scene, "-o", tmp_path / "a.png", "--catalogue", folder, "--renderer", "software"]
+    code, _, err = metamer(*words)
+    assert code == 0 and (tmp_path / "a.png").exists(), err
