@@ -112,10 +112,9 @@ def _texture(role: str, file: Path) -> Texture:
             "cannot be read", file=file, field=role, found=found, expected="a readable picture", hint=hint
         ) from None
     slot = role if map_name(file) is None or role in _RENDERED else f"{role}{_number(role, file)}"
-    texture = Texture(slot, data, "sRGB" if role in ("albedo", "emission") else "linear", file, role)
-    if texture.encoding == "sRGB" and texture.values.dtype.kind == "f":
-        texture = Texture(slot, data, "linear", file, role)
-    return texture
+    texture = Texture(slot, data, "sRGB", file, role)
+    coloured = role in ("albedo", "emission") and not texture.floating
+    return texture if coloured else Texture(slot, data, "linear", file, role)
 
 
 def _number(role: str, file: Path) -> str:
@@ -153,7 +152,7 @@ def _check_sizes(path: Path, textures: list[Texture]) -> None:
 def _surface(only: dict[str, Texture], uplift: str, notes: list[str]) -> tuple[str, dict[str, Any]]:
     """Model and parameters of the mean; what was assumed is added to `notes`."""
     albedo = only["albedo"]
-    if albedo.values.dtype.kind == "f":
+    if albedo.floating:
         beyond = int(((albedo.values[..., :3] < 0) | (albedo.values[..., :3] > 1)).sum())
         notes += [f"{beyond} values of the albedo are below 0 or above 1, and kept so"] if beyond else []
     roughness, metallic = _roughness(only, notes), _metallic(only, notes)

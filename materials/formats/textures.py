@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import io
-import struct
 import sys
 import tempfile
 import warnings
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Literal, NoReturn
 
@@ -30,11 +28,19 @@ MOST_TEXELS = 1 << 26
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "AVIF")
 _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I;16N", "I", "F")
 _BLOCK = 1 << 16
-# Whatever Pillow's readers let out when bytes are not what they say.
-_DAMAGE = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, struct.error, zlib.error, EOFError)
 _TOO_LARGE, _SMALLER = "too large a picture", "save the picture smaller"
 _PROFILE = "the {} map carries a colour profile of its own, which is not applied: it is taken as sRGB"
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What a picture's file says before its pixels; `mode` is Pillow's word for the kind of its values."""
+
+    size: tuple[int, int]
+    mime: str
+    mode: str
+    profile: bytes
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,17 +69,24 @@ class Texture:
     @property
     def mime(self) -> str:
         """The type of the file, such as "image/png"; raises `InputError` where it is no picture that is read."""
-        return "image/x-exr" if self._exr else self._opened()[1]
+        return "image/x-exr" if self._exr else self._header.mime
 
     @cached_property
     def size(self) -> tuple[int, int]:
         """(H, W)."""
-        return self.values.shape[:2] if self._exr else self._opened()[0]
+        return self.values.shape[:2] if self._exr else self._header.size
 
-    @cached_property
+    @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed of the picture, in words."""
-        return () if self._exr else self._opened()[2]
+        if self._exr or self.encoding == "linear" or not self._header.profile or b"sRGB" in self._header.profile:
+            return ()
+        return (_PROFILE.format(self.slot),)
+
+    @property
+    def floating(self) -> bool:
+        """True where values are floats; raises `InputError` as `mime` does."""
+        return self._exr or self._header.mode == "F"
 
     @cached_property
     def values(self) -> np.ndarray:
@@ -106,8 +119,7 @@ class Texture:
         chosen = chosen[..., :3] if chosen.shape[-1] >= 3 else np.repeat(chosen[..., :1], 3, axis=-1)
         if self.encoding == "linear" or chosen.dtype.kind == "f":
             return _fractions(chosen)
-        # As many powers as there are codes, rather than texels.
-        return linear_from_srgb(_fractions(np.arange(np.iinfo(chosen.dtype).max + 1, dtype=chosen.dtype)))[chosen]
+        return _linear_codes(8 * chosen.dtype.itemsize)[chosen]
 
     def _laid_over(self, rows: slice, size: tuple[int, int]) -> np.ndarray:
         if size == self.size:
@@ -145,31 +157,31 @@ class Texture:
             self._refuse("channels of different sizes", f"{planes[0].shape} and others", "one size", "save it as RGB")
         return np.stack(planes, axis=-1)
 
-    def _opened(self) -> tuple[tuple[int, int], str, tuple[str, ...]]:
-        """(H, W), type and notes, from the header alone."""
+    @cached_property
+    def _header(self) -> _Header:
+        """What stands before the pixels, within bounds."""
         from PIL import Image
 
         with _guarded(self), Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
             width, height = picture.size
-            mime = Image.MIME.get(str(picture.format), "image/x-tga")
-            profile = picture.info.get("icc_profile") or b""
-            mode = picture.mode
+            profile = picture.info.get("icc_profile")
+            profile = profile if isinstance(profile, bytes) else b""
+            mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
         if width * height > MOST_TEXELS:
             expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
             self._refuse(_TOO_LARGE, f"{width} x {height}", expected, _SMALLER)
         if mode not in _MODES:
             hint = "save it as RGB, with 8 or 16 bits a channel"
             self._refuse("colours of an unknown kind", mode, "grey or RGB", hint)
-        notes = () if not profile or b"sRGB" in profile or self.encoding == "linear" else (_PROFILE.format(self.slot),)
-        return (height, width), mime, notes
+        return _Header((height, width), mime, mode, profile)
 
     def _decoded(self) -> np.ndarray:
         from PIL import Image
 
-        self._opened()
+        _ = self._header
         with _guarded(self):
             with Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
-                keyed = "transparency" in picture.info
+                keyed = "transparency" in picture.info and picture.mode in ("1", "L", "RGB")
                 fine = ";16" in _raw_mode(picture) and picture.mode in ("RGB", "RGBA") and not keyed
                 high = np.asarray(picture.convert("RGBA") if keyed or picture.mode in ("P", "PA") else picture)
             if fine:
@@ -202,7 +214,9 @@ def _guarded(texture: Texture) -> Iterator[None]:
         expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
         found = str(reason).split(",")[0]
         raise InputError(_TOO_LARGE, **place, found=found, expected=expected, hint=_SMALLER) from None
-    except _DAMAGE as reason:
+    except InputError:
+        raise
+    except Exception as reason:  # Pillow's readers let any exception out where bytes are not what they say
         known = ", ".join((*FORMATS, "OpenEXR"))
         found = "no picture of a known format" if isinstance(reason, Image.UnidentifiedImageError) else str(reason)
         problem = "the picture cannot be read"
@@ -216,6 +230,12 @@ def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "
     [0.0, 0.214, 1.0]
     """
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+@cache
+def _linear_codes(bits: int) -> Float[np.ndarray, " codes"]:
+    """Linear light of every sRGB code: as many powers as there are codes, rather than texels."""
+    return linear_from_srgb(np.arange(1 << bits) / ((1 << bits) - 1))
 
 
 def blocks(height: int, width: int) -> list[slice]:
