@@ -304,7 +304,7 @@ def main(words: list[str] | None = None) -> int:
         rows.append(row)
         said = ", ".join(f"{count} {outcome}" for outcome, count in sorted(row["outcomes"].items()))
         times = f"{row['seconds']:.0f} s, slowest {row['slowest_seconds']:.2f} s"
-        print(f"{reader:16} {row['files']} files in {times}: {said}")
+        print(f"{reader:16} {row['files']} files in {times}: {said}", flush=True)
         for key, failure in row["failures"].items():
             print(f"    {failure['count']} x {key} (file {failure['number']})", flush=True)
     if args.json:
