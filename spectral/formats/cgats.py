@@ -55,6 +55,13 @@ _MEASURED: tuple[tuple[str, Quantity], ...] = (
 _NAMES = ("SAMPLE_NAME", "PATCH_NAME", "SAMPLE_LOC", "SAMPLE_ID", "SAMPLEID", "SAMPLENAME", "ID", "NAME", "STRING")
 _ILLUMINANT_KEYS = ("ILLUMINATION_NAME", "ILLUMINANT", "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER")
 _OBSERVER_KEYS = ("OBSERVER_ANGLE", "OBSERVER", "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER", "MEASUREMENT_SOURCE")
+_DETAILS = {
+    "geometry": ("MEASUREMENT_GEOMETRY",),
+    "instrument": ("INSTRUMENTATION", "TARGET_INSTRUMENT", "INSTRUMENT"),
+    "filter": ("FILTER", "INSTRUMENT_FILTER", "FILTER_STATUS"),
+    "backing": ("SAMPLE_BACKING",),
+    "display": ("DISPLAY",),
+}
 _CONDITION_KEYS = ("MEASUREMENT_SOURCE", "MEASUREMENT_CONDITION", "M_CONDITION", "FILTER", "DESCRIPTOR", "CONDITION")
 
 
@@ -273,9 +280,11 @@ def _divisor(
 
 
 def _common(table: CgatsTable, place: str) -> dict[str, str]:
+    """What the keywords say of every sample, under the names that all readers use."""
     found = {"table": place} if place else {}
-    if geometry := table.keywords.get("MEASUREMENT_GEOMETRY"):
-        found["geometry"] = shortened(geometry)
+    for name, keys in _DETAILS.items():
+        if value := next((table.keywords[key] for key in keys if table.keywords.get(key)), ""):
+            found[name] = shortened(value)
     if condition := condition_in(" ".join(table.keywords.get(key, "") for key in _CONDITION_KEYS)):
         found["condition"] = condition
     return found

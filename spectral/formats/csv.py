@@ -18,7 +18,7 @@ from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
 from .dialect import comment, dialect_of
 from .layout import layout_of
-from .reading import SpectralFile
+from .reading import HEAD, SpectralFile
 from .tabular import read_table
 from .text import head_text
 
@@ -27,17 +27,20 @@ SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Text with a table of wavelengths and numbers in it, or one that is named as such tables are."""
+    """Text with a table of wavelengths and numbers in it, or one that is named .csv or .tsv."""
     text = head_text(head)
     if text.lstrip()[:1] in ("", "<", "{"):
         return False
-    if path.suffix.casefold() in SUFFIXES:
+    if path.suffix.casefold() in (".csv", ".tsv"):
         return True
+    if len(head) >= HEAD and path.suffix.casefold() in SUFFIXES:
+        # Titles of an instrument, or a header of many wavelengths, may be longer than what the reader was shown.
+        with path.open("rb") as file:
+            text = head_text(file.read(16 * HEAD))
     lines = [line for line in text.splitlines() if line.strip() and comment(line) is None]
     dialect = dialect_of(lines)
-    return (
-        layout_of([(index, dialect.cells(line)) for index, line in enumerate(lines[:-1] or lines)], dialect) is not None
-    )
+    rows = [(index, dialect.cells(line)) for index, line in enumerate(lines[:-1] if len(lines) > 2 else lines)]
+    return layout_of(rows, dialect) is not None
 
 
 def read(path: Path) -> SpectralFile:

@@ -322,4 +322,4 @@ def test_a_real_chart_of_a_spectrolino(shared_data):
     file = read_spectra(path)
     assert [entry.name for entry in file.entries] == [f"X{number}" for number in range(1, 11)]
     assert file.entries[6].spectrum.samples[0] == 0.9009
-    assert file.details["ILLUMINATION_NAME"] == "D65" and file.details["INSTRUMENTATION"] == "Spectrolino"
+    assert file.details["ILLUMINATION_NAME"] == "D65" and file.entries[0].details["instrument"] == "Spectrolino"
