@@ -21,6 +21,7 @@ from .cxf_metadata import file_details, object_details, stated_values
 from .cxf_specification import Specification, specification
 from .gathering import Gathering
 from .reading import SpectralFile
+from .text import shortened
 from .xml import Vocabulary, number, read_xml, root_name
 
 if TYPE_CHECKING:
@@ -250,11 +251,12 @@ def _labels(spectra: list[Element], specifications: Mapping[str, Specification |
 def _without_spectra(path: Path, root: Element, objects: list[Element], known: Vocabulary) -> InputError:
     """The refusal of a file without spectra, which says what its objects have instead."""
     if not objects:
+        there = list(dict.fromkeys(known.name(part) or "" for part in known.children(root)))
         return InputError(
             "no spectra: the file has no objects",
             file=path,
             field="Resources",
-            found=f"{', '.join(known.name(part) or '' for part in known.children(root)) or 'nothing'} in the file",
+            found=f"{shortened(', '.join(there[:6])) or 'nothing'} in the file",
             expected="Resources with an ObjectCollection, and spectra in its objects",
             hint="export it again, with the colours and their spectral values",
         )
@@ -266,7 +268,7 @@ def _without_spectra(path: Path, root: Element, objects: list[Element], known: V
             for value in known.children(group)
         ]
         kinds[" and ".join(sorted(set(values))) or "no colour values"] += 1
-    names = ", ".join(repr(item.get("Name") or item.get("Id") or "") for item in objects[:6])
+    names = ", ".join(repr(shortened(item.get("Name") or item.get("Id") or "")) for item in objects[:6])
     told = "; ".join(f"{times} with {kind}" for kind, times in kinds.most_common(6))
     private = any("Private" in kind for kind in kinds)
     bare = set(kinds) == {"no colour values"}

@@ -12,7 +12,7 @@ from ..errors import InputError
 from .cxf_specification import Specification
 from .gathering import Gathering
 from .reading import StatedColour
-from .xml import Vocabulary, number, words
+from .xml import Vocabulary, kept, number, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -43,7 +43,7 @@ def stated_values(
             other[kind] = words(value)
         else:
             colours.append(colour)
-    return tuple(colours), other
+    return tuple(colours), kept(other)
 
 
 def _colour(
@@ -57,14 +57,14 @@ def _colour(
     if axes is None:
         return None
     a, b, c = (number(known.text(value, axis), file=path, field=f"{name}: {kind}") for axis in axes)
-    if not np.isfinite([a, b, c]).all():
-        raise InputError("not a finite number", file=path, field=name, found=f"{a} {b} {c}")
     if axes == "xyY":
-        if b <= 0:
+        if not b > 0:
             raise InputError("no chromaticity", file=path, field=name, found=f"y = {b:g}", expected="y > 0")
         a, b, c = a * c / b, c, (1.0 - a - b) * c / b
     elif axes == "LCH":
         b, c = b * np.cos(np.radians(c)), b * np.sin(np.radians(c))
+    if not np.isfinite([a, b, c]).all():
+        raise InputError("not a finite number", file=path, field=name, found=f"{a} {b} {c}")
     space = "Lab" if axes in ("LAB", "LCH") else "XYZ"
     return StatedColour(space, np.array([a, b, c], dtype=np.float64), told.illuminant, told.observer)
 
@@ -84,7 +84,7 @@ def object_details(item: Element, value: Element, told: Specification, known: Vo
     for name in ("PhysicalAttributes", "DeviceColorValues", "ColorDifferenceValues"):
         if (element := known.child(item, name)) is not None:
             details[name] = words(element)
-    return {name: text for name, text in details.items() if text}
+    return kept(details)
 
 
 def _tags(group: Element, known: Vocabulary, prefix: str) -> dict[str, str]:
@@ -102,4 +102,4 @@ def file_details(root: Element, known: Vocabulary) -> dict[str, str]:
         for place, element in enumerate(group, 1):
             name = element.tag.rpartition("}")[2]
             details[f"custom {place}: {name}"] = words(element)
-    return details
+    return kept(details)

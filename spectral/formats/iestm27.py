@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..spectrum import Quantity
 from .gathering import Gathering
 from .reading import SpectralFile
-from .xml import Vocabulary, number, read_xml, root_name, words
+from .xml import Vocabulary, kept, number, read_xml, root_name, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -84,7 +84,7 @@ def read(path: Path) -> SpectralFile:
     )
     for place, element in enumerate(distributions, 1):
         _add(gathered, element, name if len(distributions) == 1 else f"{name} {place}", about, known)
-    return gathered.finish(about)
+    return gathered.finish(kept(about))
 
 
 def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary) -> None:
@@ -123,8 +123,7 @@ def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str]
     for other in known.children(element):
         if known.name(other) not in _READ:
             details[known.name(other) or ""] = words(other)
-    said = {key: text for key, text in details.items() if text}
-    gathered.add(name, grid, samples, quantity, details=said)
+    gathered.add(name, grid, samples, quantity, details=kept(details))
 
 
 def _geometry(element: Element, known: Vocabulary) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ MOST_ELEMENTS = 2_000_000
 MOST_DEPTH = 100
 # Longer text of one field is cut where it is only kept for people to read.
 _LONGEST_TEXT = 4000
+_MOST = 400
 _FIRST_TAG = re.compile(r"<(?:[^\s<>:/!?]+:)?([^\s<>:/!?]+)")
 
 
@@ -172,6 +173,15 @@ def words(element: Element) -> str:
         waiting += [(child, place) for child in reversed(node)]
     line = "; ".join(parts)
     return line if len(line) <= _LONGEST_TEXT else line[:_LONGEST_TEXT] + " ..."
+
+
+def kept(details: Mapping[str, str]) -> dict[str, str]:
+    """Details as they are kept: those that say something, very long ones cut, and not without end."""
+    said = [(name, text) for name, text in details.items() if text]
+    out = {
+        name[:200]: text if len(text) <= _LONGEST_TEXT else text[:_LONGEST_TEXT] + " ..." for name, text in said[:_MOST]
+    }
+    return out | ({"not kept": f"{len(said) - _MOST} more details"} if len(said) > _MOST else {})
 
 
 def number(text: str, *, file: Path, field: str) -> float:

@@ -330,6 +330,14 @@ def test_more_bytes_and_elements_than_a_measurement_has(written, monkeypatch):
     assert "too large" in str(refusal(path))
 
 
+def test_words_without_end_are_cut(written):
+    about = f"<cc:FileInformation><cc:Comment>{'x' * 100_000}</cc:Comment></cc:FileInformation>"
+    one = '<x:a xmlns:x="urn:x">1</x:a>'
+    custom = f"<cc:CustomResources>{one * 1001}</cc:CustomResources>"
+    details = cxf.read(written(document(item(RED), before=about, after=custom))).details
+    assert len(details["comment"]) == 4004 and details["not kept"] == "602 more details"
+
+
 @pytest.mark.parametrize("cut", [0, 1, 60, 300, 1000])
 def test_truncated(written, cut):
     refusal(written(document(item(RED)).encode()[:cut]))
