@@ -6,14 +6,11 @@ import argparse
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
+from .catalogue_query import add_query_options, query_from
 from .catalogue_words import add_catalogue_argument, columns, opened
-from .shared import comma_separated, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.query import Query, Summary
-
-_SORTS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
-_FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
+    from ..materials.query import Summary
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -24,27 +21,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         description="Filters take several words with commas between them, and * and ?.",
     )
     add_catalogue_argument(listing)
-    filters = listing.add_argument_group("which")
-    for name, example in (
-        ("match", 'ids, such as "paint/*"'),
-        ("family", "families"),
-        ("model", "models, such as lambert"),
-        ("kind", "measured, analytic or uplifted"),
-        ("quantity", 'such as reflectance, emission, transmittance or "radiance factor"'),
-    ):
-        filters.add_argument(f"--{name}", type=comma_separated, default=(), metavar="WORD,WORD", help=example)
-    filters.add_argument("--max-error", type=positive_delta_e, metavar="D", help="ΔE94 p99 at most")
-    filters.add_argument(
-        "--near", type=_lab, metavar="L,A,B", help="sort by ΔE from this CIELAB (45:0, D65, 2 degrees)"
-    )
-    filters.add_argument("--within", type=positive_delta_e, metavar="D", help="at most so far from --near")
-    filters.add_argument(
-        "--formula", choices=_FORMULAS, default="94", help="ΔE of --near, which is its reference; default: 94"
-    )
-    order = listing.add_argument_group("in which order")
-    order.add_argument("--sort", choices=_SORTS, help="default: id, or near where --near is given")
-    order.add_argument("--reverse", action="store_true", help="largest first")
-    order.add_argument("--limit", type=_count, metavar="N", help="the first N")
+    add_query_options(listing)
     listing.add_argument("--json", action="store_true", help="everything that is known of each, for a program")
     listing.set_defaults(run=run)
 
@@ -53,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     """List; 0, or 4 where a file could not be used."""
     from ..spectral.errors import InputError
 
-    catalogue, query = opened(args.catalogue), _query(args)
+    catalogue, query = opened(args.catalogue), query_from(args)
     unusable: list[InputError] = []
     everything = catalogue.query(unusable=unusable)
     found = query.of(everything)
@@ -70,28 +47,6 @@ def run(args: argparse.Namespace) -> int:
         if everything and not found:
             print(_what_there_is(everything))
     return 4 if unusable else 0
-
-
-def _query(args: argparse.Namespace) -> Query:
-    from ..materials.query import Query
-    from ..spectral.errors import UsageError
-
-    if args.near is None and (args.within is not None or args.sort == "near"):
-        raise UsageError("--within and --sort near need a colour: --near L,A,B")
-    return Query(
-        ids=args.match,
-        families=args.family,
-        models=args.model,
-        kinds=args.kind,
-        quantities=args.quantity,
-        max_error=args.max_error,
-        near=args.near,
-        within=args.within,
-        formula=_FORMULAS[args.formula],
-        sort=args.sort,
-        reverse=args.reverse,
-        limit=args.limit,
-    )
 
 
 def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
@@ -129,19 +84,3 @@ def _what_there_is(everything: tuple[Summary, ...]) -> str:
         shown = sorted(words)
         lines.append(f"{name} here: {', '.join(shown[:12])}{' ...' if len(shown) > 12 else ''}")
     return "\n".join(lines)
-
-
-def _lab(text: str) -> tuple[float, float, float]:
-    try:
-        first, second, third = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"three numbers such as 50,20,10, not {text}") from None
-    if not all(abs(part) < 1000 for part in (first, second, third)):
-        raise argparse.ArgumentTypeError(f"a colour, not {text}")
-    return first, second, third
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"a whole number, not {text}")
-    return int(text)

@@ -1,0 +1,110 @@
+"""`metamer catalogue preview`: a contact sheet as PNG, and a page to search through, of a catalogue's materials."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .catalogue_query import add_query_options, query_from
+from .catalogue_words import add_catalogue_argument, opened
+from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, shipped_scene
+
+if TYPE_CHECKING:
+    from ..calibration.preview_page import PreviewCard
+    from ..lighting.scene import Scene
+    from ..viewer.preview import Thumbnail
+
+_DEFAULT = "catalogue"
+
+
+def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `preview`."""
+    preview = verbs.add_parser(
+        "preview",
+        help="a contact sheet (PNG) and a page with search (HTML) of the materials",
+        description=f"Writes {_DEFAULT}.png and {_DEFAULT}.html where neither --png nor --html is given.",
+    )
+    add_catalogue_argument(preview)
+    preview.add_argument("--png", type=Path, metavar="FILE", help="write a contact sheet")
+    preview.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page with search")
+    preview.add_argument("--size", type=positive_count, default=128, metavar="N", help="pixels across (default: 128)")
+    preview.add_argument("--columns", type=positive_count, default=8, metavar="N", help="of the PNG (default: 8)")
+    preview.add_argument("--illuminant", metavar="NAME", help="default: the light of the scene, D65")
+    add_renderer_option(preview)
+    add_query_options(preview)
+    preview.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw; 0, or 4 where a file could not be used or nothing fits."""
+    from ..lighting.scene import load_scene
+    from ..spectral.errors import InputError
+    from ..spectral.files import written_whole
+    from ..viewer.picture import lit_by
+    from ..viewer.preview import contact_sheet, thumbnails, write_sheet
+
+    png, html = args.png, args.html
+    if png is None and html is None:
+        png, html = Path(f"{_DEFAULT}.png"), Path(f"{_DEFAULT}.html")
+    catalogue = opened(args.catalogue)
+    unusable: list[InputError] = []
+    everything = catalogue.query(unusable=unusable)
+    chosen = query_from(args).of(everything)
+    if not chosen:
+        found = f"{len(everything)} materials, none of which fits" if everything else "no materials"
+        raise InputError("nothing to show", file=catalogue.folder, found=found, hint="metamer catalogue list")
+    scene = lit_by(load_scene(shipped_scene()), args.illuminant)
+    with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:
+        drawn = list(thumbnails(catalogue, chosen, scene, renderer, args.size, progress))
+        words = _words(scene, renderer.made_by, len(drawn))
+    if png is not None:
+        write_sheet(png, contact_sheet(drawn, args.columns, f"{catalogue.folder.resolve().name}: {words}"))
+        print(png)
+    if html is not None:
+        from ..calibration.preview_page import render_preview_page
+
+        page = render_preview_page(_cards(drawn), catalogue.folder.resolve().name, words)
+        with written_whole(html) as beside:
+            beside.write_text(page, encoding="utf-8")
+        print(html)
+    for reason in [*unusable, *(one.reason for one in drawn if one.reason)]:
+        print(reason)
+    return 4 if unusable or any(one.reason for one in drawn) else 0
+
+
+def _words(scene: Scene, made_by: str, count: int) -> str:
+    lights = ", ".join(light.spectrum_name or light.name for light in scene.lights)
+    return f"{count} materials, their factor packs on a {scene.name.lower()} under {lights}, {made_by}"
+
+
+def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
+    import numpy as np
+
+    from ..calibration.preview_page import PreviewCard
+    from ..viewer.preview import caption
+
+    cards = []
+    for one in drawn:
+        said = one.summary
+        facts = {"model": said.model, "kind": said.kind, "licence": said.licence}
+        if said.terms:
+            facts["terms"] = " + ".join(f"{count} in {frame}" for count, frame in said.terms)
+        if said.lab is not None:
+            facts["L*a*b* (45:0, D65, 2°)"] = " ".join(f"{value:.1f}" for value in said.lab)
+        cards.append(
+            PreviewCard(
+                id=said.id,
+                family=said.family,
+                kind=said.kind,
+                quantity=said.quantity,
+                caption=caption(one),
+                picture=one.picture,
+                facts=facts,
+                lab=None if said.lab is None else np.array(said.lab),
+                p99=said.p99,
+                words=one.reason,
+            )
+        )
+    return cards

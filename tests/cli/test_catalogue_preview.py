@@ -1,0 +1,98 @@
+"""`metamer catalogue preview`: every material as a small picture, on a sheet and on a page."""
+
+import base64
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.materials.catalogue import Catalogue
+from metamer.viewer.preview import contact_sheet, thumbnails
+from metamer.viewer.software import SoftwareRenderer
+from PIL import Image
+
+
+@pytest.fixture
+def folder(tmp_path, write_matt, write_spectrum):
+    where = tmp_path / "cat"
+    write_matt(where, "paint/dark", 0.05)
+    write_matt(where, "paint/light", 0.8)
+    write_spectrum(where, "lamp/led")
+    return where
+
+
+def pictures(page):
+    return [
+        np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
+        for data in re.findall(r'src="data:image/webp;base64,([^"]+)"', page)
+    ]
+
+
+def test_a_sheet_and_a_page(metamer, folder, tmp_path):
+    png, html = tmp_path / "sheet.png", tmp_path / "page.html"
+    code, out, _ = metamer(
+        "catalogue", "preview", folder, "--png", png, "--html", html, "--size", 32, "--renderer", "software"
+    )
+    assert code == 0 and str(png) in out and str(html) in out
+    sheet = np.asarray(Image.open(png))
+    assert sheet.shape[1] == 3 * (32 + 12) + 12
+    page = html.read_text("utf-8")
+    assert "<script>" in page and "http" not in page
+    led, dark, light = pictures(page)
+    assert dark.shape == light.shape == led.shape == (32, 32, 3)
+    middle = slice(12, 20), slice(10, 18)
+    assert light[middle].mean() > dark[middle].mean() + 60
+    assert led.min() < 60 < led.max(), "a lamp is drawn as a curve"
+
+
+def test_filters_choose_and_order(metamer, folder, tmp_path):
+    html = tmp_path / "page.html"
+    chosen = ("--family", "paint", "--sort", "lightness", "--reverse", "--limit", "1")
+    code, _, _ = metamer("catalogue", "preview", folder, "--html", html, "--size", 16, *chosen)
+    assert code == 0 and re.findall(r'data-id="([^"]+)"', html.read_text("utf-8")) == ["paint/light"]
+
+
+def test_nothing_fits(metamer, folder, tmp_path):
+    code, _, err = metamer("catalogue", "preview", folder, "--html", tmp_path / "x.html", "--match", "nothing/*")
+    assert code == 4 and "3 materials, none of which fits" in err and not (tmp_path / "x.html").exists()
+
+
+def test_a_damaged_file_is_shown_as_one(metamer, folder, tmp_path):
+    file = folder / "paint" / "dark.h5"
+    content = bytearray(file.read_bytes())
+    content[-200:] = bytes(200)
+    file.write_bytes(content)
+    html = tmp_path / "page.html"
+    code, out, _ = metamer("catalogue", "preview", folder, "--html", html, "--size", 16, "--renderer", "software")
+    page = html.read_text("utf-8")
+    assert code == 4 and "dark.h5" in out
+    assert len(pictures(page)) == 3 and page.count("cannot be used") == 1
+
+
+def test_the_light_matters(metamer, folder, tmp_path):
+    found = []
+    for light in ("D65", "FL11"):
+        html = tmp_path / f"{light}.html"
+        options = ("--html", html, "--size", 16, "--illuminant", light, "--renderer", "software")
+        assert metamer("catalogue", "preview", folder, *options)[0] == 0
+        assert f"under {light}" in html.read_text("utf-8")
+        found.append(pictures(html.read_text("utf-8"))[1])
+    assert found[0].shape == found[1].shape
+
+
+def test_long_names_fit_under_their_picture(folder, load_sphere):
+    with SoftwareRenderer() as renderer:
+        catalogue = Catalogue.open(folder)
+        drawn = list(thumbnails(catalogue, catalogue.query(), load_sphere, renderer, 16))
+    narrow = contact_sheet(drawn, columns=1)
+    assert narrow.shape[1] == 16 + 2 * 12
+    assert not (narrow[:, -12:] - narrow[0, 0]).any(), "nothing is written beyond the edge"
+
+
+@pytest.fixture
+def load_sphere():
+    from metamer.cli.shared import shipped_scene
+    from metamer.lighting.scene import load_scene
+
+    return load_scene(Path(shipped_scene()))

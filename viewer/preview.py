@@ -1,0 +1,174 @@
+"""Thumbnails of a catalogue's materials, and a contact sheet of them: for looking through a library by eye."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from ..lighting.scene import Scene
+from ..materials.catalogue import Catalogue
+from ..materials.material import MaterialRecord
+from ..materials.query import Summary
+from ..materials.shown import shown_spectrum
+from ..spectral.errors import InputError
+from ..spectral.files import written_whole
+from ..spectral.image import ColourImage
+from .display import DisplayTransform
+from .display_gl import DisplayPass
+from .picture import display_for, display_pass
+from .png import quantise
+from .renderer import Renderer
+
+_CAPTION_POINTS = 11
+_LINES = 3
+_GAP = 12
+_PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
+
+
+@dataclass(frozen=True, eq=False)
+class Thumbnail:
+    """One material, small.
+
+    picture : display-encoded sRGB: a sphere that wears the factor packs, or the curve of a spectrum without a surface.
+    reason : why there is no picture, "" where there is one; the picture is then of the page's own grey.
+    """
+
+    summary: Summary
+    picture: UInt8[np.ndarray, "H W 3"]
+    reason: str = ""
+
+
+def thumbnails(
+    catalogue: Catalogue,
+    summaries: Sequence[Summary],
+    scene: Scene,
+    renderer: Renderer,
+    pixels: int = 128,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+) -> Iterator[Thumbnail]:
+    """One thumbnail a summary, in that order; `scene`, whose reviewed part wears each material, is kept between them.
+
+    A file that cannot be used gives a grey thumbnail with the reason; it holds up no other.
+    """
+    part = scene.review.on if scene.review else scene.parts[0].name
+    camera = replace(scene.camera(), width=pixels, height_px=pixels)
+    scene = replace(scene, cameras=(camera,))
+    display = display_for(scene.viewing)
+    on = display_pass(renderer, display)
+    for number, summary in enumerate(summaries, start=1):
+        try:
+            record = catalogue.load(summary.id)
+            picture = (
+                _sphere(record, scene.with_material(part, record.id), renderer, display, on)
+                if record.is_surface
+                else _curve(record, pixels)
+            )
+            yield Thumbnail(summary, picture)
+        except InputError as reason:
+            yield Thumbnail(summary, np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8), str(reason))
+        progress(number, len(summaries), summary.id)
+
+
+def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "") -> UInt8[np.ndarray, "H W 3"]:
+    """The thumbnails in rows of `columns`, each with its name, family and ΔE94 under it."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    if not found:
+        raise InputError("no materials to show", field="preview", found=0, expected="at least one")
+    font = ImageFont.load_default(_CAPTION_POINTS)
+    line = _CAPTION_POINTS + 4
+    side = found[0].picture.shape[0]
+    head = 2 * line if title else 0
+    columns = min(columns, len(found))
+    rows = -(-len(found) // columns)
+    cell = side + _LINES * line + _GAP
+    sheet = Image.new("RGB", (columns * (side + _GAP) + _GAP, head + rows * cell + _GAP), _PAGE)
+    draw = ImageDraw.Draw(sheet)
+    if title:
+        draw.text((_GAP, line // 2), _fitted(title, font, sheet.width - 2 * _GAP), _INK, font)
+    for number, thumbnail in enumerate(found):
+        left = _GAP + number % columns * (side + _GAP)
+        top = head + _GAP + number // columns * cell
+        sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
+        below = top + side + 2
+        family, _, name = thumbnail.summary.id.rpartition("/")
+        # The font that comes with Pillow has no delta.
+        for row, (text, ink) in enumerate(
+            ((name, _INK), (family, _SOFT), (caption(thumbnail).replace("Δ", "d"), _SOFT))
+        ):
+            draw.text((left, below + row * line), _fitted(text, font, side), ink, font)
+    return np.asarray(sheet)
+
+
+def caption(thumbnail: Thumbnail) -> str:
+    """What stands last under a thumbnail: what is wrong with it, how far off the packs are, or what kind of spectrum."""
+    one = thumbnail.summary
+    if thumbnail.reason:
+        return "cannot be used"
+    if one.p99 is None:
+        return one.quantity
+    return f"ΔE94 p99 {one.p99:.2f}"
+
+
+def write_sheet(path: Path, sheet: UInt8[np.ndarray, "H W 3"]) -> None:
+    """Write a contact sheet as PNG, whole or not at all."""
+    from PIL import Image
+
+    held = io.BytesIO()
+    Image.fromarray(sheet).save(held, "PNG", optimize=True)
+    with written_whole(path) as beside:
+        beside.write_bytes(held.getvalue())
+
+
+def _sphere(
+    record: MaterialRecord, scene: Scene, renderer: Renderer, display: DisplayTransform, on: DisplayPass | None
+) -> UInt8[np.ndarray, "H W 3"]:
+    xyz, coverage = renderer.render(scene, scene.camera(), {record.id: record.packs})
+    white = scene.adopted_white()
+    background = white * scene.viewing.background_reflectance
+    return quantise(display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)[0])
+
+
+def _curve(record: MaterialRecord, pixels: int) -> UInt8[np.ndarray, "H W 3"]:
+    """The spectrum of a light or a filter, which no sphere can wear, as a line over its own range."""
+    from PIL import Image, ImageDraw
+
+    spectrum = shown_spectrum(record)
+    # Drawn at four times the size and reduced: Pillow's lines are not smoothed.
+    scale, margin = 4, 8
+    box = scale * (pixels - 2 * margin)
+    points = _points(spectrum.wavelengths_nm, spectrum.values, box) + scale * margin
+    canvas = Image.new("RGB", (scale * pixels, scale * pixels), (255, 255, 255))
+    draw = ImageDraw.Draw(canvas)
+    base = scale * (pixels - margin)
+    draw.line([(scale * margin, base), (base, base)], _SOFT, scale)
+    draw.line([(float(x), float(y)) for x, y in points], _INK, 2 * scale, joint="curve")
+    return np.asarray(canvas.resize((pixels, pixels), Image.Resampling.BOX))
+
+
+def _points(
+    wavelengths_nm: Float[np.ndarray, " L"], values: Float[np.ndarray, " L"], side: int
+) -> Float[np.ndarray, "L 2"]:
+    """The curve in a box of `side` pixels, y downwards; its largest value, or 1 where nothing is larger, on top."""
+    span = wavelengths_nm[-1] - wavelengths_nm[0]
+    across = (wavelengths_nm - wavelengths_nm[0]) / span if span > 0 else np.full(len(values), 0.5)
+    top = values.max() if values.max() > 0 else 1.0
+    return np.stack([side * across, side * (1.0 - values / top)], axis=1)
+
+
+def _fitted(text: str, font, width: int) -> str:
+    """The text, its middle left out where it is wider than `width` pixels: both ends of an id tell."""
+    if font.getlength(text) <= width:
+        return text
+    kept = len(text)
+    while kept > 2:
+        kept -= 1
+        short = f"{text[: (kept + 1) // 2]}…{text[len(text) - kept // 2 :]}"
+        if font.getlength(short) <= width:
+            return short
+    return "…"
