@@ -155,6 +155,10 @@ def spectrum_plot(
     first, last = float(wavelengths_nm[0]), float(wavelengths_nm[-1])
     highest = float(np.nanmax(values, initial=0.0))
     top = next((step for step in (0.1, 0.25, 0.5, 1.0) if highest <= 0.95 * step), math.ceil(highest * 2.0) / 2.0)
+    if 0.0 < highest < 0.01:
+        # The power of a light, in whatever unit: a reflectance is hardly ever as low.
+        decade = 10.0 ** math.floor(math.log10(highest))
+        top = next((step * decade for step in (1.0, 2.0, 5.0) if highest <= step * decade), 10.0 * decade)
     ticks = range(math.ceil(first / 100.0) * 100, math.floor(last / 100.0) * 100 + 1, 100)
     return {
         "label": label,

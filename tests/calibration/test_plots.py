@@ -78,3 +78,13 @@ def test_curve_breaks_where_a_value_is_missing():
         (300.0, 100.0),
     )
     assert path == "M0.0 100.0L100.0 0.0M300.0 50.0"
+
+
+@pytest.mark.parametrize(
+    ("highest", "top"), [(3e-6, 5e-6), (0.0099, 0.01), (0.02, 0.1), (0.6, 1.0), (1.2, 1.5), (18.4, 18.5), (0.0, 0.1)]
+)
+def test_axis_of_a_spectrum_suits_lights_of_any_unit(highest, top):
+    plot = plots.spectrum_plot(np.array([400.0, 700.0]), np.array([0.0, highest]), "emission", (300.0, 100.0))
+    assert float(plot["y_ticks"][2][1]) == pytest.approx(top) and plot["y_ticks"][2][0] == 0.0
+    down = float(plot["path"].split()[-1])
+    assert down == pytest.approx(100.0 * (1 - highest / top), abs=0.06)

@@ -112,7 +112,11 @@ def test_page_of_a_spectrum_has_no_picture(metamer, folder, tmp_path):
     page = tmp_path / "led.html"
     assert metamer("catalogue", "show", "lamp/led", folder, "--html", page)[0] == 0
     text = page.read_text(encoding="utf-8")
-    assert "An emission spectrum, not a surface" in text and "<img" not in text and '<path class="curve"' in text
+    assert (
+        "No picture: an emission spectrum, not a surface" in text
+        and "<img" not in text
+        and '<path class="curve"' in text
+    )
 
 
 def test_page_into_no_folder_is_refused(metamer, folder, tmp_path):
