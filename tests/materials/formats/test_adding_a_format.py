@@ -21,7 +21,8 @@ report = import_sources([sys.argv[2]], sys.argv[3], jobs=1)
 for outcome in report.outcomes:
     print(outcome.status, outcome.id, outcome.format, outcome.reason.replace("\\n", " "), sep="|")
 record = Catalogue.open(sys.argv[3]).load("chart/rosso-corsa")
-print(record.original["name"], [round(value, 9) for value in record.original["values"].tolist()], record.original["details.units"], sep="|")
+values = [round(value, 9) for value in record.original["values"].tolist()]
+print(record.original["name"], values, record.original["details.units"], sep="|")
 print(record.provenance.notes)
 """
 
