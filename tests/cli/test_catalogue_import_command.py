@@ -1,0 +1,127 @@
+"""`metamer catalogue import`: the plan, the report, progress on a terminal, and words that do not fit."""
+
+import io
+import json
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+from metamer.cli import catalogue_import
+from metamer.materials import importing
+from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.spectral.basis import SpectralBasis
+from rich.console import Console
+
+SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
+
+
+@pytest.fixture
+def source(tmp_path):
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    (folder / "chart.csv").write_text(SPECTRA)
+    (folder / "bad.bsdf").write_bytes(b"tensor_file\0\1\0")
+    (folder / "README").write_text("what is in here\n")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def fast_fit(monkeypatch):
+    def fit_material(material, budget):
+        axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
+        error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
+        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
+        return importing.Fitted((pack,), error, 0.5)
+
+    monkeypatch.setattr(importing, "fit_material", fit_material)
+
+
+def test_plan_is_a_table_of_files(metamer, source, tmp_path):
+    code, said, _ = metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--dry-run")
+    assert code == 4
+    rows = {line.split()[0]: line.split()[1:] for line in said.splitlines() if line.strip()}
+    assert rows["chart.csv"] == ["table", "(CSV,", "TSV)", "2", "2"]
+    assert rows["bad.bsdf"][-2:] == ["1", "1"]
+    assert "README" not in said and "1 files not recognised" in said
+    assert f"failed: {source}/bad.bsdf" in said and "2 to import, 1 failed" in said
+    assert not (tmp_path / "cat").exists()
+
+
+def test_verbose_names_everything(metamer, source, tmp_path):
+    _, said, _ = metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--dry-run", "--verbose")
+    assert "new chart/red" in said and f"not recognised: {source}/README" in said
+
+
+def test_report_as_json(metamer, source, tmp_path):
+    file = tmp_path / "report.json"
+    code, said, _ = metamer(
+        *("catalogue", "import", source, "--into", tmp_path / "cat", "--jobs", 1, "--json", file, "--family", "mine")
+    )
+    assert code == 4 and "2 imported, 1 failed; 1 files not recognised" in said
+    told = json.loads(file.read_text())
+    assert told["counts"] == {"imported": 2, "skipped": 0, "failed": 1, "new": 0, "remaining": 0}
+    assert told["not_recognised"] == [f"{source}/README"]
+    red = next(row for row in told["materials"] if row["id"] == "mine/red")
+    assert red["status"] == "imported" and red["error"]["p99"] == 0.123 and red["seconds"] == 0.5
+    assert red["file"] == f"{source}/chart.csv" and red["format"] == "table (CSV, TSV)"
+    assert {row["name"]: row["materials"] for row in told["files"]}[f"{source}/chart.csv"] == ["mine/red", "mine/blue"]
+
+
+def test_addresses_reach_the_import_as_they_are(metamer, tmp_path):
+    """A path would make one slash of two."""
+    import fsspec
+
+    system = fsspec.filesystem("memory")
+    system.pipe("/here/chart.csv", SPECTRA.encode())
+    try:
+        code, said, _ = metamer(
+            *("catalogue", "import", "memory://here/chart.csv", "--into", tmp_path / "cat", "--jobs", 1)
+        )
+        assert code == 0 and "2 imported" in said
+    finally:
+        system.rm("/here", recursive=True)
+
+
+def test_quoted_pattern(metamer, source, tmp_path):
+    code, said, _ = metamer("catalogue", "import", f"{source}/*.csv", "--into", tmp_path / "cat", "--jobs", 1)
+    assert code == 0 and "2 imported" in said
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("--family", "Not A Name"), ("--jobs", "0"), ("--budget", "-1"), ("--budget", "nan"), ("--scheduler",)],
+    ids=" ".join,
+)
+def test_words_that_do_not_fit(metamer, source, tmp_path, words):
+    code, _, said = metamer("catalogue", "import", source, "--into", tmp_path / "cat", *words)
+    assert code == 64 and words[0] in said
+
+
+@pytest.mark.parametrize("option", ["--uplift", "--scheduler"])
+def test_values_that_do_not_fit(metamer, source, tmp_path, option):
+    code, _, said = metamer("catalogue", "import", source, "--into", tmp_path / "cat", option, "nonsense:")
+    assert code == 4 and "nonsense:" in said and "Traceback" not in said
+
+
+def test_terminal_shows_a_bar_with_the_time_left(source, tmp_path, monkeypatch):
+    screen = io.StringIO()
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setattr("rich.console.Console", lambda: Console(file=screen, force_terminal=True, width=100))
+    with ExitStack() as stack:
+        bar = catalogue_import.terminal_bar(stack)
+        importing.import_sources(
+            [source / "chart.csv"],
+            tmp_path / "cat",
+            jobs=1,
+            progress=catalogue_import.import_progress(stack, bar),
+            looking=catalogue_import.looking_progress(bar),
+        )
+    shown = screen.getvalue()
+    assert "2/2" in shown and "left" in shown and "chart/" in shown
+
+
+def test_terminal_without_colour_gets_lines(monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr("rich.console.Console", lambda: Console(file=io.StringIO(), force_terminal=True))
+    with ExitStack() as stack:
+        assert catalogue_import.terminal_bar(stack) is None
