@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .catalogue_words import CATALOGUE_HELP, opened, say
+
+if TYPE_CHECKING:
+    from ..materials.catalogue import Catalogue
+    from ..materials.material import MaterialRecord
 
 # Names of `materials.exporting.FORMATS`, which is imported only when something is exported.
 _FORMATS = "csv, cxf, exr, merl or mitsuba"
@@ -31,14 +38,34 @@ def run(args: argparse.Namespace) -> int:
     from ..materials.exporting import export
 
     catalogue, console = opened(args.catalogue), Console()
-    ids = dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern))
-    for exported in export([catalogue.load(name) for name in ids], args.format, args.out, force=args.force):
+    ids = tuple(dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern)))
+    for exported in export(_Records(catalogue, ids), args.format, args.out, force=args.force):
         say(console, str(exported.path))
         for note in exported.notes:
             say(console, f"  {note}")
     return 0
 
 
-def _matched(catalogue, pattern: str) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class _Records(Collection):
+    """Materials, each loaded when it is its turn: thousands do not fit into memory."""
+
+    catalogue: Catalogue
+    ids: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def __iter__(self) -> Iterator[MaterialRecord]:
+        return (self.catalogue.load(name) for name in self.ids)
+
+    def __contains__(self, record: object) -> bool:
+        return getattr(record, "id", None) in self.ids
+
+
+def _matched(catalogue: Catalogue, pattern: str) -> tuple[str, ...]:
     """A name that is one stays one, whatever characters it has."""
-    return catalogue.match(pattern) if any(mark in pattern for mark in "*?[") else (pattern,)
+    if any(mark in pattern for mark in "*?["):
+        return catalogue.match(pattern)
+    catalogue.path(pattern)
+    return (pattern,)

@@ -17,6 +17,8 @@ from .material import MaterialRecord
 
 #: The tristimulus values that are written beside a spectrum.
 LIGHT, OBSERVER = "D50", "1931_2"
+#: The detail that says how a spectrum came about that was not measured.
+COMPUTED = "computed"
 # Annular: light from eight sides, so that an anisotropic material has one reading however the sample was turned.
 _AZIMUTHS = np.arange(8) * np.pi / 4
 _SINE = float(np.sqrt(0.5))
@@ -49,7 +51,7 @@ def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
     spectrum = record.spectrum()
     if spectrum is None:
         spectrum, how = _computed(record)
-        details |= {"geometry": how[0], "spectrum": how[1]}
+        details |= {"geometry": how[0], COMPUTED: how[1]}
     elif spectrum.samples.ndim != 1:
         raise InputError("more than one spectrum", field=record.id, found=f"shape {spectrum.samples.shape}")
     elif record.provenance.geometry:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +12,9 @@ import numpy as np
 
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import made_folder
+from ..spectral.formats.reading import SpectralEntry
 from ..spectral.spectrum import Spectrum
-from .exported_spectrum import exported_spectrum, provenance_tags
+from .exported_spectrum import COMPUTED, exported_spectrum, provenance_tags
 from .material import MaterialRecord
 
 # Sides of the pictures that hold one colour, pixels; a fluorescent one has thousands of channels.
@@ -42,17 +43,18 @@ class ExportFormat:
 
     suffix: str
     together: bool
-    write: Callable[[Path, Sequence[MaterialRecord]], tuple[str, ...]]
+    write: Callable[[Path, Iterable[MaterialRecord]], tuple[str, ...]]
     words: str
 
 
 def export(
-    records: Sequence[MaterialRecord], format_name: str, out: str | Path, *, force: bool = False
+    records: Collection[MaterialRecord], format_name: str, out: str | Path, *, force: bool = False
 ) -> tuple[Exported, ...]:
     """Write materials in a format of `FORMATS`.
 
     `out` is the file, or, where it is a folder or a format's files hold one of several materials each, the folder of
     files named after the materials. A Mitsuba scene is a folder itself. Either everything is written or nothing.
+    `records` are asked for once, one after the other.
 
     Raises
     ------
@@ -67,22 +69,22 @@ def export(
         raise InputError("nothing to export", expected="one material or more")
     how, out = FORMATS[format_name], Path(out)
     into_folder = (out.is_dir() and bool(how.suffix)) or not (how.together or len(records) == 1)
-    if into_folder:
-        folder = out
-        names = [record.id.replace("/", "-") + how.suffix for record in records]
-        groups = [[record] for record in records]
-    else:
-        folder, names, groups = out.parent, [out.name], [list(records)]
-    _check_free(folder, names, force, how)
+    folder = out if into_folder else out.parent
     parent = folder.parent if into_folder and not folder.exists() else folder
+    groups = ((_file_name(record, how), [record]) for record in records) if into_folder else [(out.name, records)]
+    done: dict[str, tuple[str, ...]] = {}
     with _workplace(parent) as work:
-        notes = []
-        for name, group in zip(names, groups, strict=True):
+        for name, group in groups:
+            if name in done:
+                raise InputError(
+                    "two materials would share a file", file=folder / name, hint="export one of them alone"
+                )
+            _check_free(folder, [name], force, how)
             place = work / name
             if not how.suffix:
                 place.mkdir()
             with _placed(work, folder):
-                notes.append(how.write(place, group))
+                done[name] = how.write(place, group)
         written = sorted(path.relative_to(work) for path in work.rglob("*") if path.is_file())
         _check_free(folder, map(str, written), force, how)
         if into_folder:
@@ -90,10 +92,14 @@ def export(
         for path in written:
             (folder / path).parent.mkdir(exist_ok=True)
             (work / path).replace(folder / path)
-    return tuple(Exported(folder / name, said) for name, said in zip(names, notes, strict=True))
+    return tuple(Exported(folder / name, notes) for name, notes in done.items())
 
 
-def _check_free(folder: Path, names: Iterator[str] | Sequence[str], force: bool, how: ExportFormat) -> None:
+def _file_name(record: MaterialRecord, how: ExportFormat) -> str:
+    return record.id.replace("/", "-") + how.suffix
+
+
+def _check_free(folder: Path, names: Iterable[str], force: bool, how: ExportFormat) -> None:
     for name in names:
         place = folder / name
         if place.is_dir() and how.suffix:
@@ -160,31 +166,40 @@ def _beside(path: Path, lines: Sequence[str]) -> str:
     return f"where it comes from is in {path.name}.txt"
 
 
-def _csv(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.csv_writer import write_csv
 
-    entries = [exported_spectrum(record) for record in records]
-    said = [f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details]
-    said += [line for record in records for line in _mean_only(record)]
+    entries, notes, lines = [], [], []
+    for record in records:
+        entries.append(exported_spectrum(record))
+        notes += _notes(record, entries[-1])
+        lines += _lines(record)
     write_csv(path, entries)
     # Readers of tables look for words such as transmittance around the numbers: other words stay away from them.
-    return (*said, _beside(path, [line for record in records for line in _lines(record)] + said))
+    return (*notes, _beside(path, lines + notes))
 
 
-def _cxf(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+def _cxf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.cxf_writer import write_cxf
 
-    entries = [exported_spectrum(record) for record in records]
-    about = {"creator": "Metamer", "description": ", ".join(record.id for record in records)[:1000]}
+    entries, notes, tags = [], [], []
+    for record in records:
+        entries.append(exported_spectrum(record))
+        notes += _notes(record, entries[-1])
+        tags.append(provenance_tags(record))
+    about = {"creator": "Metamer", "description": ", ".join(entry.name for entry in entries)[:1000]}
     about["comment"] = "Where each object comes from is in its tags, collection provenance."
-    if len(records) == 1:
-        about |= provenance_tags(records[0])
-    write_cxf(path, entries, about, [provenance_tags(record) for record in records])
-    said = [f"{entry.name}: {entry.details['spectrum']}" for entry in entries if "spectrum" in entry.details]
-    return (*said, *(line for record in records for line in _mean_only(record)))
+    write_cxf(path, entries, about | (tags[0] if len(tags) == 1 else {}), tags)
+    return tuple(notes)
 
 
-def _exr(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+def _notes(record: MaterialRecord, entry: SpectralEntry) -> list[str]:
+    """How a spectrum came about that was not measured, and what is lost of a material with pictures."""
+    computed = [f"{entry.name}: {entry.details[COMPUTED]}"] if COMPUTED in entry.details else []
+    return computed + _mean_only(record)
+
+
+def _exr(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.spectral_exr import write_bispectral_exr, write_spectral_exr
     from .fluorescent import FluorescentBrdf
 
@@ -212,8 +227,7 @@ def _exr(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
         units = entry.details.get("units", "not stated")
         picture = Spectrum.sampled(spectrum.wavelengths_nm, values, quantity)
         write_spectral_exr(path, picture, units, attributes)
-    said = [entry.details["spectrum"]] if "spectrum" in entry.details else []
-    return ("values are float32, as the layout has them", *said, *_mean_only(record))
+    return ("values are float32, as the layout has them", *_notes(record, entry))
 
 
 def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> tuple[str, ...]:
@@ -233,7 +247,7 @@ def _mean_only(record: MaterialRecord) -> list[str]:
     return [f"{record.id}: its textures are left out; this is their mean"] if pictures else []
 
 
-def _merl(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+def _merl(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from .formats.merl_writer import merl_table, write_merl
 
     (record,) = records
@@ -244,7 +258,7 @@ def _merl(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
     return (*notes, _beside(path, [*_lines(record), *(f"{record.id}: {note}" for note in notes)]))
 
 
-def _mitsuba(path: Path, records: Sequence[MaterialRecord]) -> tuple[str, ...]:
+def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from .formats.mitsuba_writer import write_mitsuba
 
     (record,) = records

@@ -36,7 +36,10 @@ _LIGHTS = {"M0": "M0_Incandescent", "M1": "M1_Daylight", "M2": "M2_UVExcluded", 
 _SINGLE_ANGLE = re.compile(r"(\d+(?:\.\d+)?)\s*([acx]?)\s*[:/]\s*(\d+(?:\.\d+)?)\s*([acx]?)\b(.*)", re.I)
 _DATE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?(?:Z|[+-]\d\d:\d\d)?")
 # Details that stand in elements of their own; all others become tags.
-_PLACED = ("geometry", "condition", "instrument", "calibration", "aperture", "backing", "comment", "measured", "kind")
+_PLACED = (
+    "geometry", "condition", "instrument", "calibration", "aperture", "backing", "comment", "measured", "kind",
+    "specification", "measurement",
+)  # fmt: skip
 
 
 def write_cxf(

@@ -89,7 +89,7 @@ def test_a_surface_without_a_spectrum_is_read_at_45_0():
     entry = exported_spectrum(of("x/gloss", brdf))
     wi, wo = np.array([np.sqrt(0.5), 0, np.sqrt(0.5)]), np.array([0.0, 0, 1])
     np.testing.assert_allclose(entry.spectrum.samples, np.pi * brdf.eval(wi, wo), rtol=1e-12)
-    assert entry.details["geometry"] == "45a:0" and "computed" in entry.details["spectrum"]
+    assert entry.details["geometry"] == "45a:0" and "no measured spectrum" in entry.details["computed"]
 
 
 def test_an_anisotropic_surface_is_read_from_all_sides():
@@ -209,6 +209,12 @@ def test_either_everything_is_written_or_nothing(tmp_path, lambert):
     several = [of("a/one", lambert), spectrum_only("b/lamp", "emission")]
     with pytest.raises(InputError, match="b/lamp"):
         export(several, "merl", tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_materials_never_share_a_file(tmp_path, lambert):
+    with pytest.raises(InputError, match="share a file"):
+        export([of("a/b-c", lambert), of("a-b/c", lambert)], "exr", tmp_path / "new")
     assert list(tmp_path.iterdir()) == []
 
 
