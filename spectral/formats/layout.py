@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
+from .conditions import colour_axis
 from .dialect import Dialect
 
 #: A row of a table: line number in the file, and stripped cells.
@@ -130,12 +131,14 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
 
 
 def _header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | None:
-    """Index of the row of names above the numbers, past a row of units.
+    """Index of the row of names above the numbers, past rows of units and of tristimulus values.
 
     It has two cells or more. Names may be numbers where the first cell is empty or speaks of wavelengths; elsewhere a
     number after a word is one more line of keys and values.
     """
     index = first - 1
+    while index > 0 and len(rows[index][1]) > 1 and colour_axis(rows[index][1][0]):
+        index -= 1  # L*, a*, b* or X, Y, Z of each spectrum
     if index > 0 and len(rows[index][1]) > 1 and is_units_row(rows[index][1]) and len(rows[index - 1][1]) > 1:
         index -= 1
     if index < 0 or len(rows[index][1]) < 2:

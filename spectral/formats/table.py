@@ -121,9 +121,10 @@ def parse_table(path: Path) -> Table:
     if layout.way == "across":
         blocks = [_across(rows, layout, heads, dialect, path, notes)]
     else:
-        between = layout.header is not None and layout.first - layout.header == 2
-        units = shown[layout.first - 1][1] if between else []
-        blocks = _Down(layout, heads, units, above, words, dialect, path).read(rows, notes)
+        between = shown[(layout.header or 0) + 1 : layout.first] if layout.header is not None else []
+        units = next((cells for _, cells in between if is_units_row(cells)), [])
+        colours = [cells for _, cells in shown[: layout.first] if colour_axis(cells[0]) and len(cells) > 1]
+        blocks = _Down(layout, heads, units, above, colours, words, dialect, path).read(rows, notes)
     return Table(dialect, blocks, preamble, words, notes)
 
 
@@ -221,12 +222,13 @@ class _Down:
         heads: list[str],
         units: list[str],
         above: Sequence[Row],
+        colours: Sequence[list[str]],
         words: str,
         dialect: Dialect,
         path: Path,
     ) -> None:
         self.axes, self.heads, self.units, self.dialect, self.path = layout.axes, heads, units, dialect, path
-        self.shape = ""
+        self.colours, self.shape = colours, ""
         self.above = above[-1][1] if above and len(above[-1][1]) > 1 else []
         self.said = "\n".join(line for line in words.splitlines() if re.search("wave|λ|lambda", line, re.I))
 
@@ -240,6 +242,9 @@ class _Down:
             self.shape = self.shape or _shape(cells[self.axes[0]])
             found = self._wavelength(cells, self.axes[0])
             if found is None and all(self._wavelength(cells, axis) is None for axis in self.axes[1:]):
+                if columns and colour_axis(cells[self.axes[0]]):
+                    self._beside(columns, cells)
+                    continue
                 if not stopped:
                     stopped, stop_cell = line, cells[min(self.axes[0], len(cells) - 1)]
                 below += 1
@@ -283,6 +288,13 @@ class _Down:
         """The wavelength in a cell that is written as the first one was; a word with a number in it is none."""
         found = self.dialect.wavelength(cells[at]) if at < len(cells) else None
         return found[0] if found and (not found[1] or _shape(cells[at]) == self.shape) else None
+
+    @staticmethod
+    def _beside(columns: Sequence[Column], cells: Sequence[str]) -> None:
+        """A row of one tristimulus value for each spectrum: L*, X, ..."""
+        for column in columns:
+            if column.place[0] < len(cells) and cells[column.place[0]]:
+                column.beside.setdefault(cells[column.place[1]], cells[column.place[0]])
 
     def _take(self, columns: Sequence[Column], line: int, cells: Sequence[str]) -> int:
         for column in columns:
@@ -331,6 +343,8 @@ class _Down:
             columns.append(Column(name, head, unit, array("d"), array("d"), nm, place=(at, axis)))
         if aside:
             notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
+        for row in self.colours:
+            self._beside(columns, row)
         if not columns:
             raise InputError(
                 "wavelengths without values",

@@ -184,6 +184,19 @@ def test_lab_and_xyz_beside_the_spectra(written):
     assert (lab.space, lab.values.tolist(), lab.illuminant, lab.observer) == ("Lab", [50, 60, -10], "D65", "1931_2")
 
 
+@pytest.mark.parametrize("place", ["above", "below"])
+def test_lab_in_rows_above_or_below_the_spectra(written, place):
+    lab = "L*(D65/10°),50.5,30\na*(D65/10°),60,1\nb*(D65/10°),-10,-40\n"
+    rows = "400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
+    file = read(written("nm,Red,Blue\n" + (lab + rows if place == "above" else rows + lab)))
+    assert values(file)["Red"] == RED
+    for entry, expected in zip(file.entries, ([50.5, 60, -10], [30, 1, -40]), strict=True):
+        (found,) = entry.stated
+        assert (found.space, found.values.tolist()) == ("Lab", expected)
+        assert (found.illuminant, found.observer) == ("D65", "1964_10")
+    assert not any("not read" in note for note in file.notes)
+
+
 def test_other_cells_stay_in_the_details(written):
     entry = read(written("Name,Batch,Gloss,400,410,420\nRed,7b,high,0.05,0.06,0.07\nBlue,8,low,0.1,0.1,0.1\n")).entries[
         0
