@@ -65,11 +65,12 @@ class TextureReader:
         return texture
 
     def all(self) -> tuple[list[Texture], list[str]]:
-        """Every texture whose bytes are there, rendered or not, and notes of those that cannot be decoded."""
-        notes = []
+        """Every texture whose bytes are there, rendered or not, and what is to be said of them."""
+        notes: list[str] = []
         for holder, name in self._holders(self.material):
             try:
-                self.of(holder, name)
+                texture = self.of(holder, name)
+                notes += texture.notes if texture else ()
             except InputError as reason:
                 notes.append(f"{self._slot(holder._at(name))}: {reason.problem} ({reason.found})")
         return list(self._read.values()), notes

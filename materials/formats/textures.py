@@ -35,12 +35,16 @@ _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 @dataclass(frozen=True)
 class _Header:
-    """What a picture's file says before its pixels; `mode` is Pillow's word for the kind of its values."""
+    """What a picture's file says before its pixels.
+
+    mode : Pillow's word for the kind of its values. halved : True where it reads but 8 bits of 16, grey with alpha.
+    """
 
     size: tuple[int, int]
     mime: str
     mode: str
     profile: bytes
+    halved: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +83,11 @@ class Texture:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed of the picture, in words."""
-        if self._exr or self.encoding == "linear" or not self._header.profile or b"sRGB" in self._header.profile:
+        if self._exr:
             return ()
-        return (_PROFILE.format(self.slot),)
+        notes = [f"the {self.slot} map has 16 bits, of which 8 are averaged"] if self._header.halved else []
+        own = self.encoding == "sRGB" and self._header.profile and b"sRGB" not in self._header.profile
+        return (*notes, _PROFILE.format(self.slot)) if own else tuple(notes)
 
     @property
     def floating(self) -> bool:
@@ -166,6 +172,7 @@ class Texture:
             width, height = picture.size
             profile = picture.info.get("icc_profile")
             profile = profile if isinstance(profile, bytes) else b""
+            halved = _raw_mode(picture).startswith("LA;16")
             mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
         if width * height > MOST_TEXELS:
             expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
@@ -173,7 +180,7 @@ class Texture:
         if mode not in _MODES:
             hint = "save it as RGB, with 8 or 16 bits a channel"
             self._refuse("colours of an unknown kind", mode, "grey or RGB", hint)
-        return _Header((height, width), mime, mode, profile)
+        return _Header((height, width), mime, mode, profile, halved)
 
     def _decoded(self) -> np.ndarray:
         from PIL import Image
@@ -182,7 +189,10 @@ class Texture:
         with _guarded(self):
             with Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
                 keyed = "transparency" in picture.info and picture.mode in ("1", "L", "RGB")
-                fine = ";16" in _raw_mode(picture) and picture.mode in ("RGB", "RGBA") and not keyed
+                fine = _raw_mode(picture).startswith(("RGB;16", "RGBA;16", "RGBX;16")) and not keyed
+                if _is_planar(picture) and picture.mode in ("RGB", "RGBA"):
+                    hint = "save it with interleaved channels, or as PNG"
+                    self._refuse("one plane a channel, of 16 bits", "a planar TIFF", "interleaved channels", hint)
                 high = np.asarray(picture.convert("RGBA") if keyed or picture.mode in ("P", "PA") else picture)
             if fine:
                 with Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
@@ -252,6 +262,12 @@ def _raw_mode(picture: object) -> str:
     tiles = getattr(picture, "tile", None) or [None]
     args = getattr(tiles[0], "args", None)
     return str(args[0] if isinstance(args, tuple) and args else args)
+
+
+def _is_planar(picture: object) -> bool:
+    """True for a TIFF of separate planes of more than 8 bits, which Pillow would mix up."""
+    tags = getattr(picture, "tag_v2", {})
+    return tags.get(284) == 2 and max(tags.get(258, (8,))) > 8
 
 
 def _other_end(args: object) -> object:

@@ -40,17 +40,17 @@ def png16(values):
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    head = struct.pack(">IIBBBBB", width, height, 16, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
+    head = struct.pack(">IIBBBBB", width, height, 16, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
     rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in values)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
-def tiff16(values, order):
+def tiff16(values, order, planar=1):
     """An uncompressed RGB TIFF of 16 bits a channel, by the TIFF 6.0 specification."""
     height, width, channels = values.shape
     data = values.astype(f"{order}u2").tobytes()
     entries = [(256, 4, 1, width), (257, 4, 1, height), (258, 3, 3, 0), (259, 3, 1, 1), (262, 3, 1, 2)]
-    entries += [(273, 4, 1, 0), (277, 3, 1, channels), (278, 4, 1, height), (279, 4, 1, len(data))]
+    entries += [(273, 4, 1, 0), (277, 3, 1, channels), (278, 4, 1, height), (279, 4, 1, len(data)), (284, 3, 1, planar)]
     bits_at = 8 + 2 + 12 * len(entries) + 4
     out = (b"II*\0" if order == "<" else b"MM\0*") + struct.pack(f"{order}IH", 8, len(entries))
     for tag, kind, count, value in entries:
@@ -168,11 +168,27 @@ def test_pngs_of_16_bits_are_read_in_full(tmp_path, channels):
     assert texture.values.dtype == np.uint16 and texture.mime == "image/png"
 
 
+def test_grey_with_alpha_of_16_bits_is_read_in_8_and_says_so(tmp_path):
+    values = np.random.default_rng(1).integers(0, 65536, (5, 7, 2))
+    texture = Texture("roughness", png16(values), "linear", tmp_path / "a.png", "roughness")
+    np.testing.assert_array_equal(texture.values[..., [0, 3]], values >> 8)
+    assert "8 are averaged" in texture.notes[0]
+
+
 @pytest.mark.parametrize("order", "<>")
 def test_tiffs_of_16_bits_are_read_in_full(tmp_path, order):
     values = np.random.default_rng(1).integers(0, 65536, (5, 7, 3))
     texture = Texture("albedo", tiff16(values, order), "sRGB", tmp_path / "a.tif", "albedo")
     np.testing.assert_array_equal(texture.values, values)
+
+
+def test_planes_of_16_bits_are_refused(tmp_path):
+    """Pillow would take them for something else without a word."""
+    path = tmp_path / "a_albedo.tif"
+    path.write_bytes(tiff16(np.zeros((5, 7, 3)), "<", planar=2))
+    with pytest.raises(InputError, match="one plane a channel") as caught:
+        read(path)
+    assert caught.value.file == path and caught.value.hint
 
 
 def test_compressed_tiffs_of_16_bits_are_read_in_full(tmp_path):
