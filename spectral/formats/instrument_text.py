@@ -12,7 +12,8 @@ from pathlib import Path
 
 from .dialect import dialect_of
 from .reading import SpectralFile
-from .table import Column, Table, parse_table
+from .table import Table, parse_table
+from .table_column import Column
 from .tabular import gathered
 from .text import head_text
 

@@ -6,11 +6,11 @@ import math
 import re
 from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import InputError
-from .conditions import colour_axis, quantity_in, unit_in
+from .conditions import colour_axis
 from .dialect import Dialect, checked_lines, comment, dialect_of
 from .gathering import MOST_SAMPLES
 from .layout import (
@@ -18,52 +18,15 @@ from .layout import (
     Row,
     is_name_header,
     is_units_row,
-    is_wavelength_header,
-    is_wavenumber_header,
     layout_of,
     nm_per_unit,
 )
+from .table_column import Column, ragged, trimmed
+from .table_down import DownReader
 from .text import is_missing, read_lines, shortened
 
 # Lines, and characters of them, that the layout is looked for in.
 _SHOWN_LINES, _SHOWN_CHARACTERS = 2000, 5_000_000
-_ASIDE = re.compile(
-    r"\bstd|stdev|\bs\.?d\.?$|sigma|uncert|\berr(?:or)?\b|variance|\bdark\b|baseline|\breference\b|^ref$|^#$|^index$|^pixel",
-    re.I,
-)
-_UNIT_BRACKET = re.compile(r"\s*[\[(]([^\[\]()]{0,40})[\])]\s*$")
-_GENERIC = re.compile(
-    r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|reflection|"
-    r"remission|transmittance|transmission|(?:ir)?radiance|power|intensity|values?|data|emission|spd|spectrum|counts?|"
-    r"measurement|[%]?[rtys][%]?|scope)(?:[ _]*(?:factor|distribution))?(?: ?%)?",
-    re.I,
-)
-
-
-@dataclass
-class Column:
-    """One spectrum in the making.
-
-    Parameters
-    ----------
-    name : "" where the table calls it nothing but what was measured.
-    words, unit : its header, and the unit in it.
-    wavelengths, values : as in the file; NaN where a cell is empty.
-    nm : nanometres per unit of `wavelengths`.
-    bad : line and text of the first cell that is neither a number nor empty.
-    beside : other cells that belong to it, by header.
-    place : its column and that of its wavelengths, where both run down.
-    """
-
-    name: str
-    words: str
-    unit: str
-    wavelengths: array[float]
-    values: array[float]
-    nm: float = 1.0
-    bad: tuple[int, str] | None = None
-    beside: dict[str, str] = field(default_factory=dict)
-    place: tuple[int, int] = (0, 0)
 
 
 @dataclass
@@ -99,7 +62,7 @@ def parse_table(path: Path) -> Table:
     shown: list[Row] = []
     held = 0
     for index, line in plain[:_SHOWN_LINES]:
-        shown.append((index, _trimmed(dialect.cells(line))))
+        shown.append((index, trimmed(dialect.cells(line))))
         held += len(line)
         if held > _SHOWN_CHARACTERS:
             break
@@ -124,14 +87,8 @@ def parse_table(path: Path) -> Table:
         between = shown[(layout.header or 0) + 1 : layout.first] if layout.header is not None else []
         units = next((cells for _, cells in between if is_units_row(cells)), [])
         colours = [cells for _, cells in shown[: layout.first] if colour_axis(cells[0]) and len(cells) > 1]
-        blocks = _Down(layout, heads, units, above, colours, words, dialect, path).read(rows, notes)
+        blocks = DownReader(layout, heads, units, above, colours, words, dialect, path).read(rows, notes)
     return Table(dialect, blocks, preamble, words, notes)
-
-
-def _trimmed(cells: list[str]) -> list[str]:
-    while len(cells) > 1 and not cells[-1]:
-        cells.pop()
-    return cells
 
 
 def _preamble(above: Sequence[Row], remarks: Sequence[str]) -> tuple[dict[str, str], str]:
@@ -155,7 +112,7 @@ def _preamble(above: Sequence[Row], remarks: Sequence[str]) -> tuple[dict[str, s
 def _commented_header(remarks: Sequence[str], shown: Sequence[Row], layout: Layout, dialect: Dialect) -> list[str]:
     """The last comment, where it has as many cells as the first row of numbers: then it is the header."""
     if layout.first == 0 and remarks:
-        cells = _trimmed(dialect.cells(remarks[-1]))
+        cells = trimmed(dialect.cells(remarks[-1]))
         if len(cells) == len(shown[0][1]):
             return cells
     return []
@@ -196,8 +153,8 @@ def _across(
         if all(value != value for value in values):
             without += 1
             continue
-        if len(cells) <= axes[-1] or (len(_trimmed(cells)) > len(heads)):
-            raise _ragged(path, line, len(cells), len(heads))
+        if len(cells) <= axes[-1] or (len(trimmed(cells)) > len(heads)):
+            raise ragged(path, line, len(cells), len(heads))
         samples += len(values)
         if samples > MOST_SAMPLES:
             raise InputError("too many samples in one file", file=path, expected=f"at most {MOST_SAMPLES}")
@@ -211,184 +168,3 @@ def _across(
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
     return columns
-
-
-class _Down:
-    """Reads a table with wavelengths down its columns; each axis column has the value columns to its right."""
-
-    def __init__(
-        self,
-        layout: Layout,
-        heads: list[str],
-        units: list[str],
-        above: Sequence[Row],
-        colours: Sequence[list[str]],
-        words: str,
-        dialect: Dialect,
-        path: Path,
-    ) -> None:
-        self.axes, self.heads, self.units, self.dialect, self.path = layout.axes, heads, units, dialect, path
-        self.colours, self.shape = colours, ""
-        self.above = above[-1][1] if above and len(above[-1][1]) > 1 else []
-        self.said = "\n".join(line for line in words.splitlines() if re.search("wave|λ|lambda", line, re.I))
-
-    def read(self, rows: Iterator[Row], notes: list[str]) -> list[list[Column]]:
-        blocks: list[list[Column]] = []
-        columns: list[Column] = []
-        last = math.nan
-        width = stopped = below = samples = 0
-        stop_cell = ""
-        for line, cells in rows:
-            self.shape = self.shape or _shape(cells[self.axes[0]])
-            found = self._wavelength(cells, self.axes[0])
-            if found is None and all(self._wavelength(cells, axis) is None for axis in self.axes[1:]):
-                if columns and colour_axis(cells[self.axes[0]]):
-                    self._beside(columns, cells)
-                    continue
-                if not stopped:
-                    stopped, stop_cell = line, cells[min(self.axes[0], len(cells) - 1)]
-                below += 1
-                continue
-            at = math.nan if found is None else found
-            starts_again = bool(columns) and at == columns[0].wavelengths[0]
-            if starts_again or (columns and stopped and not _continues(columns[0], last, at)):
-                blocks.append(columns)
-                columns = []
-            elif stopped and columns:
-                raise InputError(
-                    "not a number",
-                    file=self.path,
-                    field=f"line {stopped}",
-                    found=repr(shortened(stop_cell, 40)),
-                    expected="a wavelength, as on the lines before and after it",
-                )
-            below = stopped = 0
-            if not columns:
-                width = len(_trimmed(list(cells)))
-                columns = self._columns(cells, width, notes if not blocks else [])
-            if len(cells) < width:
-                raise _ragged(self.path, line, len(cells), width)
-            if len(cells) > max(width, len(self.heads)) and len(_trimmed(list(cells))) > max(width, len(self.heads)):
-                raise _ragged(self.path, line, len(cells), max(width, len(self.heads)))
-            samples += self._take(columns, line, cells)
-            last = at
-            if samples > MOST_SAMPLES:
-                raise InputError("too many samples in one file", file=self.path, expected=f"at most {MOST_SAMPLES}")
-        if columns:
-            blocks.append(columns)
-        if below:
-            notes.append(f"{below} lines below the table are not read")
-        words = {column.words for block in blocks for column in block if _empty(column) and column.bad}
-        if words and any(not _empty(column) for block in blocks for column in block):
-            notes.append(f"columns without numbers are left out: {', '.join(sorted(words)[:6])}")
-            return [[column for column in block if not _empty(column)] for block in blocks]
-        return [[column for column in block if column.bad or not _empty(column)] for block in blocks]
-
-    def _wavelength(self, cells: Sequence[str], at: int) -> float | None:
-        """The wavelength in a cell that is written as the first one was; a word with a number in it is none."""
-        found = self.dialect.wavelength(cells[at]) if at < len(cells) else None
-        return found[0] if found and (not found[1] or _shape(cells[at]) == self.shape) else None
-
-    @staticmethod
-    def _beside(columns: Sequence[Column], cells: Sequence[str]) -> None:
-        """A row of one tristimulus value for each spectrum: L*, X, ..."""
-        for column in columns:
-            if column.place[0] < len(cells) and cells[column.place[0]]:
-                column.beside.setdefault(cells[column.place[1]], cells[column.place[0]])
-
-    def _take(self, columns: Sequence[Column], line: int, cells: Sequence[str]) -> int:
-        for column in columns:
-            at, axis = column.place
-            found = self._wavelength(cells, axis)
-            if found is None:
-                continue
-            value = self.dialect.number(cells[at]) if at < len(cells) else math.nan
-            if value != value and at < len(cells) and column.bad is None and not is_missing(cells[at]):
-                column.bad = (line, cells[at])
-            column.wavelengths.append(found)
-            column.values.append(value)
-        return len(columns)
-
-    def _columns(self, cells: Sequence[str], width: int, notes: list[str]) -> list[Column]:
-        """Empty columns for the values of a block that starts with `cells`."""
-        columns = []
-        aside = []
-        width = max(width, len(self.heads))
-        for at in range(min(self.axes) + 1, width):
-            if at in self.axes:
-                continue
-            axis = max(axis for axis in self.axes if axis < at)
-            head, unit = self._head(at), self.units[at] if at < len(self.units) else ""
-            if head and _ASIDE.search(head) and width - len(self.axes) > 1:
-                aside.append(head)
-                continue
-            unit = unit.strip("[]() ")
-            bracket = _UNIT_BRACKET.search(head)
-            if bracket and (unit_in(bracket[1]) or quantity_in(bracket[1]) or not unit):
-                unit = unit or bracket[1]
-            if re.search("[A-Za-z%]", head) and is_units_row([head]):
-                head, unit = "", head
-            name = self._name(head, at, axis, width - len(self.axes))
-            nm = nm_per_unit(f"{self._head(axis)} {self.units[axis] if axis < len(self.units) else ''}")
-            if nm == 1.0 and not is_wavelength_header(self._head(axis)):
-                nm = nm_per_unit(self.said)
-            if is_wavenumber_header(f"{self._head(axis)} {self.units[axis] if axis < len(self.units) else ''}"):
-                raise InputError(
-                    "wavenumbers in place of wavelengths",
-                    file=self.path,
-                    field=self._head(axis),
-                    expected="wavelengths in nm, µm or Å",
-                    hint="export over wavelength; 10,000,000 / (wavenumber in 1/cm) is the wavelength in nm",
-                )
-            columns.append(Column(name, head, unit, array("d"), array("d"), nm, place=(at, axis)))
-        if aside:
-            notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
-        for row in self.colours:
-            self._beside(columns, row)
-        if not columns:
-            raise InputError(
-                "wavelengths without values",
-                file=self.path,
-                found=", ".join(aside) or shortened(" ".join(cells)),
-                expected="a column of reflectance, transmittance or emission",
-            )
-        return columns
-
-    def _head(self, at: int) -> str:
-        return self.heads[at] if at < len(self.heads) else ""
-
-    def _name(self, head: str, at: int, axis: int, count: int) -> str:
-        """The header without its unit; the row above names columns that are only called what was measured."""
-        plain = _UNIT_BRACKET.sub("", head).strip() if _UNIT_BRACKET.search(head) else head
-        if plain and not _GENERIC.fullmatch(plain):
-            return head if _UNIT_BRACKET.search(head) and not unit_in(head) and not quantity_in(head) else plain
-        if len(self.axes) > 1 or len(self.above) >= len(self.heads) > 2:
-            for place in (at, axis):
-                if place < len(self.above) and self.above[place] and not is_units_row([self.above[place]]):
-                    return self.above[place]
-        return "" if count == 1 else plain or f"column {at + 1}"
-
-
-def _continues(column: Column, last: float, at: float) -> bool:
-    """Whether a wavelength goes on from the last one in the direction of the column."""
-    return len(column.wavelengths) < 2 or (at - last) * (column.wavelengths[1] - column.wavelengths[0]) > 0.0
-
-
-def _shape(cell: str) -> str:
-    """A cell with its number taken out: "Spectral Data 380[nm]" and "Spectral Data 385[nm]" have one shape."""
-    return re.sub(r"\d+(?:[.,]\d+)?", "0", cell[:60])
-
-
-def _empty(column: Column) -> bool:
-    return all(value != value for value in column.values)
-
-
-def _ragged(path: Path, line: int, found: int, expected: int) -> InputError:
-    return InputError(
-        "a row is cut short" if found < expected else "a row is too long",
-        file=path,
-        field=f"line {line}",
-        found=f"{found} cells",
-        expected=f"{expected} cells, as in the header",
-        hint="the file may be truncated; export it again",
-    )

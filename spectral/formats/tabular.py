@@ -24,7 +24,8 @@ from .conditions import (
 )
 from .gathering import Gathering, reflective_divisor
 from .reading import SpectralFile
-from .table import Column, Table, parse_table
+from .table import Table, parse_table
+from .table_column import Column
 from .text import shortened
 
 

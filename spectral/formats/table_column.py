@@ -1,0 +1,54 @@
+"""One spectrum of a text table in the making, and rows that do not fit it."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..errors import InputError
+
+
+@dataclass
+class Column:
+    """One spectrum in the making.
+
+    Parameters
+    ----------
+    name : "" where the table calls it nothing but what was measured.
+    words, unit : its header, and the unit in it.
+    wavelengths, values : as in the file; NaN where a cell is empty.
+    nm : nanometres per unit of `wavelengths`.
+    bad : line and text of the first cell that is neither a number nor empty.
+    beside : other cells that belong to it, by header.
+    place : its column and that of its wavelengths, where both run down.
+    """
+
+    name: str
+    words: str
+    unit: str
+    wavelengths: array[float]
+    values: array[float]
+    nm: float = 1.0
+    bad: tuple[int, str] | None = None
+    beside: dict[str, str] = field(default_factory=dict)
+    place: tuple[int, int] = (0, 0)
+
+
+def trimmed(cells: list[str]) -> list[str]:
+    """Cells without the empty ones at the end."""
+    while len(cells) > 1 and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def ragged(path: Path, line: int, found: int, expected: int) -> InputError:
+    """The refusal of a row that is shorter or longer than its table."""
+    return InputError(
+        "a row is cut short" if found < expected else "a row is too long",
+        file=path,
+        field=f"line {line}",
+        found=f"{found} cells",
+        expected=f"{expected} cells, as in the header",
+        hint="the file may be truncated; export it again",
+    )
