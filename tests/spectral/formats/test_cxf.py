@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats import cxf
 from metamer.spectral.formats.reading import format_of, read_spectra
@@ -288,76 +286,6 @@ def test_older_versions_are_named(written):
     old = '<CXF xmlns="http://www.gretagmacbeth.com/CxF"><SampleSet/></CXF>'
     path = written(old)
     assert format_of(path) is cxf and "versions 1 and 2" in str(refusal(path))
-
-
-# Hostile files
-
-
-def test_billion_laughs(written):
-    entities = '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10))
-    text = document(item(RED, "&a9;")).replace("<cc:CxF", f"<!DOCTYPE cc:CxF [{entities}]>\n<cc:CxF", 1)
-    path = written(text)
-    assert format_of(path) is cxf
-    assert "declares an entity" in str(refusal(path))
-
-
-def test_external_entity(written, tmp_path):
-    secret = tmp_path / "secret.txt"
-    secret.write_text("0.5 0.5")
-    entity = f'<!DOCTYPE cc:CxF [<!ENTITY x SYSTEM "{secret.as_uri()}">]>\n<cc:CxF'
-    text = document(item(RED.replace("0.05", "&x;"))).replace("<cc:CxF", entity, 1)
-    assert "declares an entity" in str(refusal(written(text)))
-
-
-def test_a_document_type_of_another_file_is_not_fetched(written):
-    text = document(item(RED)).replace("<cc:CxF", '<!DOCTYPE cc:CxF SYSTEM "http://example.org/cxf.dtd">\n<cc:CxF', 1)
-    path = written(text)
-    assert format_of(path) is cxf and len(cxf.read(path).entries) == 1
-
-
-def test_deep_nesting(written):
-    deep = document("<cc:Object>" * 100_000)
-    assert "nested too deeply" in str(refusal(written(deep)))
-
-
-def test_more_bytes_and_elements_than_a_measurement_has(written, monkeypatch):
-    from metamer.spectral.formats import xml
-
-    path = written(document(item(RED)))
-    monkeypatch.setattr(xml, "MOST_ELEMENTS", 10)
-    assert "too many elements" in str(refusal(path))
-    monkeypatch.setattr(xml, "MOST_BYTES", 100)
-    assert "too large" in str(refusal(path))
-
-
-def test_words_without_end_are_cut(written):
-    about = f"<cc:FileInformation><cc:Comment>{'x' * 100_000}</cc:Comment></cc:FileInformation>"
-    one = '<x:a xmlns:x="urn:x">1</x:a>'
-    custom = f"<cc:CustomResources>{one * 1001}</cc:CustomResources>"
-    details = cxf.read(written(document(item(RED), before=about, after=custom))).details
-    assert len(details["comment"]) == 4004 and details["not kept"] == "602 more details"
-
-
-@pytest.mark.parametrize("cut", [0, 1, 60, 300, 1000])
-def test_truncated(written, cut):
-    refusal(written(document(item(RED)).encode()[:cut]))
-
-
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(data=st.data())
-def test_mutated_bytes_are_read_or_refused(written, data):
-    raw = bytearray(document(item(RED) + item(RED, "b", "o2")).encode())
-    for _ in range(data.draw(st.integers(1, 6))):
-        start = data.draw(st.integers(0, len(raw) - 1))
-        raw[start : start + data.draw(st.integers(0, 12))] = data.draw(st.binary(max_size=12))
-        if not raw:
-            return
-    path = written(bytes(raw))
-    cxf.recognises(path, bytes(raw[:4096]))
-    try:
-        cxf.read(path)
-    except InputError as reason:
-        assert str(path) in str(reason)
 
 
 # Real files
