@@ -215,12 +215,20 @@ class _Material:
         notes = [*notes, f"spectra by {uplift}, of linear sRGB", f"{printable(path.name)}: SHA-256 {self.content}"]
         provenance = Provenance(
             source=printable(f"{path.name}, material {self.label} of a glTF file{made_by}"),
-            licence=printable(asset.text("copyright").strip()) or "not stated in the file",
+            licence=_licence(asset) or "not stated in the file",
             kind=upsampling(uplift).provenance,
             notes=" + ".join(dict.fromkeys(notes)),
         )
         family = self.id.partition("/")[0]
         return MaterialSource(material_id, family, model, parameters, provenance, path, original)
+
+
+def _licence(asset: Node) -> str:
+    """What the file says of its licence: the specification's `copyright`, or the `license` that libraries add."""
+    extras = asset.values.get("extras")
+    added = extras.get("license") if isinstance(extras, dict) else None
+    said = (asset.text("copyright"), added if isinstance(added, str) else "")
+    return "; ".join(printable(text.strip()) for text in said if text.strip())
 
 
 def _factor(node: Node, name: str) -> list[float]:

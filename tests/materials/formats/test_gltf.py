@@ -96,6 +96,12 @@ def test_factors_become_the_parameters_of_the_model(tmp_path):
     assert json.loads(paint.original["gltf.material"]) == PAINT
 
 
+def test_the_licence_that_libraries_add_is_read(tmp_path):
+    asset = {"version": "2.0", "extras": {"license": "CC-BY-4.0 (https://creativecommons.org/licenses/by/4.0/)"}}
+    (paint,) = read_glb(tmp_path, PAINT, asset=asset)
+    assert paint.provenance.licence.startswith("CC-BY-4.0")
+
+
 def test_a_metal_has_its_colour_in_the_facets(tmp_path):
     (gold,) = read_glb(tmp_path, {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.7, 0.3, 1.0]}})
     assert gold.id == "show-room/material-1" and gold.parameters["alpha"] == 1.0
