@@ -97,15 +97,23 @@ def _record(text: str, catalogue: Path | None) -> MaterialRecord:
 
 
 def _print(found: Comparison) -> None:
-    changed = sorted((one for one in found.differences if one.worst), key=lambda one: -one.worst.p99)  # type: ignore
+    # Two materials: every light. Two catalogues: a line each, the largest difference first.
+    whole = len(found.differences) == 1
+    shown = [
+        (one, light)
+        for one in found.differences
+        for light in (one.lights if whole else [one.worst])
+        if light is not None
+    ]
+    if not whole:
+        shown.sort(key=lambda pair: -pair[1].p99)
     rows = []
-    for one in changed:
-        worst = one.worst
-        assert worst is not None
-        figures = (worst.mean, worst.p95, worst.p99, worst.maximum)
-        rows.append([one.id, worst.light, *(f"{value:.3f}" for value in figures), one.words])
+    for one, light in shown:
+        figures = (light.mean, light.p95, light.p99, light.maximum)
+        rows.append([one.id, light.light, *(f"{value:.3f}" for value in figures), one.words])
     if rows:
-        print(columns(("material", "worst under", "mean", "p95", "p99", "max", ""), rows, left=2))
+        headings = ("material", "light" if whole else "worst light", "mean", "p95", "p99", "max", "")
+        print(columns(headings, rows, left=2))
     for status in ("added", "removed", "not comparable", "unusable"):
         for one in found.differences:
             if one.status == status:

@@ -77,7 +77,8 @@ def test_diff_of_two_materials_by_file_and_by_id(metamer, folder, other):
     code, out, _ = metamer("catalogue", "diff", folder / "paint" / "light.h5", other / "paint" / "light.h5")
     assert code == 0 and "paint/light" in out and "1 changed" in out
     code, out, _ = metamer("catalogue", "diff", "paint/light", "paint/dark", "--catalogue", folder)
-    assert code == 0 and "paint/light -> paint/dark" in out
+    lines = [line.split() for line in out.splitlines() if line.startswith("paint/light -> paint/dark")]
+    assert code == 0 and [line[3] for line in lines] == ["D65", "A", "FL11"]
 
 
 def test_diff_of_what_cannot_be_compared(metamer, folder, tmp_path, write_matt):

@@ -1,7 +1,9 @@
 """Material files: the measurement beside the fit, half precision, spectra without a surface, the head."""
 
+import importlib
 import json
 from dataclasses import replace
+from typing import get_args
 
 import h5py
 import numpy as np
@@ -10,11 +12,13 @@ from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.fit import Trial
 from metamer.materials.half import rounded_to_half
 from metamer.materials.material import MaterialRecord, Provenance
+from metamer.materials.models import MEASURED, SPECTRA
 from metamer.materials.record import read_record, write_record
 from metamer.materials.record_head import HEAD_BYTES, read_head
 from metamer.materials.trial_table import trial_table, trials_from
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
+from metamer.spectral.spectrum import Quantity
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 ERROR = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "sphere", 1e-3, -1e-5)
@@ -226,3 +230,11 @@ def test_head_too_long_is_refused(tmp_path):
 def rewrite(path, head):
     text = json.dumps(head).encode().ljust(HEAD_BYTES)
     path.write_bytes(text + path.read_bytes()[HEAD_BYTES:])
+
+
+def test_every_row_of_the_models_is_a_class_that_rebuilds_itself():
+    for name, row in MEASURED.items():
+        model = getattr(importlib.import_module(f"metamer.materials.{row.module}"), row.name)
+        assert name == model.NAME and callable(model.from_parameters)
+    assert not MEASURED.keys() & SPECTRA.keys()
+    assert {name.replace("_", " ") for name in SPECTRA} | {"reflectance"} == set(get_args(Quantity))
