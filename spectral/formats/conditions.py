@@ -15,7 +15,8 @@ Unit = Literal["percent", "fraction"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"reflect(?!or)|r[eé]mission|albedo|%\s*R\b|\bR\s*[\[(]?%|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint", re.I
+    r"reflect(?!or)|geometr|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|%\s*R\b|\bR\s*[\[(]?%|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint",
+    re.I,
 )
 _TRANSMITTANCE = re.compile(r"transm|%\s*T\b|\bT\s*[\[(]?%|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(

@@ -48,8 +48,8 @@ class Dialect:
             return [cell.strip().strip('"') for cell in line.split(self.delimiter)]
 
     def number(self, cell: str) -> float:
-        """The number in a cell, NaN if there is none."""
-        return number(cell, self.decimal)
+        """The number in a cell, NaN if there is none; a percent sign after it is left out (see `in_percent`)."""
+        return number(cell.rstrip("% ") if cell.endswith("%") else cell, self.decimal)
 
     def wavelength(self, cell: str) -> tuple[float, bool] | None:
         """The wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""
@@ -62,6 +62,11 @@ class Dialect:
         if match := _WITH_WORD.fullmatch(cell):
             return float(match["nm"].replace(",", ".")), True
         return None
+
+
+def in_percent(cell: str) -> bool:
+    """Whether a spreadsheet wrote the number in a cell with a percent sign."""
+    return cell.endswith("%") and any(sign.isdigit() for sign in cell)
 
 
 # In this order: white space is also inside names, and a comma is also a decimal mark.

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from .conditions import colour_axis
-from .dialect import Dialect, checked_lines, comment, dialect_of
+from .dialect import Dialect, checked_lines, comment, dialect_of, in_percent
 from .gathering import MOST_SAMPLES
 from .layout import (
     Layout,
@@ -164,7 +164,8 @@ def _across(
         name = cells[called] if called >= 0 else ""
         beside = {heads[at]: cells[at] for at in others if at < len(cells) and at != called and heads[at] and cells[at]}
         kind = " ".join([words, *(cells[at] for at in kinds if at < len(cells))])
-        columns.append(Column(name or f"row {len(columns) + 1}", kind, "", wavelengths, values, nm, bad, beside))
+        unit = "%" if in_percent(cells[axes[0]]) else ""
+        columns.append(Column(name or f"row {len(columns) + 1}", kind, unit, wavelengths, values, nm, bad, beside))
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
     return columns

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from .conditions import colour_axis, quantity_in, unit_in
-from .dialect import Dialect
+from .dialect import Dialect, in_percent
 from .gathering import MOST_SAMPLES
 from .layout import Layout, Row, is_units_row, is_wavelength_header, is_wavenumber_header, nm_per_unit
 from .table_column import Column, ragged, trimmed
@@ -142,6 +142,8 @@ class DownReader:
             bracket = _UNIT_BRACKET.search(head)
             if bracket and (unit_in(bracket[1]) or quantity_in(bracket[1]) or not unit):
                 unit = unit or bracket[1]
+            if not unit and at < len(cells) and in_percent(cells[at]):
+                unit = "%"
             if re.search("[A-Za-z%]", head) and is_units_row([head]):
                 head, unit = "", head
             name = self._name(head, at, axis, width - len(self.axes))

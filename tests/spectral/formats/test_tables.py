@@ -61,6 +61,8 @@ def only(file):
         "Reflectance in %\nnm;Red;Grey\n400;5;20\n410;6;20\n420;7;20\n",
         "nm;Red;Grey\n[nm];[%];[%]\n400;5;20\n410;6;20\n420;7;20\n",
         "nm;Red;Grey\n400;5;20\n410;6;20\n420;7;20\n",
+        "nm,Red,Grey\n400,5%,20%\n410,6%,20.0 %\n420,7%,20%\n",
+        "name;400;410;420\nRed;5%;6%;7%\nGrey;20%;20%;20%\n",
     ],
 )
 def test_one_chart_in_many_dialects(written, content):
@@ -202,6 +204,19 @@ def test_other_cells_stay_in_the_details(written):
         0
     ]
     assert entry.name == "Red" and dict(entry.details) == {"Batch": "7b", "Gloss": "high"}
+
+
+def test_the_illuminant_in_a_column(written):
+    content = "Name,Illum/Obs,L*,a*,b*,400,410,420\nRed,D65/10,50,1,2,0.1,0.1,0.1\nBlue,A/2,50,1,2,0.1,0.1,0.1\n"
+    found = [entry.stated[0] for entry in read(written(content)).entries]
+    assert [(lab.illuminant, lab.observer) for lab in found] == [("D65", "1964_10"), ("A", "1931_2")]
+
+
+def test_geometries_of_an_effect_paint_in_percent(written):
+    content = "Name;Geometry;400nm;410nm;420nm\nSilver;45as15;312,5;311,1;310,9\nSilver;45as110;20,5;21,1;20,9\n"
+    near, far = read(written(content)).entries
+    assert near.spectrum.quantity == "radiance factor" and near.spectrum.samples[0] == 3.125
+    assert far.spectrum.quantity == "reflectance" and far.details["Geometry"] == "45as110"
 
 
 def test_an_identifier_is_only_a_name_where_there_is_no_better(written):
