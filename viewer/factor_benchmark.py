@@ -15,14 +15,14 @@ from typing import Any
 from ..materials.brdf import Brdf
 from ..materials.dbrdf import fit_distribution
 from ..materials.factors import FactorPack
-from ..materials.fit import Fit, fit
+from ..materials.fit import Fit, Trial, fit
 from ..materials.fluorescent import FluorescentLambert
 from ..materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
 from . import factor_growth, factor_methods, filtering_benchmark
 from .factor_cases import Case, chosen_cases
 from .factor_figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
 from .factor_fluorescence import draw, fluorescence_figures, fluorescent_rows
-from .factor_memory import table_bytes, timed_and_weighed
+from .factor_memory import WatchedBrdf, table_bytes, timed_and_weighed
 from .factor_points import POINT_CASES, Fitted, case_points
 from .factor_sphere import brdf_xyz, pack_xyz, statistics, under
 from .factor_timing import Stopwatch
@@ -157,7 +157,7 @@ class _Work:
     def fitted(self, case: Case, brdf: Brdf, into: _Found, say: Say, progress: Say) -> None:
         """Rows of a surface that packs are fitted to."""
         say("fitting")
-        fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._fit(case, it))
+        fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._told(case, it, say, progress))
         milliseconds = self.stopwatch.milliseconds(fitted.packs)
         say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
         protocol = sphere_protocol(self.pixels, brdf.isotropic)
@@ -231,6 +231,13 @@ class _Work:
             shown = draw(self.renderer, brdf, self.picture_pixels, PICTURE_LIGHTS_DEG)
             into.figures.append(fluorescent_figures(case, brdf, shown, self.picture_pixels))
 
+    def _told(self, case: Case, brdf: Brdf, say: Say, progress: Say) -> Fit:
+        """A fit that says how it comes along; the second time, only why it is run again."""
+        if isinstance(brdf, WatchedBrdf):
+            say("fitting once more, to count bytes")
+            return self._fit(case, brdf)
+        return self._fit(case, brdf, tried=lambda trial: progress(_trial_words(trial)))
+
     def _fit(self, case: Case, brdf: Brdf, **options: Any) -> Fit:
         if self.ranks is not None:
             options["ranks"] = self.ranks
@@ -250,6 +257,10 @@ def _filtering_points(renderer: Renderer, progress: Say) -> list[dict]:
         }
         for point in filtering_benchmark.filtering_points(renderer, progress)
     ]
+
+
+def _trial_words(trial: Trial) -> str:
+    return f"    {trial.rank} {trial.frame} terms after {trial.seconds:.0f} s: ΔE94 p99 {trial.error.p99:.2f}"
 
 
 def _words(found: Fit) -> str:

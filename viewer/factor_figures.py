@@ -68,7 +68,7 @@ def case_figures(
         "dbrdf": polar_radii(distribution),
     }
     names = {"reference": "reference", "packs": "factor packs", "dbrdf": "D-BRDF"}
-    what = f"f_r cos θ_i at {POLAR_NM:g} nm"
+    what = f"fᵣ cos θᵢ at {POLAR_NM:g} nm, 1/sr"
     return {**_card(case, places, shown), "polar": _polar(curves, names, what), "packs_2010": case.packs_2010}
 
 
@@ -102,7 +102,7 @@ def fluorescent_figures(case: Case, brdf: FluorescentLambert, drawn: Drawn, pixe
         "diagonal": polar_radii(brdf, nm),
     }
     names = {"reference": "full matrix", "packs": "factor packs", "diagonal": "diagonal alone"}
-    what = f"radiance at {nm:g} nm under D65, over that of the light times π"
+    what = f"radiance at {nm:g} nm under D65 over irradiance there, 1/sr"
     return {**_card(case, places, shown), "polar": _polar(curves, names, what), "packs_2010": None}
 
 
