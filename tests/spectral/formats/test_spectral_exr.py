@@ -253,6 +253,16 @@ def test_other_pictures_are_left_to_others(tmp_path):
     assert format_of(tmp_path / "rgb.exr") is None
 
 
+def test_a_header_that_asks_for_terabytes_costs_nothing(tmp_path):
+    path = chart(tmp_path)
+    raw, mark = bytearray(path.read_bytes()), b"dataWindow\0box2i\0"
+    place = raw.index(mark) + len(mark) + 4
+    raw[place : place + 16] = np.array([0, 0, 299999, 299999], "<i4").tobytes()
+    path.write_bytes(bytes(raw))
+    with pytest.raises(InputError, match="too large a picture"):
+        spectral_exr.read(path)
+
+
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_mutated_bytes_are_read_or_refused(tmp_path, data):
