@@ -77,11 +77,12 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 
 def _unique(name: str, taken: set[str]) -> str:
+    """The name, or with the first number that makes it new; the name of its emission is taken with it."""
     number, candidate = 1, name
-    while candidate in taken:
+    while {candidate, f"{candidate}-emission"} & taken:
         number += 1
         candidate = f"{name}-{number}"
-    taken.add(candidate)
+    taken |= {candidate, f"{candidate}-emission"}
     return candidate
 
 

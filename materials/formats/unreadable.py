@@ -32,8 +32,8 @@ class Unread:
     name : what people call it.
     why : what stands in the way.
     hint : what to export instead, and from where.
-    suffixes : names of such files; with `mark`, only where it is found too.
-    mark : pattern that the first bytes of such a file hold, whatever its name; None: the name decides.
+    suffixes : what the names of such files end in.
+    mark : pattern that the first bytes of such a file hold, whatever its name.
     beside_maps : True where such a file often lies beside a set of texture maps, which then say all that it does.
     """
 
@@ -45,11 +45,10 @@ class Unread:
     beside_maps: bool = False
 
     def fits(self, path: Path, head: bytes) -> bool:
-        if self.beside_maps and _lies_beside_maps(path):
+        marked = self.mark is not None and self.mark.search(head) is not None
+        if not marked and path.suffix.lower() not in self.suffixes:
             return False
-        if self.mark is not None and self.mark.search(head):
-            return True
-        return path.suffix.lower() in self.suffixes
+        return not (self.beside_maps and _lies_beside_maps(path))
 
 
 def _starts(*marks: bytes) -> re.Pattern[bytes]:
