@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import os
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from .record_head import read_head
 if TYPE_CHECKING:
     from ..spectral.difference import Formula
 
+_DIGITS = re.compile(r"([0-9]+)")
 SORT_KEYS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
 
 
@@ -166,8 +168,11 @@ class Query:
         found = [one for one in summaries if self._fits(one)]
         if self.near is not None:
             found = self._measured(found, self.near)
-        found.sort(key=lambda one: one.id)
-        value = _SORTED_BY[self.sort or ("id" if self.near is None else "near")]
+        found.sort(key=lambda one: _natural(one.id))
+        order = self.sort or ("id" if self.near is None else "near")
+        if order == "id":
+            return tuple((found[::-1] if self.reverse else found)[: self.limit])
+        value = _SORTED_BY[order]
         known = [one for one in found if value(one) is not None]
         known.sort(key=value, reverse=self.reverse)
         return tuple((known + [one for one in found if value(one) is None])[: self.limit])
@@ -204,6 +209,13 @@ def _any_fits(word: str, patterns: tuple[str, ...]) -> bool:
     return not patterns or any(fnmatch.fnmatchcase(word.casefold(), pattern.casefold()) for pattern in patterns)
 
 
+def _natural(text: str) -> list[str | int]:
+    """Words and whole numbers in turn: "x2" comes before "x10"."""
+    parts: list[str | int] = list(_DIGITS.split(text))
+    parts[1::2] = map(int, parts[1::2])
+    return parts
+
+
 def _chroma(one: Summary) -> float | None:
     return None if one.lab is None else (one.lab[1] ** 2 + one.lab[2] ** 2) ** 0.5
 
@@ -215,7 +227,6 @@ def _hue(one: Summary) -> float | None:
 
 
 _SORTED_BY: dict[str, Any] = {
-    "id": lambda one: one.id,
     "family": lambda one: one.family,
     "model": lambda one: one.model,
     "kind": lambda one: one.kind,

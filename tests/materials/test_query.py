@@ -77,6 +77,14 @@ def test_near_a_colour_that_is_the_reference(catalogue, formula):
     assert catalogue.query(Query(near=wanted, within=0.1)) == ()
 
 
+def test_numbers_in_ids_are_counted(tmp_path, write_spectrum):
+    for name in ("x/10", "x/9", "x/a2", "x/a10", "x/a2-b"):
+        write_spectrum(tmp_path, name)
+    catalogue = Catalogue.open(tmp_path)
+    assert ids(catalogue.query()) == ["x/9", "x/10", "x/a2", "x/a2-b", "x/a10"]
+    assert ids(catalogue.query(Query(reverse=True, limit=1))) == ["x/a10"]
+
+
 def test_questions_that_make_no_sense_are_refused():
     with pytest.raises(InputError, match="near: a distance from nowhere"):
         Query(within=3.0)
