@@ -22,6 +22,8 @@ COMPUTED = "computed"
 # Annular: light from eight sides, so that an anisotropic material has one reading however the sample was turned.
 _AZIMUTHS = np.arange(8) * np.pi / 4
 _SINE = float(np.sqrt(0.5))
+# A reading may be this far below zero and pass for black, as it may in a file (`formats.gathering`).
+_DARK = 0.01
 
 
 def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
@@ -81,17 +83,20 @@ def _computed(record: MaterialRecord) -> tuple[Spectrum, tuple[str, str]]:
         return Spectrum.sampled(brdf.wavelengths_nm, values), (measured, "reflectance of the Lambert model")
     wi = np.stack([_SINE * np.cos(_AZIMUTHS), _SINE * np.sin(_AZIMUTHS), np.full(_AZIMUTHS.shape, _SINE)], axis=-1)
     values = np.pi * brdf.eval(wi, np.array([0.0, 0.0, 1.0])).mean(axis=0)
-    if values.min() < 0:
+    lowest = float(values.min())
+    if lowest < -_DARK:
         raise InputError(
             "the reading at 45:0 is negative at some wavelength",
             field=record.id,
-            found=f"{values.min():.3g}",
+            found=f"{lowest:.3g}",
             expected="a measurement whose colour lies inside sRGB",
+            hint="export the BRDF: --format merl or mitsuba",
         )
+    values, dark = np.maximum(values, 0.0), f"; negative down to {lowest:.2g}, taken as zero" if lowest < 0 else ""
     quantity: Quantity = "radiance factor" if values.max() > 1.0 else "reflectance"
     return Spectrum.sampled(brdf.wavelengths_nm, values, quantity), (
         "45a:0",
-        f"computed at 45:0 from the BRDF ({record.model}), no measured spectrum",
+        f"computed at 45:0 from the BRDF ({record.model}), no measured spectrum{dark}",
     )
 
 

@@ -1,14 +1,21 @@
 """Export: what each format holds of a material, what comes back of it, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.directions import io_from_half_difference
 from metamer.materials.exported_spectrum import exported_spectrum
 from metamer.materials.exporting import FORMATS, export
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.formats.bispectral import read_bispectral
 from metamer.materials.formats.merl import read_merl
+from metamer.materials.formats.merl_writer import DARKEST
+from metamer.materials.formats.rgl import read_rgl
 from metamer.materials.material import MaterialRecord, Provenance
+from metamer.materials.merl import node_angles
+from metamer.materials.rgl import RglBrdf
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import read_exr
@@ -212,6 +219,17 @@ def test_either_everything_is_written_or_nothing(tmp_path, lambert):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_interrupted_export_leaves_nothing(tmp_path, lambert, monkeypatch):
+    def interrupted(path, records):
+        path.write_text("half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(FORMATS, "csv", replace(FORMATS["csv"], write=interrupted))
+    with pytest.raises(KeyboardInterrupt):
+        export([of("a/one", lambert)], "csv", tmp_path / "x.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_two_materials_never_share_a_file(tmp_path, lambert):
     with pytest.raises(InputError, match="share a file"):
         export([of("a/b-c", lambert), of("a-b/c", lambert)], "exr", tmp_path / "new")
@@ -267,6 +285,23 @@ def test_what_a_format_has_no_room_for_is_refused(tmp_path, dye, model, form, wo
     with pytest.raises(InputError, match=words) as caught:
         export([one], form, tmp_path / f"out{FORMATS[form].suffix}")
     assert "x/y" in str(caught.value) and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["satin_rosaline_rgb", "cc_iris_purple_gem_rgb"])
+def test_measurements_go_out_in_every_form_that_has_room(tmp_path, shared_data, name):
+    brdf = RglBrdf(read_rgl(shared_data / "brdf" / "rgl" / f"{name}.bsdf"))
+    said = Provenance("RGL", "CC0", "uplifted(mallett-yuksel)")
+    one = record(f"measured/{name}", "rgl", brdf.parameters(), said)
+    (entry,) = read_spectra(export([one], "cxf", tmp_path / "x.cxf")[0].path).entries
+    assert entry.details["tag provenance: kind"] == "uplifted(mallett-yuksel)"
+    wi, wo = np.array([np.sqrt(0.5), 0, np.sqrt(0.5)]), np.array([0.0, 0, 1])
+    read = np.pi * brdf.eval(wi, wo)
+    np.testing.assert_allclose(entry.spectrum.samples, np.maximum(read, 0.0), rtol=1e-9)
+    assert ("taken as zero" in str(entry.details)) == (read.min() < 0)
+    table = read_merl(export([one], "merl", tmp_path / "x.binary")[0].path).values
+    theta_h, theta_d, phi_d = node_angles()
+    pair = io_from_half_difference(theta_h[20], theta_d[30], phi_d[90])
+    np.testing.assert_allclose(table[20, 30, 90], np.maximum(brdf.eval_measured(*pair), DARKEST), rtol=1e-9)
 
 
 def test_a_merl_table_with_its_words_beside_it(tmp_path):
