@@ -105,6 +105,8 @@ class _Material:
         emitted = self._emitted()
         if emitted is not None:
             spectrum, note = emission_of(emitted, uplift)
+            if not spectrum["values"].any():
+                return  # a black map switches it off
             original = {**self._description(), **spectrum, "surface": self.id}
             yield self._source(f"{self.id}-emission", "emission", {}, [note], original, uplift)
 

@@ -217,6 +217,12 @@ def test_a_lamp_gives_its_emission_too(tmp_path):
     assert luminance == pytest.approx(float(xyz_from_rgb()[1] @ [100.0, 50.0, 25.0]), rel=2e-3)
 
 
+def test_a_black_map_switches_the_lamp_off(tmp_path):
+    lamp = {"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}
+    (surface,) = read_glb(tmp_path, lamp, pictures=[png(np.zeros((2, 2, 3)))])
+    assert "maps.emissiveTexture" in surface.original
+
+
 def test_transparent_texels_do_not_count(tmp_path):
     leaf = np.zeros((1, 4, 4), np.uint8)
     leaf[0, 0], leaf[0, 1:] = [0, 255, 0, 255], [255, 0, 255, 10]
