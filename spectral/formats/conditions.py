@@ -20,8 +20,8 @@ _REFLECTANCE = re.compile(
 )
 _TRANSMITTANCE = re.compile(r"transm|%\s*T\b|\bT\s*[\[(]?%|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(
-    r"irradian|radian(?:ce|t|cy)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|luminan|"
-    r"illuminance|\bdisplay\b|\bambient\b|\bflash\b|bestrahlung|strahldichte|"
+    r"irradian|radian(?:ce|t|cy)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
+    r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
     r"[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|counts?\b|photon|"
     r"\bCCT\b|\blux\b|\[lx\]",
     re.I,
@@ -71,10 +71,9 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
         return "index"
     if _RADIANCE_FACTOR.search(words):
         return "radiance factor"
-    if _TRANSMITTANCE.search(words):
-        return "transmittance"
-    if _REFLECTANCE.search(words):
-        return "reflectance"
+    through, back = _TRANSMITTANCE.search(words), _REFLECTANCE.search(words)
+    if through or back:
+        return None if through and back else "transmittance" if through else "reflectance"
     return "emission" if _EMISSION.search(words) else None
 
 

@@ -55,19 +55,19 @@ class DownReader:
         width = stopped = below = samples = 0
         stop_cell = ""
         for line, cells in rows:
-            self.shape = self.shape or _shape(cells[self.axes[0]])
+            first = cells[self.axes[0]] if self.axes[0] < len(cells) else ""
+            self.shape = self.shape or _shape(first)
             found = self._wavelength(cells, self.axes[0])
             if found is None and all(self._wavelength(cells, axis) is None for axis in self.axes[1:]):
-                if columns and colour_axis(cells[self.axes[0]]):
-                    self._beside(columns, cells)
+                if columns and self._beside(columns, cells):
                     continue
                 if not stopped:
-                    stopped, stop_cell = line, cells[min(self.axes[0], len(cells) - 1)]
+                    stopped, stop_cell = line, first or cells[0]
                 below += 1
                 continue
             at = math.nan if found is None else found
-            starts_again = bool(columns) and at == columns[0].wavelengths[0]
-            if starts_again or (columns and stopped and not _continues(columns[0], last, at)):
+            begun = columns[0].wavelengths if columns else None
+            if begun and (at == begun[0] or (stopped and not _continues(begun, last, at))):
                 blocks.append(columns)
                 columns = []
             elif stopped and columns:
@@ -106,11 +106,15 @@ class DownReader:
         return found[0] if found and (not found[1] or _shape(cells[at]) == self.shape) else None
 
     @staticmethod
-    def _beside(columns: Sequence[Column], cells: Sequence[str]) -> None:
-        """A row of one tristimulus value for each spectrum: L*, X, ..."""
+    def _beside(columns: Sequence[Column], cells: Sequence[str]) -> bool:
+        """Whether a row has one tristimulus value for each spectrum (L*, X, ...), which is then put beside it."""
+        label = next((cell for cell in cells if cell), "")
+        if colour_axis(label) is None:
+            return False
         for column in columns:
             if column.place[0] < len(cells) and cells[column.place[0]]:
-                column.beside.setdefault(cells[column.place[1]], cells[column.place[0]])
+                column.beside.setdefault(label, cells[column.place[0]])
+        return True
 
     def _take(self, columns: Sequence[Column], line: int, cells: Sequence[str]) -> int:
         for column in columns:
@@ -187,9 +191,9 @@ class DownReader:
         return "" if count == 1 else plain or f"column {at + 1}"
 
 
-def _continues(column: Column, last: float, at: float) -> bool:
-    """Whether a wavelength goes on from the last one in the direction of the column."""
-    return len(column.wavelengths) < 2 or (at - last) * (column.wavelengths[1] - column.wavelengths[0]) > 0.0
+def _continues(begun: array[float], last: float, at: float) -> bool:
+    """Whether a wavelength goes on from the last one in the direction of those before."""
+    return len(begun) < 2 or (at - last) * (begun[1] - begun[0]) > 0.0
 
 
 def _shape(cell: str) -> str:

@@ -52,7 +52,18 @@ GLAZING = (
     "0.400 0.80 0.08 0.07\n0.405 0.81 0.08 0.07\n0.410 0.82 0.08 0.07\n"
 )
 
+PAIRS = (
+    "White,,Blue,\nWavelength (nm),%R,Wavelength (nm),%R\n700,90.5,720,45.5\n699,90.6,719,45.4\n698,90.7,,\n\n"
+    "Cary 5000\nScan rate (nm/min),600\n"
+)
+NUMBERED = (
+    "Title;Paints\nNo;Wavelength;Red;Blue\n;[nm];[%];[%]\n1;400;5,1;20\n2;410;6,2;21\n3;420;7,3;22\n"
+    "L*(D65/10°);;30;40\na*(D65/10°);;3;4\nb*(D65/10°);;1;2\n"
+)
+
 SMALL = {
+    "pairs.csv": PAIRS.encode(),
+    "numbered.csv": NUMBERED.encode(),
     "down.csv": TABLE_DOWN.encode(),
     "across.csv": TABLE_ACROSS.encode(),
     "across-latin.csv": TABLE_ACROSS.encode("cp1252"),

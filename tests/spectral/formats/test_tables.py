@@ -181,7 +181,9 @@ def test_lab_and_xyz_beside_the_spectra(written):
         "Illuminant: D50\nObserver: 10\nName,XYZ_X,XYZ_Y,XYZ_Z,L*(2°/D65),a*(2°/D65),b*(2°/D65),400,410,420\n"
         "Red,20,30,40,50,60,-10,0.05,0.06,0.07\n"
     )
-    xyz, lab = only(read(written(content))).stated
+    entry = only(read(written(content)))
+    assert entry.spectrum.quantity == "reflectance"
+    xyz, lab = entry.stated
     assert (xyz.space, xyz.values.tolist(), xyz.illuminant, xyz.observer) == ("XYZ", [20, 30, 40], "D50", "1964_10")
     assert (lab.space, lab.values.tolist(), lab.illuminant, lab.observer) == ("Lab", [50, 60, -10], "D65", "1931_2")
 
