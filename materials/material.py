@@ -15,7 +15,7 @@ from .factors import FactorPack, FitError
 from .models import SPECTRA, no_surface, quantity_of, rebuild
 
 if TYPE_CHECKING:
-    from .judging import Trial
+    from .fit import Trial
 
 
 @dataclass(frozen=True)

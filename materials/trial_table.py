@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .factors import FitError
-from .judging import Trial
+
+if TYPE_CHECKING:
+    from .fit import Trial
 
 _PLAIN = (bool, int, float, str, type(None))
 
@@ -34,6 +36,9 @@ def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
 
     Raises TypeError where a field without a default has no column.
     """
+    # Whoever only looks into a catalogue does not wait for the fit.
+    from .fit import Trial
+
     return tuple(
         _built(Trial, {name: table[name][row] for name in table.dtype.names or ()}) for row in range(len(table))
     )
