@@ -23,7 +23,8 @@ from .gltf_container import GltfFile, open_gltf
 from .gltf_textures import KEPT_EXTENSIONS, TextureReader
 from .json_nodes import Node, compact
 from .map_record import kept_maps
-from .measured import named, placed, printable, sha256_of
+from .measured import placed, printable, sha256_of
+from .spectra import id_word
 from .stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
 
 NAME = "glTF materials"
@@ -68,9 +69,9 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     for number, material in enumerate(materials):
         try:
             label = printable(material.text("name")) or f"material {number + 1}"
-            name = _unique(named(label), taken)
+            name = _unique(id_word(label), taken)
             with placed(path, material.place):
-                material_id = f"{named(path.stem)}/{name}"
+                material_id = f"{id_word(path.stem)}/{name}"
                 yield from _Material(gltf, material, label, material_id, content, number in coloured).sources(uplift)
         except InputError as reason:
             yield Rejected(f"{path.name}: {material.place}", reason)

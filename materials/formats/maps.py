@@ -19,7 +19,8 @@ from ..record import Provenance
 from ..sources import MaterialSource, Rejected
 from .map_names import SUFFIXES, map_name, members
 from .map_record import kept_maps
-from .measured import named, placed, printable
+from .measured import placed, printable
+from .spectra import id_word
 from .stand_in import Colour, Number, SurfaceMaps, model_of
 from .textures import Texture
 
@@ -89,7 +90,7 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     )
     original: dict[str, Any] = {f"maps.{texture.slot}.file": printable(texture.file.name) for texture in every}
     original |= kept_maps(every, uplift)
-    yield MaterialSource(f"maps/{named(label)}", "maps", model, parameters, provenance, path, original)
+    yield MaterialSource(f"maps/{id_word(label)}", "maps", model, parameters, provenance, path, original)
 
 
 def _texture(role: str, file: Path) -> Texture:

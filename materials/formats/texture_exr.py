@@ -23,7 +23,9 @@ from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelength
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
 from .exr_pictures import MAGIC, ExrPicture, channel_names, read_picture
-from .measured import named, placed, printable, sha256_of
+from .measured import placed, printable, sha256_of
+from .spectra import id_word
+from .spectra import read_sources as read_chart
 
 NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
@@ -90,7 +92,7 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     main = [texture for texture in textures if texture.kind in ("S0", "T")]
     for texture in main:
         words = [path.stem, texture.layer, "emission" if len(main) > 1 and texture.kind == "S0" else ""]
-        name = "-".join(named(word) for word in words if word)
+        name = "-".join(id_word(word) for word in words if word)
         try:
             beside = [other for other in textures if other.layer == texture.layer and other.kind[0] == "S"]
             polarised = [other for other in beside if texture.kind == "S0" != other.kind]
@@ -104,10 +106,8 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 def _chart(path: Path, uplift: str) -> list[MaterialSource | Rejected]:
     """One material a colour; none where the reader of charts does not know the picture's units or layers."""
-    from . import spectra
-
     try:
-        return list(spectra.read_sources(path, uplift))
+        return list(read_chart(path, uplift))
     except InputError:
         return []
 
