@@ -89,7 +89,7 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
         if condition := condition_in(column.words) or condition_around:
             details["condition"] = condition
         grid = np.asarray(column.wavelengths, dtype=np.float64) * column.nm
-        own = " ".join(cell for head, cell in column.beside.items() if re.search("illum|observ|obs$|light", head, re.I))
+        own = " ".join(cell for head, cell in column.beside.items() if re.search("illum|observer|obs$|light", head, re.I))
         stated = stated_colours({**beside, **cells}, illuminant_in(own) or light, observer_in(own) or angle)
         gathering.add(column.name, grid, column.values, kind, divisor=divisor, stated=stated, details=details)
     return gathering.finish(table.preamble)
