@@ -16,7 +16,6 @@ from jaxtyping import Float
 from ..spectral.errors import InputError
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
-from ..spectral.upsampling import xyz_from_rgb
 from .brdf import Brdf
 from .directions import TAU, io_from_half_difference, spherical
 from .fluorescent import FluorescentBrdf
@@ -47,7 +46,7 @@ _MIRRORED = _Grid(tuple(np.linspace(-np.pi, -0.5 * np.pi, 9).tolist()), 16, 45, 
 
 
 def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
-    """The fields of a spectral file, with RGB beside them for renderers without spectra.
+    """The fields of a spectral file.
 
     Raises
     ------
@@ -55,7 +54,7 @@ def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
         A fluorescent surface, or an anisotropic one without mirror planes through x and y.
     """
     grid = _grid(brdf)
-    folded = np.linalg.solve(xyz_from_rgb(), observer("1931_2").weights(illuminant("D65"), brdf.wavelengths_nm)).T
+    luminous = observer("1931_2").weights(illuminant("D65"), brdf.wavelengths_nm)[1]
     # Finer towards grazing, where a Fresnel term climbs.
     theta_i = _LAST_LIGHT * (1.0 - (1.0 - np.linspace(0.0, 1.0, grid.lights)) ** 1.5)
     x = y = np.linspace(0.0, 1.0, grid.square)
@@ -64,7 +63,6 @@ def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
     divided = _between(peak, grid.square)
     shape = (len(grid.azimuths), grid.lights)
     spectra = np.empty((*shape, len(brdf.wavelengths_nm), *divided.shape), dtype=np.float32)
-    rgb = np.empty((*shape, 3, *divided.shape), dtype=np.float32)
     luminance = np.empty((*shape, *divided.shape), dtype=np.float32)
     # Area of the square over solid angle of the half vector, times that of the mirrored direction.
     stretched = np.sin(0.5 * np.pi * x**2) * 2.0 * np.pi**2 * x
@@ -76,10 +74,8 @@ def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
         seen[..., 2] = np.maximum(seen[..., 2], _ABOVE)
         seen /= np.linalg.norm(seen, axis=-1, keepdims=True)
         values = brdf.eval(wi, seen) * np.maximum(wo[..., 2], -0.5)[..., None] / divided[..., None]
-        coloured = values @ folded
         spectra[place] = np.moveaxis(values, -1, 0)
-        rgb[place] = np.moveaxis(coloured, -1, 0)
-        light = np.maximum(coloured @ xyz_from_rgb()[1], 0.0) * divided * np.maximum(cosine, 0.0) * stretched
+        light = np.maximum(values @ luminous, 0.0) * divided * np.maximum(cosine, 0.0) * stretched
         # Nowhere zero: every direction can be drawn, whatever is interpolated between nodes.
         luminance[place] = light + 1e-3 * light.mean() + 1e-12
     single = np.float32
@@ -90,7 +86,6 @@ def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
         "sigma": np.full((2, 2), 0.25, single),
         "vndf": np.ones((*shape, 2, 2), single),
         "luminance": luminance,
-        "rgb": rgb,
         "spectra": spectra,
         "wavelengths": brdf.wavelengths_nm.astype(single),
         "jacobian": np.ones(1, np.uint8),

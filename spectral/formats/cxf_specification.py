@@ -82,6 +82,9 @@ def specification(element: Element, known: Vocabulary) -> Specification:
         "observer": observer or "",
         "method": known.text(colorimetry, "Method"),
     }
+    own = known.child(colorimetry, "CustomIlluminant")
+    if own is not None:
+        details["custom illuminant"] = words(own)
     physical = known.child(element, "PhysicalAttributes")
     if physical is not None:
         details["specified sample"] = words(physical)
