@@ -69,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
                 looking=looking_progress(bar),
                 uplift=args.uplift,
                 family=args.family,
+                apart=True,
             )
     except ImportInterrupted as interrupted:
         _write_json(args, interrupted.report)

@@ -98,6 +98,7 @@ def import_sources(
     looking: Callable[[int, int, str], None] = lambda done, total, name: None,
     uplift: str = DEFAULT_METHOD,
     family: str | None = None,
+    apart: bool = False,
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
@@ -107,8 +108,10 @@ def import_sources(
     Parameters
     ----------
     sources : files, folders, patterns, zip files and addresses of fsspec, as `inputs.inputs_of` takes them.
-    jobs : processes; default one a core, as far as memory goes. 1 works in this process; more need a `__main__` that
-        can be imported again (see `multiprocessing`).
+    jobs : processes; default one a core, as far as memory goes. 1 works in this process, unless `apart`; more need a
+        `__main__` that can be imported again (see `multiprocessing`).
+    apart : fit in other processes, also in one alone. They have one thread of BLAS each, which decides the last bits of
+        a fit; and memory that runs out ends them, not this one.
     scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
@@ -141,7 +144,7 @@ def import_sources(
                 return told.report()
             # The longest fits first, so that no process works alone at the end; more numbers are a guess at longer.
             pending.sort(key=lambda material: -material.size)
-            work = _on_cluster(pending, budget, scheduler) if scheduler else _here(pending, budget, jobs)
+            work = _on_cluster(pending, budget, scheduler) if scheduler else _here(pending, budget, jobs, apart)
             # Whoever stops listening, by Ctrl-C too, ends the workers at once.
             with closing(work):
                 for material, source, fitted in work:
@@ -198,7 +201,7 @@ def _loaded(pending: Iterable[PlannedMaterial]) -> Iterator[tuple[PlannedMateria
             yield material, reason
 
 
-def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None) -> Work:
+def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None, apart: bool) -> Work:
     """The work in processes of this machine, or in this one."""
     if not pending:
         return
@@ -212,7 +215,7 @@ def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None) -
             else:
                 yield Task((material, source), (source, budget))
 
-    if jobs <= 1:
+    if jobs <= 1 and not apart:
         for task in tasks():
             yield *task.key, fit_material(*task.arguments)
     else:
