@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.query import Query
 from metamer.spectral.errors import UnknownNameError
 
 # A source folder: spectra, `sources.toml` with the origin, licence and hash of each, and one TOML file a family.
@@ -49,6 +50,9 @@ def main(folder: Path) -> None:
         terms = sum(pack.rank for pack in record.packs)
         print(f"{material_id}: {record.model}, terms: {terms}, ΔE94 p99 {record.error.p99:.3f}")
         print(f"    source: {record.provenance.source}")
+    # The heads of the files alone are read: by colour (CIELAB at 45:0, D65), by error, by family ...
+    for found in catalogue.query(Query(near=(50.0, 20.0, 25.0))):
+        print(f"{found.id}: ΔE94 {found.distance:.1f} from the colour asked for")
     try:
         catalogue.load("fabric/rust-flet")
     except UnknownNameError as reason:
