@@ -37,8 +37,9 @@ _LISTS: dict[str, Quantity] = {
     "EmissiveSpectrum": "emission",
 }
 _SPECTRA = (*_LISTS, "CustomSpectrum")
-# The schema's limit for fractions; a reading in percent is far above it.
-_LARGEST_FRACTION = 3.0
+# The schema's limit for a list of fractions; and for what it does not limit, points and the side of a mirror that
+# instruments of several angles read, where radiance factors of a few are met, and readings in percent are above.
+_LARGEST_FRACTION, _LARGEST_FACTOR = 3.0, 10.0
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -85,6 +86,7 @@ def read(path: Path) -> SpectralFile:
         if spectra:
             measured.append((item, values, spectra))
     names = _names([item for item, _, _ in measured], gathered)
+    percent = None
     for name, (item, values, spectra) in zip(names, measured, strict=True):
         beside = [value for value in values if known.name(value) not in _SPECTRA]
         colours, other = stated_values(beside, name, specifications, known, gathered)
@@ -96,13 +98,36 @@ def read(path: Path) -> SpectralFile:
             except InputError as reason:
                 gathered.rejected.append((called, reason))
                 continue
+            bounded = known.name(value) in _LISTS and told.angles is None
+            most = _LARGEST_FRACTION if bounded else _LARGEST_FACTOR
+            if quantity != "emission" and (samples >= most).any():
+                percent = percent or _percent(path, called, f"{samples.max():g}")
+                gathered.rejected.append((called, _percent(path, called, f"{samples.max():g}")))
+                continue
             details = object_details(item, value, told, known) | other
             if quantity == "emission":
                 details["units"] = "W/(sr m^2 nm)"
             gathered.add(called, grid, samples, quantity, stated=colours, details=details)
+    if percent is not None:
+        # A dark sample in percent looks like a bright one in fractions: the others tell.
+        fractions = [entry for entry in gathered.entries if entry.spectrum.quantity != "emission"]
+        found = f"{percent.found} in {percent.field}"
+        gathered.rejected += [(entry.name, _percent(path, entry.name, found)) for entry in fractions]
+        gathered.entries = [entry for entry in gathered.entries if entry.spectrum.quantity == "emission"]
     if not gathered.entries and not gathered.rejected:
         raise _without_spectra(path, root, objects, known)
     return gathered.finish(file_details(root, known))
+
+
+def _percent(path: Path, field: str, found: str) -> InputError:
+    return InputError(
+        "the file looks like percent",
+        file=path,
+        field=field,
+        found=found,
+        expected=f"fractions; CxF3 has 100 % = 1.0, and lists of less than {_LARGEST_FRACTION:g} throughout",
+        hint="divide by 100",
+    )
 
 
 def _names(objects: list[Element], gathered: Gathering) -> list[str]:
@@ -189,15 +214,6 @@ def _samples(
             order = np.argsort(grid, kind="stable")
             grid, samples = grid[order], samples[order]
             gathered.note("points stand in another order in the file and were sorted by wavelength", field)
-    if quantity != "emission" and (samples >= _LARGEST_FRACTION).any():
-        raise InputError(
-            f"{quantity} looks like percent",
-            file=path,
-            field=field,
-            found=f"{samples.max():g}",
-            expected=f"fractions; CxF3 has 100 % = 1.0, and less than {_LARGEST_FRACTION:g} throughout",
-            hint="divide by 100",
-        )
     return grid, samples, quantity
 
 

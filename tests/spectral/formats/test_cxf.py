@@ -176,6 +176,9 @@ def test_multi_angle_spectra_get_the_angle_of_their_notation(written):
     file = cxf.read(written(document(item(both), geometry=f"<cc:MultiAngle>{angles}</cc:MultiAngle>")))
     assert [entry.name for entry in file.entries] == ["red, 45as15", "red, 45as110"]
     assert file.entries[1].details["geometry"] == "45as110: light 45, aspecular 110"
+    flop = both.replace("0.8<", "4.5<", 1)
+    file = cxf.read(written(document(item(flop), geometry=f"<cc:MultiAngle>{angles}</cc:MultiAngle>")))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["radiance factor", "reflectance"]
 
 
 def test_spectra_of_several_conditions_are_told_apart(written):
@@ -255,6 +258,15 @@ def test_without_a_reference_the_only_specification_is_taken(written):
 def test_values_that_are_no_reflectance(written, values, words):
     reason = refusal(written(document(item(RED.replace("0.05 0.1 0.4 0.8", values)))))
     assert words in str(reason) and "red" in str(reason.field)
+
+
+def test_percent_in_one_spectrum_makes_the_others_doubtful(written):
+    dark = item(RED.replace("0.05 0.1 0.4 0.8", "0.5 0.9 1.2 2.5"), "black", "o2")
+    lamp = item('<cc:EmissiveSpectrum ColorSpecification="M1">5 120.5</cc:EmissiveSpectrum>', "lamp", "o3")
+    bright = item(RED.replace("0.05 0.1 0.4 0.8", "5 10 40 85"))
+    file = cxf.read(written(document(dark + bright + lamp)))
+    assert [entry.name for entry in file.entries] == ["lamp"]
+    assert {name: reason.found for name, reason in file.rejected} == {"red": "85", "black": "85 in red"}
 
 
 def test_above_one_is_a_radiance_factor(written):
