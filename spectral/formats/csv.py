@@ -7,6 +7,7 @@ where anything unexpected is an error.
 from __future__ import annotations
 
 import csv
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def recognises(path: Path, head: bytes) -> bool:
         return True
     if len(head) >= HEAD and path.suffix.casefold() in SUFFIXES:
         # Titles of an instrument, or a header of many wavelengths, may be longer than what the reader was shown.
-        with path.open("rb") as file:
+        with suppress(OSError), path.open("rb") as file:
             text = head_text(file.read(16 * HEAD))
     lines = [line for line in text.splitlines() if line.strip() and comment(line) is None]
     dialect = dialect_of(lines)

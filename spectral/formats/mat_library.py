@@ -1,8 +1,8 @@
 """The process that lets scipy and h5py loose on a MATLAB file: `python -m metamer.spectral.formats.mat_library FILE N`.
 
-Damaged files end both libraries now and then, and the process with them. This one writes what it read to its output,
-as an `.npz` of arrays with a list of names in JSON, and holds nothing that anybody would miss. Nothing in a file is
-run: objects, function handles and links to other files are passed over.
+A single wrong byte in a file of version 5 can end scipy's reader by a signal, and the process with it. This one writes
+what it read to its output, as an `.npz` of arrays with a list of names in JSON, and holds nothing that anybody would
+miss. Nothing in a file is run: objects, function handles and links to other files are passed over.
 """
 
 from __future__ import annotations

@@ -1,5 +1,7 @@
 """Stated tristimulus values against the spectra beside them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from metamer.spectral.difference import lab_from_xyz
@@ -110,3 +112,16 @@ def test_a_real_meter_agrees_with_itself(shared_data):
     assert found.delta_e94 < 0.001
     assert found.lumens_ratio == pytest.approx(1e-3, rel=1e-5)
     assert found.assumed == ("observer 1931_2, for the file names none",)
+
+
+def test_a_real_meter_that_states_its_observer(colour):
+    """Sekonic: XYZ in lux of a spectrum in W/m2/nm, and the coarser list of the same spectrum left out."""
+    path = Path(colour.__file__).parent / "io" / "tests" / "resources" / "RANDOM_001_02._3262K.csv"
+    if not path.is_file():
+        pytest.skip("this colour-science comes without its test files")
+    file = read_spectra(path)
+    (light,) = file.entries
+    assert file.format == "instrument text" and light.spectrum.wavelengths_nm.size == 401
+    (found,) = compared(light)
+    assert found.observer == "1931_2" and found.assumed == ()
+    assert found.delta_e94 < 0.1 and found.lumens_ratio == pytest.approx(1.0, rel=1e-3)

@@ -114,6 +114,15 @@ def test_damaged_files(saved, refused, paints, length):
     assert "MATLAB" in refused(read, data[:length])[0]
 
 
+@pytest.mark.parametrize(("place", "value"), [(144, 5), (172, 1), (193, 9), (496, 255)])
+def test_single_bytes_that_end_the_library_end_no_more_than_its_process(tmp_path, refused, paints, place, value):
+    """Each of these ends the process that scipy 1.17 reads in; what asked for the file goes on."""
+    scipy.io.savemat(tmp_path / "whole.mat", {"wavelength": WAVELENGTHS, "data": paints})
+    held = bytearray((tmp_path / "whole.mat").read_bytes())
+    held[place] = value
+    assert refused(read, bytes(held), "hurt.mat")[0].startswith("hurt.mat: ")
+
+
 def test_a_variable_that_claims_to_be_huge(saved, refused):
     held = bytearray(saved(name="small.mat", version="4", wavelength=WAVELENGTHS).read_bytes())
     held[4:12] = np.array([100_000, 100_000], dtype="<i4").tobytes()
