@@ -1,14 +1,27 @@
-"""`metamer fit`: factor packs for one material of a catalogue, term by term, speed beside error."""
+"""`metamer fit`: factor packs for one material of a catalogue, trial by trial, speed beside error."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.fit import Trial
+    from ..materials.factors import FitError
+    from ..materials.fit import Fit, Trial
+
+# As materials.lobe_table has them, which `--help` does not wait for; a test holds them together.
+METHODS = ("joint", "weighted", "incremental", "refitted")
+_HEADER = (
+    f"{'split':6s} {'step':6s} {'frame':7s}  terms  {'seconds':>7}  {'mean':>6}  {'p95':>6}  {'p99':>6}  {'max':>6}"
+)
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -20,50 +33,157 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--frame",
         choices=("auto", "io", "hd"),
         default="auto",
-        help="auto: each lobe in the frame that suits it; io or hd: everything in one frame",
+        help="auto: frames and split are tried and compared; io or hd: everything in one frame",
     )
     aim = command.add_mutually_exclusive_group()
     aim.add_argument("--rank", type=positive_count, metavar="N", help="this many terms for each lobe")
     aim.add_argument(
         "--budget", type=positive_delta_e, default=0.5, metavar="D", help="ΔE94 at the 99th percentile (default: 0.5)"
     )
+    command.add_argument(
+        "--method",
+        choices=METHODS,
+        default="joint",
+        help="joint: all packs refined together on what is seen; weighted: each lobe's table alone; incremental, "
+        "refitted: packs of four terms, each fitted to what is left, without and with a refit of all (Schwenk 2010)",
+    )
+    command.add_argument("--smooth", action="store_true", help="smooth the tables' factors: fewer ripples, less sharp")
+    command.add_argument("--json", type=Path, metavar="F", help="also write what was found and all trials to F")
     command.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Fit and print; 0, or 1 where the budget was not met."""
     from ..materials.fit import RANKS, fit
-    from ..materials.half import half_storage
-    from ..materials.protocol import sphere_protocol
+    from ..spectral.files import written_whole
 
     material = catalogue_for(args.catalogue, 1).load(args.material)
     brdf = material.brdf()
-    print(f"{material.id}: {material.model}; ΔE94 on the sphere, D65, other lobes exact")
-    print(f"{'lobe':>4}  frame  terms  {'seconds':>7}  {'mean':>6}  {'p95':>6}  {'p99':>6}  {'max':>6}")
-    found = fit(
-        brdf,
-        budget=args.budget,
-        ranks=RANKS if args.rank is None else (args.rank,),
-        frame=None if args.frame == "auto" else args.frame,
-        tried=_show,
+    print(f"{material.id}: {material.model}; ΔE94 on the sphere, D65")
+    trials: list[Trial] = []
+    try:
+        with _shown(args.budget) as show:
+
+            def tried(trial: Trial) -> None:
+                trials.append(trial)
+                show(trial)
+
+            found = fit(
+                brdf,
+                budget=args.budget,
+                ranks=RANKS if args.rank is None else (args.rank,),
+                frame=None if args.frame == "auto" else args.frame,
+                method=args.method,
+                smooth=args.smooth,
+                tried=tried,
+            )
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_so_far(trials)) from None
+    missed = args.rank is None and found.score > args.budget
+    print(_summary(found, args, missed))
+    if args.json:
+        with written_whole(args.json) as beside:
+            beside.write_text(json.dumps(_document(material.id, found, args), indent=1) + "\n", encoding="utf-8")
+    return 1 if missed else 0
+
+
+@contextmanager
+def _shown(budget: float) -> Iterator[Callable[[Trial], None]]:
+    """On a terminal a bar that is full where the budget is met, with the best so far; elsewhere a line a trial."""
+    if not sys.stdout.isatty():
+        print(_HEADER)
+        yield lambda trial: print(_line(trial), flush=True)
+        return
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
     )
-    stored = half_storage(found.packs, brdf, sphere_protocol(128, brdf.isotropic))
+    with Progress(*columns, transient=True) as progress:
+        progress.console.print(_HEADER, markup=False, highlight=False)
+        task = progress.add_task("tabulating", total=1.0)
+        told: list[Trial] = []
+
+        def show(trial: Trial) -> None:
+            progress.console.print(_line(trial), markup=False, highlight=False)
+            told.append(trial)
+            best, worst = _best(told), max(one.score for one in told)
+            done = 1.0 if best.score <= budget else math.log(worst / best.score) / math.log(worst / budget)
+            words = f"best so far: {best.rank} in {best.frame}, p99 {best.error.p99:.2f}"
+            progress.update(task, completed=done, description=words)
+
+        yield show
+
+
+def _line(trial: Trial) -> str:
+    error, step = trial.error, "joint" if trial.joint else f"lobe {trial.lobe + 1}"
+    return (
+        f"{trial.candidate:6s} {step:6s} {trial.frame:7s}  {trial.rank:5d}  {trial.seconds:7.2f}  {error.mean:6.3f}  "
+        f"{error.p95:6.3f}  {error.p99:6.3f}  {error.maximum:6.2f}{'' if trial.kept else '  no better'}"
+    )
+
+
+def _figures(error: FitError) -> str:
+    return f"mean {error.mean:.2f}, p95 {error.p95:.2f}, p99 {error.p99:.2f}, max {error.maximum:.2f}"
+
+
+def _so_far(trials: list[Trial]) -> str:
+    if not trials:
+        return "Nothing was tried yet."
+    best = _best(trials)
+    return f"Best so far: {best.rank} terms in {best.frame}, {_figures(best.error)}."
+
+
+def _best(trials: list[Trial]) -> Trial:
+    """Of all packs together, once there are some; until then of the lobe that is being fitted."""
+    together = [trial for trial in trials if trial.joint]
+    return min(together or [it for it in trials if it.lobe == trials[-1].lobe], key=lambda trial: trial.score)
+
+
+def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
     frames = " + ".join(f"{pack.rank} in {pack.frame}" for pack in found.packs)
-    error = found.error
-    print(f"\nTogether {found.rank} terms ({frames}): ", end="")
-    print(f"mean {error.mean:.2f}, p95 {error.p95:.2f}, p99 {error.p99:.2f}, max {error.maximum:.2f}")
-    print(f"Lowest shading {error.most_negative:.1e} (a white diffuser facing the light is 1); nothing is clipped.")
-    print(f"Storage: {stored.reason}.")
-    if args.rank is None and error.p99 > args.budget:
-        print(f"The budget of {args.budget:g} is not met: more terms stopped paying, or none are left to try.")
-        return 1
-    return 0
+    split = {"lobes": "its own lobes", "io": "everything in io first", "hd": "everything in hd first"}
+    lines = [
+        f"\nTogether {found.rank} terms ({frames}): {_figures(found.error)}",
+        f"Lowest shading {found.error.most_negative:.1e} (a white diffuser facing the light is 1); nothing is clipped.",
+        f"Split: {split[found.candidate]}; {len(found.trials)} trials.",
+        f"Storage: {'half' if found.storage.half else 'single'}, {found.table_bytes / 1024:.0f} KiB; "
+        f"{found.storage.reason}.",
+    ]
+    if args.rank is None:
+        lines.append(f"Stopped: {found.stopped}.")
+    if missed:
+        lines.append(f"The budget of {args.budget:g} is not met: {found.stopped}.")
+    return "\n".join(lines)
 
 
-def _show(trial: Trial) -> None:
-    error = trial.error
-    print(
-        f"{trial.lobe + 1:4d}  {trial.frame:5s}  {trial.rank:5d}  {trial.seconds:7.2f}  {error.mean:6.3f}  "
-        f"{error.p95:6.3f}  {error.p99:6.3f}  {error.maximum:6.2f}{'' if trial.kept else '  no better'}",
-        flush=True,
-    )
+def _document(material: str, found: Fit, args: argparse.Namespace) -> dict:
+    from dataclasses import asdict
+
+    return {
+        "material": material,
+        "method": args.method,
+        "smooth": args.smooth,
+        "budget": args.budget if args.rank is None else None,
+        "met": found.score <= args.budget if args.rank is None else None,
+        "split": found.candidate,
+        "stopped": found.stopped,
+        "packs": [
+            {
+                "frame": pack.frame,
+                "rank": pack.rank,
+                "precision": pack.precision,
+                "axes": {axis.name: axis.size for axis in pack.axes},
+            }
+            for pack in found.packs
+        ],
+        "rank": found.rank,
+        "table_bytes": found.table_bytes,
+        "storage": {"half": found.storage.half, "cost": found.storage.cost, "reason": found.storage.reason},
+        "error": asdict(found.error),
+        "score": found.score,
+        "trials": [asdict(trial) for trial in found.trials],
+    }

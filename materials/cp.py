@@ -93,7 +93,8 @@ def cp_als(
         inner = float(np.sum(right * factors[-1]))
         return factors, energy - 2 * inner + float(np.sum(matrix * gram[-1]))
 
-    return _extrapolated(swept, start, sweeps, tolerance * energy)
+    factors, left = extrapolated(swept, start, sweeps, tolerance * energy)
+    return longest_first(factors), left
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,17 +175,22 @@ def weighted_cp(
     table: WeightedTable, start: Factors, sweeps: int, ridge: float = 1e-9, tolerance: float = 1e-12
 ) -> tuple[Factors, float]:
     """Alternating least squares with the true weights: the factors and the weighted sum of squares that is left."""
-    return _extrapolated(lambda factors: table.swept(factors, ridge), start, sweeps, tolerance * table.energy)
+    factors, left = extrapolated(lambda factors: table.swept(factors, ridge), start, sweeps, tolerance * table.energy)
+    return longest_first(factors), left
 
 
-def _extrapolated(
-    swept: Callable[[Factors], tuple[Factors, float]], start: Factors, sweeps: int, enough: float
+def extrapolated(
+    swept: Callable[[Factors], tuple[Factors, float]],
+    start: Factors,
+    sweeps: int,
+    enough: float,
+    even: Callable[[Factors], Factors] = balanced,
 ) -> tuple[Factors, float]:
     """Sweeps from points stretched along the last move, with a restart wherever that proves worse.
 
     Ends at `enough`, or where the last ten sweeps together gained less than a fiftieth of what is left.
     """
-    last = now = balanced(start)
+    last = now = even(start)
     least, stretch = np.inf, 0.0
     history: list[float] = []
     for _ in range(sweeps):
@@ -193,9 +199,9 @@ def _extrapolated(
             stretch = 0.0
             continue
         least = left
-        last, now = now, balanced(found)
+        last, now = now, even(found)
         history.append(left)
         if left <= enough or (len(history) > 10 and history[-11] - left < 0.02 * left):
             break
         stretch = min(1.2 * stretch + 0.2, 4.0)
-    return longest_first(now), least
+    return now, least

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
 
 from .brdf import Brdf
 from .factors import FactorPack
@@ -20,11 +21,13 @@ ALLOWED = 0.1
 
 @dataclass(frozen=True, eq=False)
 class HalfStorage:
-    """Packs to store, whether they are half precision, and why: `cost` is the ΔE94 that it adds at p99."""
+    """Packs to store, whether they are half precision, and why: `cost` is the ΔE94 that it adds at p99 (None: not
+    measured).
+    """
 
     packs: tuple[FactorPack, ...]
     half: bool
-    cost: float
+    cost: float | None
     reason: str
 
 
@@ -41,16 +44,25 @@ def rounded_to_half(pack: FactorPack) -> FactorPack:
 
 
 def half_storage(
-    packs: tuple[FactorPack, ...], brdf: Brdf, protocol: SphereProtocol, allowed: float = ALLOWED
+    packs: tuple[FactorPack, ...],
+    brdf: Brdf,
+    protocol: SphereProtocol,
+    allowed: float = ALLOWED,
+    reference: Float[np.ndarray, "N 3"] | None = None,
 ) -> HalfStorage:
     """Half precision where it adds at most `allowed` to the 99th percentile of ΔE94, else the packs as they are.
 
-    `brdf` is what the packs stand for, judged on `protocol` before and after.
+    `brdf` is what the packs stand for, judged on `protocol` before and after; `reference`: its XYZ there, if known.
     """
-    reference = protocol.reference(brdf)
+    reference = protocol.reference(brdf) if reference is None else reference
     small = tuple(rounded_to_half(pack) for pack in packs)
     before, after = (protocol.compare(reference, protocol.sample(these)).p99 for these in (packs, small))
     cost = after - before
     if cost <= allowed:
         return HalfStorage(small, True, cost, f"half precision adds {cost:.3f} to ΔE94 p99")
     return HalfStorage(packs, False, cost, f"kept single: half would add {cost:.3f} to ΔE94 p99, over {allowed:g}")
+
+
+def single_storage(packs: tuple[FactorPack, ...]) -> HalfStorage:
+    """The packs as they are, because nothing else was asked for."""
+    return HalfStorage(packs, False, None, "kept single: half precision was not tried")

@@ -1,27 +1,85 @@
-"""`metamer fit`: its table, its exit codes."""
+"""`metamer fit`: its table, its bar, its JSON, its exit codes."""
+
+import json
+from typing import ClassVar
 
 import pytest
+from metamer.cli import fit as command
 from metamer.cli.main import main
+from metamer.materials import fit as engine
 
 
-def test_terms_are_shown_as_they_are_tried(tiny_catalogue, capsys):
-    assert main(["fit", "tiny/satin-green", "--catalogue", str(tiny_catalogue), "--budget", "1.5"]) == 0
-    out = capsys.readouterr().out
-    assert "hd" in out and "io" in out
-    assert "Together" in out
-    assert "half" in out
+def test_trials_are_shown_and_the_choice_is_explained(tiny_catalogue, tmp_path, capsys):
+    out = tmp_path / "fit.json"
+    words = ["fit", "tiny/satin-green", "--catalogue", str(tiny_catalogue), "--budget", "1.5", "--json", str(out)]
+    assert main(words) == 0
+    text = capsys.readouterr().out
+    assert "lobe 1 io" in text and "lobe 2 hd" in text
+    assert "Together" in text
+    assert "Storage: half" in text
+    assert "Stopped: budget met." in text
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["met"] is True
+    assert found["rank"] == sum(pack["rank"] for pack in found["packs"])
+    assert found["trials"][0]["error"]["p99"] > 0
+    assert {pack["precision"] for pack in found["packs"]} == {"half"}
 
 
-def test_a_budget_out_of_reach_is_said_and_warned_of(tiny_catalogue, capsys):
+def test_a_budget_out_of_reach_is_said_and_warned_of(tiny_catalogue, capsys, monkeypatch):
+    monkeypatch.setattr(engine, "RANKS", (1, 2))
     words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--budget", "1e-9"]
     assert main(words) == 1
-    assert "not met" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "not met: none left to try" in out
 
 
 def test_a_rank_and_a_frame_can_be_given(tiny_catalogue, capsys):
     words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--rank", "2", "--frame", "io"]
     assert main(words) == 0
     assert "Together 2 terms (2 in io)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("method", ["weighted", "incremental", "refitted"])
+def test_the_paper_s_methods_and_smoothing_are_options(tiny_catalogue, capsys, method):
+    words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--rank", "4", "--method", method, "--smooth"]
+    assert main(words) == 0
+    assert "Together 4 terms" in capsys.readouterr().out
+
+
+def test_the_options_are_those_of_the_fit():
+    assert command.METHODS == engine.METHODS
+
+
+def test_interrupting_says_what_was_found_so_far(tiny_catalogue, capsys, monkeypatch):
+    told = command._line
+
+    def interrupted(trial):
+        if trial.rank > 1:
+            raise KeyboardInterrupt
+        return told(trial)
+
+    monkeypatch.setattr(command, "_line", interrupted)
+    assert main(["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--budget", "1e-9"]) == 130
+    assert "Best so far: 1 terms in io, mean" in capsys.readouterr().err
+
+
+def test_a_terminal_gets_a_bar(tiny_catalogue, capsys, monkeypatch):
+    from rich import progress
+
+    class Terminal(progress.Progress):
+        """Progress as on a terminal; what it was told last is kept."""
+
+        said: ClassVar[list[dict]] = []
+
+        def update(self, task_id, **words):
+            Terminal.said.append(words)
+            super().update(task_id, **words)
+
+    monkeypatch.setattr(command.sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(progress, "Progress", Terminal)
+    assert main(["fit", "tiny/satin-green", "--catalogue", str(tiny_catalogue), "--budget", "1.5"]) == 0
+    assert Terminal.said[-1]["completed"] == 1.0
+    assert "best so far" in Terminal.said[-1]["description"]
 
 
 def test_wrong_words_are_refused(tiny_catalogue, capsys):

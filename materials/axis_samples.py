@@ -1,0 +1,145 @@
+"""One axis of a pack met with scattered samples: its factor as a linear least-squares problem.
+
+With all other factors fixed, a sample touches the two nodes beside it, so that the normal equations are block
+tridiagonal (R x R blocks; cyclic on a periodic axis) and a banded Cholesky factorisation solves them. A proximal term
+pulls the factor towards what it is and lets it change little from node to node: the problem is positive definite, the
+objective never rises, and a node that no sample touches moves only as its neighbours do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import solveh_banded
+
+# The proximal pull, as a share of the mean curvature of each term's nodes; and how much more the change between
+# neighbours is held than a change itself. Less of either fits noise between the samples.
+_PULL, _STIFFNESS = 1e-2, 100.0
+_TINY = 1e-100
+
+
+@dataclass(frozen=True, eq=False)
+class AxisSamples:
+    """Where samples lie on one axis. Samples are put in order of their interval, for sums over intervals."""
+
+    size: int
+    periodic: bool
+    below: Int[np.ndarray, " N"]
+    share: Float[np.ndarray, " N"]
+    order: Int[np.ndarray, " N"]
+    edges: Int[np.ndarray, " n"]
+
+    @classmethod
+    def of(cls, position: Float[np.ndarray, " N"], size: int, periodic: bool) -> AxisSamples:
+        below = np.minimum(position.astype(np.intp), size - 2)
+        order = np.argsort(below, kind="stable")
+        edges = np.searchsorted(below[order], np.arange(size))
+        return cls(size, periodic, below, position - below, order, edges)
+
+    def between(self, factor: Float[np.ndarray, "n R"]) -> Float[np.ndarray, "N R"]:
+        """The factor at every sample."""
+        step = np.diff(factor, axis=0).take(self.below, axis=0)
+        step *= self.share[:, None]
+        step += factor.take(self.below, axis=0)
+        return step
+
+    def solved(
+        self,
+        factor: Float[np.ndarray, "n R"],
+        rest: Float[np.ndarray, "N R"],
+        seen: Float[np.ndarray, "N 3 R"],
+        plain: Float[np.ndarray, " N"],
+        aim: Float[np.ndarray, "N R"],
+        gram: Float[np.ndarray, "R R"],
+    ) -> Float[np.ndarray, "n R"]:
+        """The factor that is best with all else fixed, but for the proximal term.
+
+        rest : each term without this factor and its spectrum. seen : what the eye makes of each spectrum. plain :
+        weights of plain errors. aim : gradient at a factor of zero. gram : products of spectra.
+        """
+        size, rank = factor.shape
+        diagonal, beside, right = np.zeros((size, rank, rank)), np.zeros((size - 1, rank, rank)), np.zeros((size, rank))
+        order = self.order
+        share = self.share[order]
+        aim, rest, seen, plain = aim[order], rest[order], seen[order], plain[order]
+        sums = np.hstack([aim * (1.0 - share)[:, None], aim * share[:, None]])
+        for k in range(size - 1):
+            rows = slice(self.edges[k], self.edges[k + 1])
+            if rows.start == rows.stop:
+                continue
+            one = rest[rows]
+            low = 1.0 - share[rows, None]
+            colour = seen[rows] * one[:, None, :]
+            found = _paired(colour.reshape(-1, rank), np.repeat(low, 3, axis=0))
+            one = one * np.sqrt(plain[rows])[:, None]
+            simple = _paired(one, low)
+            diagonal[k] += found[0] + gram * simple[0]
+            diagonal[k + 1] += found[1] + gram * simple[1]
+            beside[k] = found[2] + gram * simple[2]
+            total = sums[rows].sum(axis=0)
+            right[k] += total[:rank]
+            right[k + 1] += total[rank:]
+        if self.periodic:
+            diagonal[0] += diagonal[-1]
+            right[0] += right[-1]
+            diagonal, right = diagonal[:-1], right[:-1]
+        now = factor[: len(right)]
+        curvature = np.einsum("nrr->nr", diagonal)
+        pull = np.maximum(_PULL * curvature.mean(axis=0), _TINY)
+        own = np.arange(rank)
+        diagonal[:, own, own] += pull
+        right += pull * now
+        # Steps differ little from node to node.
+        stiff = _STIFFNESS * pull
+        step = np.diff(now, axis=0, append=now[:1]) if self.periodic else np.diff(now, axis=0)
+        count = len(step)
+        beside[:, own, own] -= stiff
+        following = (np.arange(count) + 1) % len(now)
+        np.add.at(diagonal, (np.arange(count)[:, None], own, own), stiff)
+        np.add.at(diagonal, (following[:, None], own, own), stiff)
+        np.add.at(right, np.arange(count), -stiff * step)
+        np.add.at(right, following, stiff * step)
+        found = _solved_blocks(diagonal, beside, right, self.periodic)
+        return np.vstack([found, found[:1]]) if self.periodic else found
+
+
+def _paired(rows: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Products of rows shared between a lower and an upper node: of the lower, of the upper, of both."""
+    rank = rows.shape[1]
+    both = np.hstack([rows * low, rows * (1.0 - low)])
+    found = both.T @ both
+    return found[:rank, :rank], found[rank:, rank:], found[rank:, :rank]
+
+
+def _solved_blocks(
+    diagonal: Float[np.ndarray, "n R R"],
+    beside: Float[np.ndarray, "m R R"],
+    right: Float[np.ndarray, "n R"],
+    cyclic: bool,
+) -> Float[np.ndarray, "n R"]:
+    """Solves a symmetric positive definite system of blocks; beside[k] stands below diagonal[k], cyclic or not.
+
+    A cycle is folded, nodes 0, n-1, 1, n-2, ...: neighbours are then at most two blocks apart.
+    """
+    size, rank = right.shape
+    place = np.arange(size)
+    if cyclic:
+        place = np.where(2 * np.arange(size) < size, 2 * np.arange(size), 2 * (size - np.arange(size)) - 1)
+    reach = 3 if cyclic else 2
+    blocks = np.zeros((size, reach, rank, rank))
+    blocks[place, 0] = diagonal
+    one, other = np.arange(len(beside)), (np.arange(len(beside)) + 1) % size
+    low, high = np.minimum(place[one], place[other]), np.maximum(place[one], place[other])
+    # Every block beside the diagonal is symmetric: which of the two is above does not matter. Two nodes meet twice.
+    np.add.at(blocks, (low, high - low), beside)
+    stacked = blocks.reshape(size, reach * rank, rank)
+    offset = np.arange(rank)[None, :] + np.arange(reach * rank)[:, None]
+    inside = offset < reach * rank
+    band = np.where(inside, stacked[:, np.minimum(offset, reach * rank - 1), np.arange(rank)[None, :]], 0.0)
+    band = np.moveaxis(band, 1, 0).reshape(reach * rank, size * rank)
+    sorted_right = np.empty_like(right)
+    sorted_right[place] = right
+    found = solveh_banded(band, sorted_right.reshape(-1), overwrite_ab=True, lower=True, check_finite=False)
+    return found.reshape(size, rank)[place]

@@ -1,0 +1,206 @@
+"""Joint refinement: the objective never rises, nothing drifts, seams stay closed, and it is deterministic."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from metamer.materials.analytic import AshikhminShirley
+from metamer.materials.axis_samples import AxisSamples
+from metamer.materials.brdf import Brdf
+from metamer.materials.directions import spherical
+from metamer.materials.factors import Axis
+from metamer.materials.fit import fit
+from metamer.materials.joint import JointProblem, added, merged, refined
+from metamer.materials.protocol import sphere_protocol
+from metamer.materials.seen import seen_pairs, seen_samples
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+
+L = len(WORKING_WAVELENGTHS_NM)
+RED = Spectrum.sampled(WORKING_WAVELENGTHS_NM, 0.05 + 0.6 * np.linspace(0.0, 1.0, L) ** 2)
+GREY = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(L, 0.04))
+PAIRS = 6000
+IO = (Axis("theta_i", 12, 0.5 * np.pi), Axis("theta_o", 12, 0.5 * np.pi), Axis("phi", 9, np.pi))
+HD = (Axis("theta_h", 16, 0.5 * np.pi, "sqrt"), Axis("theta_d", 12, 0.5 * np.pi), Axis("phi_d", 9, np.pi))
+TURNED = (
+    Axis("theta_h", 12, 0.5 * np.pi, "sqrt"),
+    Axis("theta_d", 8, 0.5 * np.pi),
+    Axis("phi_d", 9, 2 * np.pi, periodic=True),
+    Axis("phi_h", 10, 2 * np.pi, periodic=True),
+)
+
+
+class Whole(Brdf):
+    """A BRDF that names no lobes."""
+
+    def __init__(self, brdf):
+        self.brdf, self.wavelengths_nm, self.isotropic = brdf, brdf.wavelengths_nm, brdf.isotropic
+
+    def eval(self, wi, wo):
+        return self.brdf.eval(wi, wo)
+
+
+@pytest.fixture(scope="module")
+def glossy():
+    return AshikhminShirley(RED, GREY, 12.0, 12.0)
+
+
+@pytest.fixture(scope="module")
+def samples(glossy):
+    return seen_samples(glossy, PAIRS)
+
+
+@pytest.fixture(scope="module")
+def packs(samples):
+    first, _ = added((), samples, "hd", HD, 2, 0)
+    second, _ = added((first,), samples, "io", IO, 2, 0)
+    return first, second
+
+
+def test_no_step_raises_the_objective(samples, packs):
+    problem = JointProblem(packs, samples)
+    state, left = problem.start(), [problem.objective(samples.less(packs).targets)]
+    for _ in range(6):
+        state, now = problem.swept(state)
+        left.append(now)
+    assert all(later <= earlier * (1 + 1e-12) for earlier, later in pairwise(left)), left
+    assert left[-1] < 0.9 * left[0]
+    # What the sweep says is left is what the packs leave.
+    assert problem.objective(samples.less(problem.packed(state)).targets) == pytest.approx(left[-1], rel=1e-6)
+
+
+def test_the_objective_is_the_squared_delta_e_of_small_errors(samples):
+    rng = np.random.default_rng(1)
+    small = 1e-5 * rng.standard_normal(samples.targets.shape) * np.abs(samples.targets)
+    white = sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
+    true = delta_e_xyz(samples.xyz, samples.xyz + small @ samples.light_weights, white)
+    felt = np.linalg.norm(np.einsum("nks,ns->nk", samples.eye, small), axis=1) / np.sqrt(samples.share)
+    seen = true > 1e-6
+    np.testing.assert_allclose(felt[seen], true[seen], rtol=1e-2)
+
+
+def test_black_samples_have_finite_weights():
+    black = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.zeros(L))
+    samples = seen_samples(AshikhminShirley(black, black, 50.0, 50.0), 2000)
+    assert np.isfinite(samples.eye).all() and np.isfinite(samples.plain).all()
+    # L* is linear near black, 903.3 a unit of Y.
+    dark = samples.xyz[:, 1] < 1e-6
+    assert dark.any()
+    assert (samples.plain[dark] > 0).all()
+
+
+def test_samples_are_never_the_protocol_s_own_and_show_what_it_shows():
+    wi, wo, share = seen_pairs(4000, 0, True)
+    sphere = sphere_protocol(64)
+    own = {tuple(row) for row in np.round(np.hstack([sphere.wi, sphere.wo]), 9)}
+    assert not own & {tuple(row) for row in np.round(np.hstack([wi, wo]), 9)}
+    assert (wi[:, 2] > 0).all() and (wo[:, 2] > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1.0, rtol=1e-12)
+    # Weighted by share, points are as common as on a disk: mean cos(theta_o) under head-on light is 2/3.
+    ahead = np.sum(wi * wo, axis=1) > np.cos(np.radians(20.0))
+    assert np.average(wo[ahead, 2], weights=share[ahead]) == pytest.approx(2 / 3, abs=0.03)
+
+
+def test_nodes_that_no_sample_touches_do_not_drift():
+    rng = np.random.default_rng(0)
+    position, rank = 3.0 + 4.0 * rng.random(500), 2
+    axis = AxisSamples.of(position, 12, False)
+    factor, rest = np.ones((12, rank)), rng.random((500, rank))
+    seen, plain, aim = rng.random((500, 3, rank)), np.ones(500), rng.random((500, rank))
+    found = axis.solved(factor, rest, seen, plain, aim * rest, np.eye(rank))
+    moved = found - factor
+    assert np.abs(moved[3:8]).max() > 0.01
+    # They follow their neighbour, less and less, and never run ahead of it.
+    assert (np.abs(moved[0]) <= np.abs(moved[3]) + 1e-12).all()
+    assert (np.abs(moved[11]) <= np.abs(moved[7]) + np.abs(moved[8]) + 1e-12).all()
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_a_factor_is_solved_for_as_a_dense_system_would(periodic):
+    """Against one dense least-squares problem of all nodes, the proximal term included."""
+    rng = np.random.default_rng(2)
+    size, rank, count = 7, 3, 400
+    axis = AxisSamples.of(rng.random(count) * (size - 1), size, periodic)
+    factor = rng.standard_normal((size, rank))
+    if periodic:
+        factor[-1] = factor[0]
+    rest, seen, plain = rng.random((count, rank)), rng.standard_normal((count, 3, rank)), rng.random(count)
+    spectra, target = rng.standard_normal((4, rank)), rng.standard_normal((count, 3))
+    aim = np.einsum("nkr,nk->nr", seen, target) * rest
+    found = axis.solved(factor, rest, seen, plain, aim, spectra.T @ spectra)
+    nodes = size - 1 if periodic else size
+    rows = np.zeros((count, nodes))
+    rows[np.arange(count), axis.below] += 1 - axis.share
+    rows[np.arange(count), (axis.below + 1) % nodes] += axis.share
+    eye = (rows[:, None, :, None] * (seen * rest[:, None])[:, :, None, :]).reshape(3 * count, -1)
+    flat = rows[:, None, :, None] * (spectra[None] * rest[:, None])[:, :, None, :] * np.sqrt(plain)[:, None, None, None]
+    flat = flat.reshape(4 * count, -1)
+    matrix = eye.T @ eye + flat.T @ flat
+    pull = 1e-2 * np.diag(matrix).reshape(nodes, rank).mean(axis=0)
+    chain = np.eye(nodes)
+    if periodic:
+        tied = 2 * np.eye(nodes) - np.roll(np.eye(nodes), 1, axis=0) - np.roll(np.eye(nodes), -1, axis=0)
+    else:
+        steps = np.diff(np.eye(nodes), axis=0)
+        tied = steps.T @ steps
+    proximal = np.kron(chain + 100.0 * tied, np.diag(pull))
+    now = factor[:nodes].reshape(-1)
+    expected = np.linalg.solve(matrix + proximal, eye.T @ target.reshape(-1) + proximal @ now)
+    np.testing.assert_allclose(found[:nodes], expected.reshape(nodes, rank), rtol=1e-8, atol=1e-10)
+    if periodic:
+        np.testing.assert_array_equal(found[-1], found[0])
+
+
+def test_an_anisotropic_pack_is_continuous_where_its_azimuths_wrap():
+    brdf = AshikhminShirley(RED, GREY, 4.0, 20.0)
+    samples = seen_samples(brdf, PAIRS)
+    pack, _ = added((), samples, "hd", TURNED, 3, 0)
+    (pack,), _ = refined((pack,), samples, 4)
+    for axis, factor in zip(pack.axes, pack.factors, strict=True):
+        if axis.periodic:
+            np.testing.assert_array_equal(factor[0], factor[-1])
+    turn, near = 2 * np.pi, 1e-9
+    for azimuth in (0.0, 1.0):
+        wo = spherical(np.full(3, 0.5), azimuth + np.array([near, turn - near, turn + near]))
+        shaded = pack.shade(spherical(np.full(3, 0.7), azimuth), wo)
+        np.testing.assert_allclose(shaded, np.broadcast_to(shaded[:1], shaded.shape), atol=1e-6 * np.abs(shaded).max())
+        # Turning both about the normal past the seam of phi_h.
+        both = [spherical(np.full(2, theta), phi + np.array([-near, near])) for theta, phi in ((0.7, 0.0), (0.4, 0.0))]
+        either = pack.shade(*both)
+        np.testing.assert_allclose(either[0], either[1], atol=1e-6 * np.abs(either).max())
+
+
+def test_refining_packs_of_two_frames_together_beats_either_alone(samples, packs):
+    both, relative = refined(packs, samples)
+    (alone,), other = refined(packs[:1], samples)
+    assert relative < other < 1.0
+    assert [pack.frame for pack in both] == ["hd", "io"]
+    joined = merged((*both, alone))
+    assert [(pack.frame, pack.rank) for pack in joined] == [("hd", 4), ("io", 2)]
+    wi, wo = spherical(np.array([0.2, 0.9]), 0.0), spherical(np.array([0.5, 0.1]), 2.0)
+    apart = sum(pack.shade(wi, wo) for pack in (*both, alone))
+    np.testing.assert_allclose(sum(pack.shade(wi, wo) for pack in joined), apart, rtol=1e-12)
+
+
+def test_a_brdf_that_names_no_lobes_is_split_and_the_same_seed_gives_the_same_bits(glossy):
+    def found():
+        trials = []
+        return fit(Whole(glossy), budget=1e-6, ranks=(4, 8), pixels=32, seed=5, tried=trials.append), trials
+
+    (one, trials), (other, _) = found(), found()
+    assert any(trial.joint for trial in trials)
+    assert {"io", "hd"} <= {word for trial in trials for word in trial.frame.split(" + ")}
+    assert one.error == other.error
+    assert [trial.score for trial in one.trials] == [trial.score for trial in other.trials]
+    for a, b in zip(one.packs, other.packs, strict=True):
+        np.testing.assert_array_equal(a.spectral, b.spectral)
+        for left, right in zip(a.factors, b.factors, strict=True):
+            np.testing.assert_array_equal(left, right)
+    assert one.stopped in ("none left to try", "more terms stopped paying")
+
+
+def test_refinement_never_worsens_what_was_measured(glossy):
+    table = fit(Whole(glossy), budget=1e-6, ranks=(4,), pixels=32, method="weighted")
+    joint = fit(Whole(glossy), budget=1e-6, ranks=(4,), pixels=32)
+    assert joint.rank == table.rank == 4
+    assert joint.score <= table.score
