@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ..spectral.errors import InputError
 from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpacked
+from .record import MARKER
 from .sources import Rejected
 
 HEAD = 4096
@@ -89,10 +90,14 @@ def _local(path: Path, named: bool = True) -> Iterator[InputFile]:
         return
     if not path.is_dir():
         raise InputError("not a file or folder", file=path, found="a broken link" if path.is_symlink() else "a device")
+    if (path / MARKER).is_file():
+        hint = "name the measurements that it was made from; `metamer catalogue list` shows what is in it"
+        raise InputError("a catalogue, which is what an import makes", file=path, hint=hint)
     files = []
     # Links to folders are not followed: they may lead round in circles.
     for here, folders, names in os.walk(path):
-        folders[:] = [name for name in folders if not is_hidden((name,))]
+        # A catalogue may lie beside what it was made from.
+        folders[:] = [name for name in folders if not is_hidden((name,)) and not (Path(here) / name / MARKER).is_file()]
         files += [Path(here) / name for name in names if not is_hidden((name,))]
     # A pipe or a device would wait for ever.
     files = sorted(file for file in files if file.is_file())

@@ -9,6 +9,7 @@ import fsspec
 import pytest
 from metamer.materials import archives
 from metamer.materials.inputs import InputFile, inputs_of
+from metamer.materials.record import MARKER
 from metamer.materials.sources import Rejected
 from metamer.spectral.errors import InputError
 
@@ -89,6 +90,16 @@ def test_pipes_and_circles_of_links_are_passed_over(tree):
     os.mkfifo(tree / "pipe")
     (tree / "a" / "round").symlink_to(tree)
     assert len(found(tree)) == 4
+
+
+def test_catalogues_are_no_sources(tree):
+    """One may lie among what it was made from."""
+    (tree / "cat" / "paint").mkdir(parents=True)
+    (tree / "cat" / MARKER).touch()
+    (tree / "cat" / "paint" / "red.h5").touch()
+    assert len(found(tree)) == 4
+    with pytest.raises(InputError, match="a catalogue, which is what an import makes"):
+        found(tree / "cat")
 
 
 def test_zip_files_are_looked_into(tmp_path):
