@@ -51,7 +51,20 @@ class LogScale:
         found = [
             tick for tick in _round_logs((1,) if wide else (1, 2, 5)) if self.low <= tick + 1e-9 <= self.high + 2e-9
         ]
-        return [(self.at(10.0**tick), f"{10.0**tick:g}") for tick in found]
+        return [(self.at(10.0**tick), short_number(10.0**tick)) for tick in found]
+
+
+def short_number(value: float) -> str:
+    """A round number for a tick.
+
+    >>> [short_number(value) for value in (0.0005, 0.001, 200.0, 50000.0, 2e6)]
+    ['5e-4', '0.001', '200', '50k', '2M']
+    """
+    for scale, unit, least in ((1e6, "M", 1e6), (1e3, "k", 1e4)):
+        # A power of ten may come out a little low.
+        if value > 0.999 * least:
+            return f"{value / scale:g}{unit}"
+    return f"{value:g}" if value > 0.999e-3 else f"{value:.0e}".replace("e-0", "e-")
 
 
 def line_plot(series: Mapping[str, Sequence[tuple[Number, Number]]], x_label: str, y_label: str) -> dict[str, Any]:

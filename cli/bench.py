@@ -64,7 +64,7 @@ def _factor(args: argparse.Namespace) -> int:
     measured = factor_benchmark.run(
         args.cases,
         data=data,
-        picture_pixels=180 if args.html else 0,
+        picture_pixels=140 if args.html else 0,
         baseline=args.baseline,
         points=not args.no_points,
         growth=args.growth,
