@@ -251,7 +251,12 @@ def _worded(value: Any) -> str:
     try:
         return json.dumps(plain[0] if len(plain) == 1 else plain)
     except TypeError:
+        pass
+    try:
         return str(value)
+    except ValueError:
+        # An attribute of a type of its own, whose name is no text.
+        return f"not readable, {type(value).__name__}"
 
 
 def _refuse(path: Path, field: str, problem: str, found: object, expected: str) -> None:

@@ -62,6 +62,19 @@ def test_emission_with_its_polarisation(tmp_path):
     assert sky.original["exr.emissiveUnits"] == "W.m^-2.sr^-1.nm^-1"
 
 
+def test_an_attribute_of_no_known_type_is_no_failure(tmp_path):
+    """A damaged header may name a type that is no text: OpenEXR's own object then has no words for itself."""
+    path = write(tmp_path / "a.exr", texture()[1], capDate="2024:04:28")
+    raw = path.read_bytes()
+    assert raw.count(b"capDate\0string\0") == 1
+    path.write_bytes(raw.replace(b"capDate\0string\0", b"capDate\0str\xcf\x80g\0"))
+    (found,) = read(path)
+    assert found.original["exr.capDate"]
+    path.write_bytes(raw.replace(b"capDate\0string\0", b"capDate\0str\xcfng\0"))
+    (found,) = read(path)
+    assert "not readable" in found.original["exr.capDate"]
+
+
 def test_layers_and_quantities_are_records_of_their_own(tmp_path):
     values, plain = texture()
     lit, shining = texture("S0", seed=5)
