@@ -28,6 +28,9 @@ from .table import Table, parse_table
 from .table_column import Column
 from .text import shortened
 
+# Columns that say what the Lab and XYZ of a row are for.
+_LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)
+
 
 def read_table(path: Path, format_name: str, usual: Quantity) -> SpectralFile:
     """Read every spectrum of a text table; what the file does not call anything is taken for the `usual` quantity.
@@ -89,7 +92,7 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
         if condition := condition_in(column.words) or condition_around:
             details["condition"] = condition
         grid = np.asarray(column.wavelengths, dtype=np.float64) * column.nm
-        own = " ".join(cell for head, cell in column.beside.items() if re.search("illum|observer|obs$|light", head, re.I))
+        own = " ".join(cell for head, cell in column.beside.items() if _LIGHT_COLUMN.search(head))
         stated = stated_colours({**beside, **cells}, illuminant_in(own) or light, observer_in(own) or angle)
         gathering.add(column.name, grid, column.values, kind, divisor=divisor, stated=stated, details=details)
     return gathering.finish(table.preamble)
