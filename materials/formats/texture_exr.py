@@ -27,7 +27,7 @@ from .measured import placed, printable, sha256_of
 from .spectra import id_word
 from .spectra import read_sources as read_chart
 
-NAME = "spectral OpenEXR"
+NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
 #: A picture of more colours than this is a texture, not a chart.
 MOST_COLOURS = 64
