@@ -342,6 +342,7 @@ def test_measured_cases_are_of_every_family(shared_data):
 
 def test_tensorly_row(monkeypatch):
     pytest.importorskip("tensorly")
+    monkeypatch.setattr(Stopwatch, "SIZE", 64)
     monkeypatch.setattr(factor_growth, "speed_row", partial(factor_growth.speed_row, shape=(24, 30, 24, 8), rank=8))
     found = factor_benchmark.run(
         ["oren-nayar-0.52"],
