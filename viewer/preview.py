@@ -106,7 +106,7 @@ def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "")
 
 
 def caption(thumbnail: Thumbnail) -> str:
-    """What stands last under a thumbnail: what is wrong with it, how far off the packs are, or what kind of spectrum."""
+    """What stands last under a thumbnail: that it is damaged, how far off its packs are, or what its spectrum is of."""
     one = thumbnail.summary
     if thumbnail.reason:
         return "cannot be used"

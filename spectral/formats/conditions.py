@@ -27,7 +27,8 @@ _EMISSION = re.compile(
     re.I,
 )
 _ABSORBANCE = re.compile(
-    r"absorb|\babs\.?(?:$|[^a-z])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|optical density|F\(R\)", re.I
+    r"absorb|(?:^|[\s,;|])abs\.?(?:$|\s*[\[(])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|optical density|F\(R\)",
+    re.I,
 )
 _INDEX = re.compile(r"refractive|extinction|\.(?:eta|k)$|\bior\b", re.I)
 # What lights are called, where nothing says what was measured.

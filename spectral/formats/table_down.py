@@ -16,10 +16,19 @@ from .layout import Layout, Row, is_units_row, is_wavelength_header, is_wavenumb
 from .table_column import Column, ragged, trimmed
 from .text import is_missing, shortened
 
-_ASIDE = re.compile(
-    r"\bstd|stdev|\bs\.?d\.?$|sigma|uncert|\berr(?:or)?\b|variance|\bdark\b|baseline|\breference\b|^ref$|^#$|^index$|^pixel",
+# Columns that hold no spectrum: scatter of one beside it, and an instrument's own readings. Whole words at the end of a
+# heading, since "dark-skin" and "std white" are names of samples.
+_SCATTER = re.compile(
+    r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|s\.?d\.?|sigma|uncert\w*|err(?:or)?s?|"
+    r"variance)\W*(?:[\[(].*)?",
     re.I,
 )
+_COUNTER = re.compile(r"#|index|pixel\w*", re.I)
+_READING = re.compile(
+    r"(?:dark|baseline|reference|ref)\.?(?:[ _]*(?:currents?|readings?|spectr\w+|counts?|signals?|scans?|lamp))?\W*",
+    re.I,
+)
+_RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseline)\b.*", re.I)
 _UNIT_BRACKET = re.compile(r"\s*[\[(]([^\[\]()]{0,40})[\])]\s*$")
 _GENERIC = re.compile(
     r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|reflection|"
@@ -129,6 +138,12 @@ class DownReader:
             column.values.append(value)
         return len(columns)
 
+    def _aside(self, head: str) -> bool:
+        """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
+        if _READING.fullmatch(head):
+            return any(_RAW.fullmatch(other) for other in self.heads if other != head)
+        return bool(_SCATTER.fullmatch(head) or _COUNTER.fullmatch(head))
+
     def _columns(self, cells: Sequence[str], width: int, notes: list[str]) -> list[Column]:
         """Empty columns for the values of a block that starts with `cells`."""
         columns = []
@@ -139,7 +154,7 @@ class DownReader:
                 continue
             axis = max(axis for axis in self.axes if axis < at)
             head, unit = self._head(at), self.units[at] if at < len(self.units) else ""
-            if head and _ASIDE.search(head) and width - len(self.axes) > 1:
+            if head and width - len(self.axes) > 1 and self._aside(head):
                 aside.append(head)
                 continue
             unit = unit.strip("[]() ")

@@ -372,3 +372,14 @@ def test_real_charts_both_ways_round(shared_data, name):
     assert list(values(file)) == [str(number) for number in range(1, 25)] and not file.rejected
     assert file.entries[0].spectrum.wavelengths_nm[[0, -1]].tolist() == [380.0, 780.0]
     assert values(file)["1"][0] == 0.048
+
+
+@pytest.mark.parametrize(
+    "name", ["dark-skin", "grey/dark", "dark", "std white", "reference red", "paint/abs-red", "error"]
+)
+def test_names_of_samples_are_not_taken_for_an_instrument_s_own_columns(written, name):
+    file = read(written(f"nm,{name},light\n400,0.1,0.5\n410,0.2,0.6\n420,0.3,0.7\n"))
+    if name == "error":
+        assert [entry.name for entry in file.entries] == ["light"] and "left out: error" in " ".join(file.notes)
+    else:
+        assert [entry.name for entry in file.entries] == [name, "light"] and not file.rejected
