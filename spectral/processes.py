@@ -8,6 +8,7 @@ import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from typing import Any
 
 # The processes are the parallelism; threads of their own would only contend.
@@ -55,6 +56,9 @@ def as_workers_should_start() -> Iterator[None]:
     """What is started within this inherits a blocked SIGINT and BLAS set to one thread."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     masks = hasattr(signal, "pthread_sigmask")
+    if masks:
+        # It comes with the first process, and when it starts, SIGINT is let through again.
+        resource_tracker.ensure_running()
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
         os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))

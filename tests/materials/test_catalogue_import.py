@@ -213,9 +213,9 @@ def test_paths_that_are_no_source(tmp_path):
         read_sources(tmp_path / "gone")
     with pytest.raises(InputError, match="nothing to import"):
         read_sources(tmp_path)
-    (tmp_path / "image.png").write_bytes(b"")
+    (tmp_path / "report.pdf").write_bytes(b"%PDF-1.7")
     with pytest.raises(InputError, match=r"(?s)not a material source.*\.brdf"):
-        read_sources(tmp_path / "image.png")
+        read_sources(tmp_path / "report.pdf")
 
 
 def test_id_used_twice_fails_the_second(source, tmp_path, fits):
