@@ -22,7 +22,7 @@ COMPUTED = "computed"
 # Annular: light from eight sides, so that an anisotropic material has one reading however the sample was turned.
 _AZIMUTHS = np.arange(8) * np.pi / 4
 _SINE = float(np.sqrt(0.5))
-# A reading may be this far below zero and pass for black, as it may in a file (`formats.gathering`).
+# A reading may be this far below zero and pass for black, as it may in a file (`formats.shared.gathering`).
 _DARK = 0.01
 
 

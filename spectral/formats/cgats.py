@@ -22,7 +22,10 @@ import numpy as np
 from ..errors import InputError
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable, read_tables
-from .conditions import (
+from .reading import SpectralFile
+from .shared.gathering import MOST_SAMPLES, Gathering, reflective_divisor
+from .shared.text import head_text, is_missing, shortened
+from .shared.words import (
     colour_axis,
     condition_in,
     illuminant_in,
@@ -32,9 +35,6 @@ from .conditions import (
     quantity_in,
     stated_colours,
 )
-from .gathering import MOST_SAMPLES, Gathering, reflective_divisor
-from .reading import SpectralFile
-from .text import head_text, is_missing, shortened
 
 NAME = "CGATS"
 SUFFIXES = (".txt", ".sp", ".cie", ".ti3", ".it8", ".ccss", ".cgats")

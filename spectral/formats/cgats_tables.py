@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 from ..errors import InputError
-from .text import number, read_lines, shortened
+from .shared.text import number, read_lines, shortened
 
 # A string, in which "" is a quotation mark, or a word; what follows # outside strings is a comment.
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"?|(#.*)|([^\s"]+)')

@@ -17,11 +17,11 @@ from ..errors import InputError
 from ..files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
-from .dialect import comment, dialect_of
-from .layout import layout_of
 from .reading import HEAD, SpectralFile
-from .tabular import read_table
-from .text import head_text
+from .shared.text import head_text
+from .tables.dialect import comment, dialect_of
+from .tables.entries import read_table
+from .tables.layout import layout_of
 
 NAME = "table (CSV, TSV)"
 SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")

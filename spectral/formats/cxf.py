@@ -19,10 +19,10 @@ from ..errors import InputError
 from ..spectrum import Quantity
 from .cxf_metadata import file_details, object_details, stated_values
 from .cxf_specification import Specification, specification
-from .gathering import Gathering
 from .reading import SpectralFile
-from .text import shortened
-from .xml import Vocabulary, number, read_xml, root_name
+from .shared.gathering import Gathering
+from .shared.text import shortened
+from .shared.xml import Vocabulary, number, read_xml, root_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

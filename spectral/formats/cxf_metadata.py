@@ -10,9 +10,9 @@ import numpy as np
 
 from ..errors import InputError
 from .cxf_specification import Specification
-from .gathering import Gathering
 from .reading import StatedColour
-from .xml import Vocabulary, kept, number, words
+from .shared.gathering import Gathering
+from .shared.xml import Vocabulary, kept, number, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

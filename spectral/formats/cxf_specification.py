@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ..spectrum import Quantity
-from .xml import Vocabulary, words
+from .shared.xml import Vocabulary, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
-from .gathering import Gathering
 from .reading import SpectralFile
-from .xml import Vocabulary, kept, number, read_xml, root_name, words
+from .shared.gathering import Gathering
+from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -10,12 +10,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from .dialect import dialect_of
 from .reading import SpectralFile
-from .table import Table, parse_table
-from .table_column import Column
-from .tabular import gathered
-from .text import head_text
+from .shared.text import head_text
+from .tables.column import Column
+from .tables.dialect import dialect_of
+from .tables.entries import gathered
+from .tables.parsing import Table, parse_table
 
 NAME = "instrument text"
 SUFFIXES = (".txt", ".xls", ".csv")

@@ -14,11 +14,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
-from .conditions import measured, names_light, quantity_in, unit_in
-from .gathering import MOST_SPECTRA, Gathering, reflective_divisor
 from .mat_variables import Variable, is_hdf5, read_variables
 from .reading import SpectralFile
-from .text import shortened
+from .shared.gathering import MOST_SPECTRA, Gathering, reflective_divisor
+from .shared.text import shortened
+from .shared.words import measured, names_light, quantity_in, unit_in
 
 NAME = "MATLAB"
 SUFFIXES = (".mat",)

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import existing_file
-from .gathering import MOST_SAMPLES
 from .mat_library import Variable, is_hdf5
+from .shared.gathering import MOST_SAMPLES
 
 __all__ = ["LARGEST", "Variable", "is_hdf5", "read_variables"]
 

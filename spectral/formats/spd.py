@@ -7,9 +7,9 @@ from pathlib import Path
 
 from ..errors import InputError
 from .reading import SpectralFile
-from .table import parse_table
-from .tabular import gathered
-from .text import head_text
+from .shared.text import head_text
+from .tables.entries import gathered
+from .tables.parsing import parse_table
 
 NAME = "SPD"
 SUFFIXES = (".spd", ".usr", ".opt")

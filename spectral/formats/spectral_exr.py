@@ -21,8 +21,8 @@ from ..observers import observer
 from ..shapes import Wavelengths
 from ..spectrum import Quantity, Spectrum, check_values
 from .exr import read_exr, write_exr
-from .gathering import Gathering
 from .reading import SpectralFile
+from .shared.gathering import Gathering
 
 NAME = "spectral OpenEXR"
 SUFFIXES = (".exr",)

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.spectral.errors import InputError
-from metamer.spectral.formats import cxf, xml
+from metamer.spectral.formats import cxf
 from metamer.spectral.formats.reading import format_of
+from metamer.spectral.formats.shared import xml
 
 
 def document(name="red", before="", after=""):

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InputError
-from .text import number
+from ...errors import InputError
+from ..shared.text import number
 
 #: Characters of one line; beyond it, nobody's header of wavelengths goes.
 LONGEST_LINE = 4 * 2**20

@@ -8,13 +8,13 @@ from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..errors import InputError
-from .conditions import colour_axis, quantity_in, unit_in
+from ...errors import InputError
+from ..shared.gathering import MOST_SAMPLES
+from ..shared.text import is_missing, shortened
+from ..shared.words import colour_axis, quantity_in, unit_in
+from .column import Column, ragged, trimmed
 from .dialect import Dialect, in_percent
-from .gathering import MOST_SAMPLES
 from .layout import Layout, Row, is_units_row, is_wavelength_header, is_wavenumber_header, nm_per_unit
-from .table_column import Column, ragged, trimmed
-from .text import is_missing, shortened
 
 # Columns that hold no spectrum: scatter of one beside it, and an instrument's own readings. Whole words at the end of a
 # heading, since "dark-skin" and "std white" are names of samples.

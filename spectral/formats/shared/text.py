@@ -6,8 +6,8 @@ import math
 import re
 from pathlib import Path
 
-from ..errors import InputError
-from ..files import existing_file
+from ...errors import InputError
+from ...files import existing_file
 
 #: Bytes and lines; a text that is larger is no measurement that a person meant to import.
 LARGEST, MOST_LINES = 256 * 2**20, 1_000_000

@@ -1,7 +1,7 @@
 """What words say: quantity, unit, illuminant, observer, condition."""
 
 import pytest
-from metamer.spectral.formats.conditions import (
+from metamer.spectral.formats.shared.words import (
     colour_axis,
     condition_in,
     illuminant_in,

@@ -8,8 +8,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from ..spectrum import Quantity
-from .reading import StatedColour
+from ...spectrum import Quantity
+from ..reading import StatedColour
 
 Unit = Literal["percent", "fraction"]
 

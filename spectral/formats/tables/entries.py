@@ -8,9 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..spectrum import Quantity
-from .conditions import (
+from ...errors import InputError
+from ...spectrum import Quantity
+from ..reading import SpectralFile
+from ..shared.gathering import Gathering, reflective_divisor
+from ..shared.text import shortened
+from ..shared.words import (
     Unit,
     colour_axis,
     condition_in,
@@ -22,11 +25,8 @@ from .conditions import (
     stated_colours,
     unit_in,
 )
-from .gathering import Gathering, reflective_divisor
-from .reading import SpectralFile
-from .table import Table, parse_table
-from .table_column import Column
-from .text import shortened
+from .column import Column
+from .parsing import Table, parse_table
 
 # Columns that say what the Lab and XYZ of a row are for.
 _LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
-from .conditions import colour_axis
+from ..shared.words import colour_axis
 from .dialect import Dialect
 
 #: A row of a table: line number in the file, and stripped cells.

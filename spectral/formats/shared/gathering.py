@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..basis import SpectralBasis
-from ..errors import InputError
-from ..spectrum import Quantity, Spectrum, check_values
-from ..wavelengths import validated_wavelengths
-from .conditions import Unit
-from .reading import SpectralEntry, SpectralFile, StatedColour
+from ...basis import SpectralBasis
+from ...errors import InputError
+from ...spectrum import Quantity, Spectrum, check_values
+from ...wavelengths import validated_wavelengths
+from ..reading import SpectralEntry, SpectralFile, StatedColour
 from .text import shortened
+from .words import Unit
 
 #: Spectra in one file, and samples in all of them together.
 MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000

@@ -9,10 +9,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import InputError
-from .conditions import colour_axis
+from ...errors import InputError
+from ..shared.gathering import MOST_SAMPLES
+from ..shared.text import is_missing, read_lines, shortened
+from ..shared.words import colour_axis
+from .column import Column, ragged, trimmed
 from .dialect import Dialect, checked_lines, comment, dialect_of, in_percent
-from .gathering import MOST_SAMPLES
+from .down import DownReader
 from .layout import (
     Layout,
     Row,
@@ -21,9 +24,6 @@ from .layout import (
     layout_of,
     nm_per_unit,
 )
-from .table_column import Column, ragged, trimmed
-from .table_down import DownReader
-from .text import is_missing, read_lines, shortened
 
 # Lines, and characters of them, that the layout is looked for in.
 _SHOWN_LINES, _SHOWN_CHARACTERS = 2000, 5_000_000
