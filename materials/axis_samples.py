@@ -16,7 +16,7 @@ from scipy.linalg import solveh_banded
 
 # The proximal pull, as a share of the mean curvature of each term's nodes; and how much more the change between
 # neighbours is held than a change itself. Less of either fits noise between the samples.
-_PULL, _STIFFNESS = 1e-2, 100.0
+_PULL, _STIFFNESS = 1e-3, 100.0
 _TINY = 1e-100
 
 

@@ -31,7 +31,7 @@ _NEAR, _FAR = 3.0, 6.0
 # Pairs drawn for each pixel of the protocol's square, and the fewest; some two thirds are above the horizon. Azimuths
 # need more.
 _PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.6, 12_000, 1.7
-_ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.9
+_ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.98
 # Factors by which light from behind may come to count more, at once and in all.
 _MORE, _MOST = 3.0, 9.0
 # Growth ends where this many steps together gained less than that share.
@@ -157,7 +157,8 @@ class Search:
             here = self._round(here, here.packs)
             kept = self._told(here, before)
             best = here if kept else best
-            if best.judged.score <= self.wanted.budget or here.judged.score > (1.0 - _LEAST_GAIN) * before:
+            gained = here.judged.score <= (1.0 - _LEAST_GAIN) * before
+            if best.judged.score <= self.wanted.budget or not (gained or (here.judged.behind and here.times < _MOST)):
                 break
         return best
 

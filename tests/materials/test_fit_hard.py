@@ -52,9 +52,11 @@ def test_the_azimuth_wraps_around_without_a_seam():
 
 
 def test_the_order_of_materials_does_not_matter():
+    """With joint refinement too: a budget out of reach makes sure that it runs."""
     brdfs = [OrenNayar(RED, 0.35), AshikhminShirley(RED, GREY, 20.0, 20.0)]
-    forward = [fit(brdf, ranks=(2,), pixels=PIXELS) for brdf in brdfs]
-    backward = [fit(brdf, ranks=(2,), pixels=PIXELS) for brdf in reversed(brdfs)][::-1]
+    forward = [fit(brdf, budget=1e-6, ranks=(2,), pixels=PIXELS) for brdf in brdfs]
+    backward = [fit(brdf, budget=1e-6, ranks=(2,), pixels=PIXELS) for brdf in reversed(brdfs)][::-1]
+    assert all(any(trial.joint for trial in found.trials) for found in forward)
     for one, other in zip(forward, backward, strict=True):
         for a, b in zip(one.packs, other.packs, strict=True):
             np.testing.assert_array_equal(a.spectral, b.spectral)
@@ -74,3 +76,32 @@ def test_every_trial_is_told_and_the_best_is_kept():
 def test_a_frame_can_be_asked_for(frame):
     found = fit(OrenNayar(RED, 0.35), frame=frame, ranks=(4,), pixels=PIXELS)
     assert [pack.frame for pack in found.packs] == [frame]
+
+
+@pytest.mark.parametrize("method", ["weighted", "incremental", "refitted"])
+def test_every_method_is_judged_by_the_same_protocol(method):
+    brdf = OrenNayar(RED, 0.35)
+    found = fit(brdf, budget=1e-6, ranks=(8,), pixels=PIXELS, method=method)
+    assert found.rank == 8
+    assert [trial.joint for trial in found.trials] == [False]
+    sphere = sphere_protocol(PIXELS)
+    again = sphere.compare(sphere.reference(brdf), sphere.sample(found.packs))
+    assert again.p99 == pytest.approx(found.error.p99, rel=1e-6)
+    assert found.error.p99 < 3.0
+    smooth = fit(brdf, budget=1e-6, ranks=(8,), pixels=PIXELS, method=method, smooth=True)
+    assert not np.array_equal(smooth.packs[0].factors[0], found.packs[0].factors[0])
+
+
+def test_packs_come_as_they_are_stored_and_are_measured_as_such():
+    brdf = AshikhminShirley(RED, GREY, 20.0, 20.0)
+    half, single = (fit(brdf, pixels=PIXELS, precision=precision) for precision in ("auto", "single"))
+    assert half.storage.half and "half precision adds" in half.storage.reason
+    assert {pack.precision for pack in half.packs} == {"half"}
+    for pack in half.packs:
+        for factor in pack.factors:
+            np.testing.assert_array_equal(factor.astype(np.float16), factor)
+    assert {pack.precision for pack in single.packs} == {"single"}
+    assert single.error != half.error
+    assert half.error.p99 == pytest.approx(single.error.p99, abs=0.1)
+    assert half.table_bytes < 0.75 * single.table_bytes
+    assert half.stopped == "budget met"
