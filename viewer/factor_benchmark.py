@@ -158,7 +158,7 @@ class _Work:
         """Rows of a surface that packs are fitted to."""
         say("fitting")
         fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._told(case, it, say, progress))
-        milliseconds = self.stopwatch.milliseconds(fitted.packs)
+        milliseconds, held = self.stopwatch.milliseconds(fitted.packs), table_bytes(brdf, fitted)
         say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
         protocol = sphere_protocol(self.pixels, brdf.isotropic)
         into.protocol = protocol.text
@@ -182,7 +182,7 @@ class _Work:
                     "packs": texture_packs(fitted.packs),
                     "rank": fitted.rank,
                     "fit_seconds": seconds,
-                    "table_bytes": table_bytes(brdf, fitted.packs),
+                    "table_bytes": held,
                     "peak_bytes": peak,
                     "relative_error": fitted.error.relative_error,
                     "delta_e94": statistics(error),

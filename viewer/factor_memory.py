@@ -12,14 +12,13 @@ import numpy as np
 from jaxtyping import Float
 
 from ..materials.brdf import Brdf, Lobe
-from ..materials.factors import FactorPack
+from ..materials.fit import Fit
+from ..materials.lobe_table import LobeTable
 from ..materials.protocol import sphere_protocol
 
 T = TypeVar("T")
 
-# Energy of the spectra that coefficients may leave out, as in a fit.
-_LOST = 1e-8
-_PILOT = 1500
+_PIXELS = 128
 
 
 class Scales:
@@ -84,19 +83,12 @@ def timed_and_weighed(brdf: Brdf, work: Callable[[Brdf], T]) -> tuple[T, float, 
     return found, seconds, scales.most
 
 
-def table_bytes(brdf: Brdf, packs: tuple[FactorPack, ...]) -> int:
-    """float64 bytes of the tables that the packs stand for: their nodes, times the coefficients that spectra need."""
-    lobes = {lobe.frame: lobe.brdf for lobe in brdf.lobes()}
-    return sum(
-        8 * int(np.prod([axis.size for axis in pack.axes])) * spectral_size(lobes.get(pack.frame, brdf))
-        for pack in packs
-    )
-
-
-def spectral_size(brdf: Brdf) -> int:
-    """How many coefficients hold the spectra of a BRDF: all but 1e-8 of their energy, at least 1."""
-    protocol = sphere_protocol(64, brdf.isotropic)
-    rows = slice(None, None, max(1, len(protocol.wi) // _PILOT))
-    spectra = brdf.eval(protocol.wi[rows], protocol.wo[rows]) * protocol.wi[rows, 2:]
-    energy = np.cumsum(np.linalg.svd(spectra, compute_uv=False)[::-1] ** 2)[::-1]
-    return max(1, int(np.sum(energy > _LOST * energy[0])))
+def table_bytes(brdf: Brdf, found: Fit) -> int:
+    """float64 bytes of the tables that the packs were found from: made again, as the fit makes them, and measured."""
+    own = {lobe.frame: lobe for lobe in brdf.lobes()} if found.candidate == "lobes" else {}
+    observed = sphere_protocol(_PIXELS, brdf.isotropic).weights(brdf.wavelengths_nm)
+    total = 0
+    for pack in found.packs:
+        table = LobeTable.of(own.get(pack.frame, Lobe(pack.frame, brdf)), observed, pack.axes)
+        total += table.values.nbytes
+    return total
