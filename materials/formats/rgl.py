@@ -200,7 +200,12 @@ def _tensors(raw: bytes) -> dict[str, np.ndarray]:
         if offset + size * dtype.itemsize > len(raw):
             expected = f"{offset + size * dtype.itemsize} bytes for {shape}"
             raise InputError("the file ends early", field=name, found=f"{len(raw)} bytes", expected=expected)
-        fields[name] = np.frombuffer(raw, dtype, size, offset).reshape(shape)
+        try:
+            fields[name] = np.frombuffer(raw, dtype, size, offset).reshape(shape)
+        except ValueError:
+            # An axis of nothing beside one without end: no values, and yet no array.
+            expected = "axes that go together"
+            raise InputError("no array has this shape", field=name, found=shape, expected=expected) from None
     return fields
 
 

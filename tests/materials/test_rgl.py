@@ -5,10 +5,10 @@ import struct
 import numpy as np
 import pytest
 from metamer.materials.bilinear_warp import BilinearWarp
+from metamer.materials.code_version import imported_by
 from metamer.materials.directions import TAU, spherical
 from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.formats.rgl import MAGIC, RglMeasurement, is_rgl, read_rgl
-from metamer.materials.importing import MEASURED_CODE
 from metamer.materials.record import MaterialRecord, read_record, rebuild, write_record
 from metamer.materials.rgl import RglBrdf
 from metamer.materials.sources import Rejected, read_sources
@@ -103,6 +103,17 @@ def test_a_file_cut_anywhere_is_refused(tmp_path):
         with pytest.raises(InputError) as error:
             read_rgl(path)
         assert str(path) in str(error.value), length
+
+
+def test_a_shape_that_no_array_has_is_refused(tmp_path):
+    """Its product is nothing, so that the file is long enough for it."""
+    path = tmp_path / "empty.bsdf"
+    for shape in ((0, 2**62), (0, *[5000] * 15)):
+        name = b"ndf"
+        field = struct.pack("<H", len(name)) + name + struct.pack("<HBQ", len(shape), 10, 0)
+        path.write_bytes(MAGIC + struct.pack("<BBI", 1, 0, 1) + field + struct.pack(f"<{len(shape)}Q", *shape))
+        with pytest.raises(InputError, match=r"(?s)empty\.bsdf: ndf.*no array has this shape"):
+            read_rgl(path)
 
 
 def test_mutated_headers_are_refused_or_read(tmp_path):
@@ -364,4 +375,4 @@ def test_record_keeps_every_field_of_the_file(tmp_path):
 
 
 def test_import_knows_what_code_its_fit_depends_on():
-    assert "rgl" in MEASURED_CODE["rgl"] and "bilinear_warp" in MEASURED_CODE["rgl"]
+    assert {"rgl", "bilinear_warp"} <= imported_by("rgl")
