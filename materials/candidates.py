@@ -26,11 +26,12 @@ from .seen import SeenSamples, seen_samples
 
 # Terms up to which tables are tried where packs are refined jointly afterwards: two packs of four.
 TABLE_TERMS = 8
-# A table this many times over the budget may be within it once it is refined.
-_NEAR, _FAR = 3.0, 6.0
+# A table the first number of times over the budget may be within it once it is refined; beyond the second it is far.
+_NEAR, _FAR = 2.5, 6.0
 # Pairs drawn for each pixel of the protocol's square, and the fewest; some two thirds are above the horizon. Azimuths
 # need more.
 _PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.6, 12_000, 1.7
+# Rounds of refinement at most; each must gain the second share. Tables are refined again where it paid by the third.
 _ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.98
 # Factors by which light from behind may come to count more, at once and in all.
 _MORE, _MOST = 3.0, 9.0

@@ -75,11 +75,13 @@ class SeenSamples:
 def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     """Some 0.6 `count` samples of a BRDF: of `count` pairs drawn, those above the horizon."""
     wi, wo, share = seen_pairs(count, seed, brdf.isotropic)
-    resample = interpolation_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
+    same = np.array_equal(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
+    resample = None if same else interpolation_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
     spectra = np.empty((len(wi), len(WORKING_WAVELENGTHS_NM)))
     for start in range(0, len(wi), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        spectra[rows] = (brdf.eval(wi[rows], wo[rows]) * wi[rows, 2:]) @ resample
+        found = brdf.eval(wi[rows], wo[rows]) * wi[rows, 2:]
+        spectra[rows] = found if resample is None else found @ resample
     observed = np.pi * sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM)
     xyz = spectra @ observed
     slope = 116.0 / 3.0 * np.maximum(xyz[:, 1], _KNEE) ** (-2.0 / 3.0)
