@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, cast
-
 import numpy as np
 
 from ..spectral.difference import lab_from_xyz
@@ -14,14 +11,13 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Quantity, Spectrum
 from .material import MaterialRecord
+from .record_colour import annular_45_0
+from .stated_colours import stated_colours
 
 #: The tristimulus values that are written beside a spectrum.
 LIGHT, OBSERVER = "D50", "1931_2"
 #: The detail that says how a spectrum came about that was not measured.
 COMPUTED = "computed"
-# Annular: light from eight sides, so that an anisotropic material has one reading however the sample was turned.
-_AZIMUTHS = np.arange(8) * np.pi / 4
-_SINE = float(np.sqrt(0.5))
 # A reading may be this far below zero and pass for black, as it may in a file (`formats.shared.gathering`).
 _DARK = 0.01
 
@@ -58,7 +54,7 @@ def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
         raise InputError("more than one spectrum", field=record.id, found=f"shape {spectrum.samples.shape}")
     elif record.provenance.geometry:
         details.setdefault("geometry", record.provenance.geometry)
-    colours = _stated(record.original)
+    colours = stated_colours(record.original)
     if spectrum.quantity != "emission" and not any((c.illuminant, c.observer) == (LIGHT, OBSERVER) for c in colours):
         colours = (*colours, _lab(spectrum))
         details.setdefault("method", "E308_1nm")
@@ -81,8 +77,7 @@ def _computed(record: MaterialRecord) -> tuple[Spectrum, tuple[str, str]]:
         values = np.asarray(record.parameters["reflectance"], dtype=np.float64)
         measured = record.provenance.geometry or "every geometry"
         return Spectrum.sampled(brdf.wavelengths_nm, values), (measured, "reflectance of the Lambert model")
-    wi = np.stack([_SINE * np.cos(_AZIMUTHS), _SINE * np.sin(_AZIMUTHS), np.full(_AZIMUTHS.shape, _SINE)], axis=-1)
-    values = np.pi * brdf.eval(wi, np.array([0.0, 0.0, 1.0])).mean(axis=0)
+    values = np.pi * brdf.eval(*annular_45_0()).mean(axis=0)
     lowest = float(values.min())
     if lowest < -_DARK:
         raise InputError(
@@ -104,15 +99,3 @@ def _lab(spectrum: Spectrum) -> StatedColour:
     eye, light = observer(OBSERVER), illuminant(LIGHT)
     xyz = eye.weights(light, spectrum.wavelengths_nm) @ spectrum.samples
     return StatedColour("Lab", np.asarray(lab_from_xyz(xyz, eye.white(light)), dtype=np.float64), LIGHT, OBSERVER)
-
-
-def _stated(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
-    """Tristimulus values that came with the measurement: `stated.N.space`, `.values`, `.illuminant`, `.observer`."""
-    colours = []
-    for number in range(sum(name.startswith("stated.") and name.endswith(".space") for name in original)):
-        place = f"stated.{number}."
-        space, values = original.get(f"{place}space"), original.get(f"{place}values", ())
-        if space in ("XYZ", "Lab") and np.shape(values) == (3,):
-            light, eye = (original.get(place + name) or None for name in ("illuminant", "observer"))
-            colours.append(StatedColour(cast(Any, space), np.asarray(values, dtype=np.float64), light, eye))
-    return tuple(colours)

@@ -12,13 +12,12 @@ from ..spectral.difference import lab_from_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import Observer, observer
 from ..spectral.spectrum import Spectrum
+from .directions import spherical
 from .factors import FactorPack
 from .material import MaterialRecord
 
 LIGHT, OBSERVER = "D65", "1931_2"
-# Annular: light from eight sides, so that an anisotropic material has one colour however the sample was turned.
-_AZIMUTHS = np.arange(8) * np.pi / 4
-_SINE = np.sqrt(0.5)
+_COSINE = np.sqrt(0.5)
 
 
 def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
@@ -49,10 +48,19 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
 
 def xyz_at_45_0(packs: tuple[FactorPack, ...], light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
     """XYZ of packs lit annularly at 45 degrees and seen along the normal; the perfect diffuser has Y = 1."""
-    wi = np.stack([_SINE * np.cos(_AZIMUTHS), _SINE * np.sin(_AZIMUTHS), np.full(_AZIMUTHS.shape, _SINE)], axis=-1)
-    wo = np.broadcast_to([0.0, 0.0, 1.0], wi.shape)
+    wi, wo = annular_45_0()
     xyz = sum((pack.geometry(wi, wo) @ pack.fold(light, eye) for pack in packs), np.zeros(3))
-    return np.pi * np.asarray(xyz).mean(axis=0) / _SINE
+    return np.pi * np.asarray(xyz).mean(axis=0) / _COSINE
+
+
+def annular_45_0() -> tuple[Float[np.ndarray, "8 3"], Float[np.ndarray, "8 3"]]:
+    """Directions to the light and to the viewer: lit at 45 degrees from eight sides, seen along the normal.
+
+    Eight, so that an anisotropic material has one reading however the sample was turned.
+    """
+    azimuths = np.arange(8) * np.pi / 4
+    wi = spherical(np.full(azimuths.shape, np.pi / 4), azimuths)
+    return wi, np.broadcast_to([0.0, 0.0, 1.0], wi.shape)
 
 
 @cache

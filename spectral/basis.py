@@ -75,8 +75,11 @@ class SpectralBasis:
         """Whether coefficients in both bases mean the same."""
         return self is other or (
             np.array_equal(self.wavelengths_nm, other.wavelengths_nm)
-            and np.array_equal(self.analysis, other.analysis)
-            and np.array_equal(self.synthesis, other.synthesis)
+            and self.is_sampled == other.is_sampled
+            and (
+                self.is_sampled
+                or (np.array_equal(self.analysis, other.analysis) and np.array_equal(self.synthesis, other.synthesis))
+            )
         )
 
     def truncated(self, size: int) -> SpectralBasis:
@@ -108,20 +111,21 @@ class SpectralBasis:
 
         The light meets the observer at its own resolution before either meets the basis.
         """
-        return observer.weights(light, self.wavelengths_nm) @ self.synthesis
+        weights = observer.weights(light, self.wavelengths_nm)
+        return weights if self.is_sampled else weights @ self.synthesis
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "J L"]:
         """What each coefficient sends out at `wavelengths_nm` under `light`: pi times the radiance of a diffuse
         surface, in the light's own unit. The light is linear between its samples.
         """
         resample = interpolation_matrix(self.wavelengths_nm, wavelengths_nm)
-        return (resample @ self.synthesis).T * light.resampled(wavelengths_nm).samples
+        spectra = resample if self.is_sampled else resample @ self.synthesis
+        return spectra.T * light.resampled(wavelengths_nm).samples
 
     @classmethod
     def sampled(cls, wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM) -> SpectralBasis:
-        """The trivial basis: coefficients are samples, A = B = I."""
-        identity = np.eye(np.size(wavelengths_nm))
-        return cls("sampled", np.asarray(wavelengths_nm, dtype=np.float64), identity, identity)
+        """The trivial basis: coefficients are samples, A = B = I (L,L), which is made when somebody asks for it."""
+        return _SampledBasis(wavelengths_nm)
 
     @classmethod
     def peercy(
@@ -188,6 +192,30 @@ class SpectralBasis:
             lights @ right[:kept].T * scale,
             surfaces.T @ left[:, :kept] * scale,
         )
+
+
+class _SampledBasis(SpectralBasis):
+    """A = B = I without the matrices: a thousand files of thousands of wavelengths would fill the memory with zeros."""
+
+    def __init__(self, wavelengths_nm: Wavelengths) -> None:
+        object.__setattr__(self, "name", "sampled")
+        object.__setattr__(self, "wavelengths_nm", validated_wavelengths(wavelengths_nm))
+
+    @property
+    def size(self) -> int:
+        return self.wavelengths_nm.size
+
+    @property
+    def is_sampled(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return True
+
+    @cached_property
+    def analysis(self) -> Float[np.ndarray, "L J"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return np.eye(self.size)
+
+    @property
+    def synthesis(self) -> Float[np.ndarray, "L J"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.analysis
 
 
 def _finite(field: str, values: np.ndarray) -> np.ndarray:

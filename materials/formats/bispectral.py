@@ -10,11 +10,11 @@ import numpy as np
 
 from ...spectral.bispectral import Bispectral
 from ...spectral.errors import InputError
+from ...spectral.formats.exr import channel_names, check_size
 from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .exr_pictures import channel_names, check_size
 from .measured import named, placed, printable, sha256_of
 
 NAME = "bispectral OpenEXR"

@@ -18,19 +18,18 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
+from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_picture
+from ...spectral.formats.spectral_exr import MOST_COLOURS
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .exr_pictures import MAGIC, ExrPicture, channel_names, read_picture
 from .measured import placed, printable, sha256_of
 from .spectra import id_word
 from .spectra import read_sources as read_chart
 
 NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
-#: A picture of more colours than this is a texture, not a chart.
-MOST_COLOURS = 64
 #: 2048 x 2048 of 32 wavelengths: half a gigabyte as floats.
 MOST_SAMPLES = 1 << 27
 _PLAIN = re.compile(

@@ -18,8 +18,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
-from .exr_pictures import MAGIC as EXR_MAGIC
-from .exr_pictures import read_picture
+from ...spectral.formats.exr import MAGIC as EXR_MAGIC
+from ...spectral.formats.exr import read_picture
 
 Encoding = Literal["sRGB", "linear"]
 

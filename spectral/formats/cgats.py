@@ -84,7 +84,7 @@ def read(path: Path) -> SpectralFile:
     details: dict[str, str] = {}
     without: list[str] = []
     tables = read_tables(path)
-    for table in tables:
+    for number, table in enumerate(tables, 1):
         details |= {key: shortened(value, 200) for key, value in table.keywords.items() if not _BAND.fullmatch(key)}
         for note in table.notes:
             gathering.note(note)
@@ -93,7 +93,7 @@ def read(path: Path) -> SpectralFile:
         elif not _bands(table) and not _pairs(table):
             without.append(_holdings(table))
         else:
-            _gather(table, gathering, path, "" if len(tables) == 1 else f"table {tables.index(table) + 1}")
+            _gather(table, gathering, path, "" if len(tables) == 1 else f"table {number}")
     if without and len(without) == len(tables):
         raise InputError(
             "no spectra in this file",

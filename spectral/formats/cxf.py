@@ -210,10 +210,7 @@ def _samples(
         points = list(known.children(value, "SpectralPoint"))
         grid = np.array([number(point.get("WL", ""), file=path, field=field) for point in points])
         samples = np.array([number((point.text or "").strip(), file=path, field=field) for point in points])
-        if (np.diff(grid) < 0).any():
-            order = np.argsort(grid, kind="stable")
-            grid, samples = grid[order], samples[order]
-            gathered.note("points stand in another order in the file and were sorted by wavelength", field)
+        grid, samples = gathered.ascending(field, grid, samples)
     return grid, samples, quantity
 
 

@@ -1,62 +1,86 @@
-"""What the two EXR formats share: opening, and channels by name."""
+"""OpenEXR pictures opened with care: the header before the pixels, so that a damaged or huge one costs nothing."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import existing_file, written_whole
 
-# Samples over all channels, 2 GB as float32: 4096 x 2048 pixels of 60 wavelengths.
+MAGIC = b"\x76\x2f\x31\x01"
+#: Samples over all channels that `read_exr` takes, 2 GB as float32: 4096 x 2048 pixels of 60 wavelengths.
 MOST_SAMPLES = 2**29
+_DAMAGE = (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError)
+_AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 
-def read_exr(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
-    """Header attributes of the first part, and its channels (H,W) float32 by name.
+@dataclass(frozen=True)
+class ExrPicture:
+    """All channels (H,W) as stored, float16, float32 or uint32, by name; and the header's attributes.
+
+    Channels of a second part, and on, have the part's name before their own.
+    """
+
+    attributes: Mapping[str, Any]
+    channels: Mapping[str, np.ndarray]
+
+
+def channel_names(path: Path, head: bytes) -> tuple[str, ...]:
+    """Names of all channels of all parts; none where the file is no OpenEXR, or its header cannot be read."""
+    if not head.startswith(MAGIC):
+        return ()
+    try:
+        return tuple(name for header in _headers(path) for name in header.names)
+    except InputError:
+        return ()
+
+
+def read_picture(path: Path, most: int) -> ExrPicture:
+    """Every pixel of every part.
+
+    Parameters
+    ----------
+    most : samples, over all channels, above which the picture is refused before any is read.
 
     Raises
     ------
     InputError
-        Missing, not OpenEXR, damaged, or, by its header, of more than `MOST_SAMPLES`.
+        Not OpenEXR, cut short, damaged, or too large.
     """
     import OpenEXR
 
-    path = existing_file(path)
-    if path.read_bytes()[:4] != b"\x76\x2f\x31\x01":
-        raise InputError("not an OpenEXR file", file=path, found=f"first bytes {path.read_bytes()[:4]!r}")
+    headers = check_size(path, most)
+    channels: dict[str, np.ndarray] = {}
     try:
-        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
-            _check_size(path, file.header())
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            header = dict(file.header())
-            channels = {name: np.asarray(channel.pixels, dtype=np.float32) for name, channel in file.channels().items()}
-    except (RuntimeError, ValueError, TypeError, KeyError, MemoryError) as reason:
-        raise InputError(
-            "the OpenEXR file cannot be read",
-            file=path,
-            found=str(reason).strip(),
-            hint="it may be truncated; copy it again",
-        ) from None
-    return header, channels
+            for number, part in enumerate(file.parts):
+                label = f"{part.header.get('name') or number}." if number else ""
+                channels |= {label + name: np.asarray(at.pixels) for name, at in part.channels.items()}
+    except _DAMAGE as reason:
+        raise _unreadable(path, str(reason)) from None
+    expected = sum(len(header.names) for header in headers)
+    # A part that cannot be decompressed is left out without an error.
+    if len(channels) != expected or any(pixels.ndim != 2 for pixels in channels.values()):
+        raise _unreadable(path, f"{len(channels)} channels of {expected}")
+    return ExrPicture(headers[0].attributes, channels)
 
 
-def _check_size(path: Path, header: dict) -> None:
-    """Before a pixel is read: a damaged header would have memory set aside for a picture that is not there."""
-    low, high = header["dataWindow"]
-    width, height = (max(0, int(high[axis]) - int(low[axis]) + 1) for axis in (0, 1))
-    samples = width * height * len(header["channels"])
-    if samples > MOST_SAMPLES:
-        raise InputError(
-            "too large a picture",
-            file=path,
-            field="dataWindow",
-            found=f"{width} x {height} pixels of {len(header['channels'])} channels",
-            expected=f"at most {MOST_SAMPLES} samples in all",
-            hint="cut out a part, or save it smaller",
-        )
+def read_exr(path: str | Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Header attributes of the first part, and all channels (H,W) as float32 by name.
+
+    Raises
+    ------
+    InputError
+        As `read_picture`, for more than `MOST_SAMPLES`.
+    """
+    picture = read_picture(Path(path), MOST_SAMPLES)
+    return dict(picture.attributes), {name: at.astype(np.float32) for name, at in picture.channels.items()}
 
 
 def write_exr(path: str | Path, attributes: dict, channels: dict[str, np.ndarray]) -> None:
@@ -68,3 +92,70 @@ def write_exr(path: str | Path, attributes: dict, channels: dict[str, np.ndarray
     with written_whole(path) as beside, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         OpenEXR.File(header, pixels).write(str(beside))
+
+
+def check_size(path: Path, most: int) -> list[_Header]:
+    """The headers of all parts; raises `InputError` where they cannot be read, or name more than `most` samples."""
+    headers = _headers(existing_file(path))
+    samples = sum(header.area * len(header.names) for header in headers)
+    if samples > most:
+        raise InputError(
+            "too large a picture",
+            file=path,
+            field="dataWindow",
+            found=f"{samples} samples",
+            expected=f"at most {most}",
+            hint="cut out a part, save it smaller, or with fewer wavelengths",
+        )
+    return headers
+
+
+@dataclass(frozen=True)
+class _Header:
+    """One part: its attributes, the names of its channels, and its area in pixels."""
+
+    attributes: dict[str, Any]
+    names: tuple[str, ...]
+    area: int
+
+    @classmethod
+    def of(cls, header: Mapping[str, Any]) -> _Header:
+        low, high = header["dataWindow"]
+        width, height = (max(0, int(high[axis]) - int(low[axis]) + 1) for axis in (0, 1))
+        names = tuple(str(channel.name) for channel in header.get("channels", ()))
+        return cls({name: value for name, value in header.items() if name != "channels"}, names, width * height)
+
+
+def _headers(path: Path) -> list[_Header]:
+    import OpenEXR
+
+    try:
+        with path.open("rb") as file:
+            head = file.read(len(MAGIC))
+        if head != MAGIC:
+            raise InputError(
+                "not an OpenEXR file",
+                file=path,
+                field="header",
+                found=repr(head) if head else "an empty file",
+                expected=repr(MAGIC),
+                hint=_AGAIN,
+            )
+        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
+            headers = [_Header.of(part.header) for part in file.parts]
+    except _DAMAGE as reason:
+        raise _unreadable(path, str(reason)) from None
+    if not headers or not all(header.names for header in headers):
+        raise _unreadable(path, "no channels")
+    return headers
+
+
+def _unreadable(path: Path, reason: str) -> InputError:
+    return InputError(
+        "the OpenEXR file cannot be read",
+        file=path,
+        field="pixels" if "channels of" in reason else "header",
+        found=reason.strip().split("\n")[0][:160],
+        expected="a whole OpenEXR picture",
+        hint=_AGAIN,
+    )

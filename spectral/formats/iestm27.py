@@ -103,10 +103,7 @@ def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str]
     points = list(known.children(element, field))
     grid = np.array([number(point.get("wavelength", ""), file=path, field=field) for point in points])
     samples = np.array([number((point.text or "").strip(), file=path, field=field) for point in points])
-    if (np.diff(grid) < 0).any():
-        order = np.argsort(grid, kind="stable")
-        grid, samples = grid[order], samples[order]
-        gathered.note("points stand in another order in the file and were sorted by wavelength", name)
+    grid, samples = gathered.ascending(name, grid, samples)
     if quantity != "emission" and (samples > _LARGEST_FRACTION).any():
         raise InputError(
             f"{told} looks like percent",

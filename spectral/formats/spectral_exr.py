@@ -20,7 +20,7 @@ from ..illuminants import illuminant
 from ..observers import observer
 from ..shapes import Wavelengths
 from ..spectrum import Quantity, Spectrum, check_values
-from .exr import read_exr, write_exr
+from .exr import MAGIC, MOST_SAMPLES, read_exr, write_exr
 from .reading import SpectralFile
 from .shared.gathering import Gathering
 
@@ -42,7 +42,7 @@ _SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415]
 
 def recognises(path: Path, head: bytes) -> bool:
     """True for OpenEXR with spectral channels, which stand in its header, after attributes of any length."""
-    if not head.startswith(b"\x76\x2f\x31\x01"):
+    if not head.startswith(MAGIC):
         return False
     if _IN_HEADER.search(head):
         return True
@@ -222,6 +222,7 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
                 hint="the file has layers or views; save one of them alone",
             )
         held[key] = pixels
+    _check_shapes(path, [*plain.values(), *shifted.values()], len(plain) if shifted else 1)
     kinds = sorted({kind for kind, _ in plain})
     if len(kinds) != 1:
         raise InputError(
@@ -261,6 +262,30 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
             )
         reradiation[..., index[emitted], index[absorbed]] = pixels
     return SpectralImage(spectrum, reradiation, units)
+
+
+def _check_shapes(path: str | Path, channels: list[np.ndarray], bands: int) -> None:
+    """One size for all channels, and few enough samples: a matrix of all pairs of bands takes `bands` times as many."""
+    shapes = sorted({pixels.shape for pixels in channels})
+    if len(shapes) > 1:
+        raise InputError(
+            "channels of different sizes",
+            file=path,
+            field="channels",
+            found=" and ".join(f"{width} x {height}" for height, width in shapes[:2]),
+            expected="one size for all wavelengths",
+            hint="save the picture without subsampling",
+        )
+    samples = bands**2 * shapes[0][0] * shapes[0][1] if shapes and bands > 1 else 0
+    if samples > MOST_SAMPLES:
+        raise InputError(
+            "too large a picture",
+            file=path,
+            field="re-radiation",
+            found=f"{shapes[0][1]} x {shapes[0][0]} pixels of {bands} x {bands} bands",
+            expected=f"at most {MOST_SAMPLES} samples in all",
+            hint="cut out a part, or save it smaller",
+        )
 
 
 def _nanometres(number: str, prefix: str) -> float:

@@ -17,6 +17,7 @@ from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant, illuminant_names
 from metamer.spectral.observers import observer
+from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 
@@ -275,6 +276,22 @@ def test_sampled_basis_gives_samples_back_unchanged(chart):
     basis = SpectralBasis.sampled()
     assert basis.is_sampled and basis.size == 81
     np.testing.assert_array_equal(basis.reconstruct(basis.project(chart.reflectances)), chart.reflectances)
+
+
+def test_sampled_basis_makes_its_matrices_only_when_asked():
+    """A dense pair at 4096 wavelengths is 134 MB each; nothing that spectra do needs them."""
+    nm = np.linspace(380.0, 780.0, 4096)
+    basis, eye = SpectralBasis.sampled(nm), observer("1931_2")
+    grey = Spectrum(np.full(nm.size, 0.5), basis, "reflectance")
+    assert basis.same_as(SpectralBasis.sampled(nm)) and not basis.same_as(SpectralBasis.sampled(nm[:-1]))
+    np.testing.assert_allclose(basis.fold(illuminant("D65"), eye) @ grey.values, eye.white(illuminant("D65")) / 2)
+    assert basis.radiance(illuminant("A"), nm[:3]).shape == (4096, 3)
+    assert not any(isinstance(held, np.ndarray) and held.ndim == 2 for held in vars(basis).values())
+    few = SpectralBasis.sampled(nm[:4])
+    np.testing.assert_array_equal(few.analysis, np.eye(4))
+    np.testing.assert_array_equal(few.synthesis, np.eye(4))
+    dense = SpectralBasis("sampled", nm[:4], np.eye(4), np.eye(4))
+    assert dense.is_sampled and dense.same_as(few) and few.same_as(dense) and few.truncated(2).size == 2
 
 
 def test_peercy_is_orthonormal(chart):

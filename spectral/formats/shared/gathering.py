@@ -17,8 +17,8 @@ from .words import Unit
 
 #: Spectra in one file, and samples in all of them together.
 MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000
-# A basis holds the square of its samples in numbers: the most of one spectrum, and of all grids of a file together.
-_FINEST, _BASES = 5000, 50_000_000
+# No spectrometer has more pixels, and what resamples a spectrum takes memory by the product of both sides' samples.
+_FINEST = 5000
 
 # How far below zero a reading of nothing may fall: of the peak for emission, of 1 for the rest.
 _DARK_EMISSION, _DARK = 0.05, 0.01
@@ -42,6 +42,17 @@ class Gathering:
         names = self._notes.setdefault(sentence, [])
         if name is not None:
             names.append(name)
+
+    def ascending(self, name: str, grid: np.ndarray, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (L,) that each state their wavelength, in the order of these, with a note where the file has another.
+
+        Only for formats whose points stand alone: in a table, wavelengths out of order are a mistake.
+        """
+        if not (np.diff(grid) < 0).any():
+            return grid, samples
+        self.note("points stand in another order in the file and were sorted by wavelength", name)
+        order = np.argsort(grid, kind="stable")
+        return grid[order], samples[order]
 
     def add(
         self,
@@ -122,14 +133,13 @@ class Gathering:
         """One basis for all spectra on the same wavelengths."""
         key = grid.tobytes()
         if key not in self._bases:
-            held = sum(basis.size**2 for basis in self._bases.values())
-            if grid.size > _FINEST or held + grid.size**2 > _BASES:
+            if grid.size > _FINEST:
                 raise InputError(
                     "sampled too finely",
                     file=self.path,
                     field=name,
-                    found=f"{grid.size} samples" + (f" beside {len(self._bases)} other sets" if self._bases else ""),
-                    expected=f"at most {_FINEST} samples a spectrum, and few sets of wavelengths a file",
+                    found=f"{grid.size} samples",
+                    expected=f"at most {_FINEST} samples a spectrum",
                     hint="export at 1 nm",
                 )
             self._bases[key] = SpectralBasis.sampled(grid)

@@ -98,7 +98,7 @@ def test_missing_file(tmp_path):
 def test_other_kinds_of_file(tmp_path, content):
     path = tmp_path / "x.exr"
     path.write_bytes(content)
-    assert refusal(path)[0] == "x.exr: not an OpenEXR file"
+    assert refusal(path)[0] == "x.exr: header: not an OpenEXR file"
 
 
 @pytest.mark.parametrize("kept", [0.01, 0.3, 0.6, 0.95])
@@ -108,8 +108,8 @@ def test_truncated_file(tmp_path, rng, capfd, kept):
     whole = path.read_bytes()
     path.write_bytes(whole[: int(kept * len(whole))])
     lines = refusal(path)
-    assert lines[0] == "x.exr: the OpenEXR file cannot be read"
-    assert lines[-1] == "  try: it may be truncated; copy it again"
+    assert lines[0] in [f"x.exr: {where}: the OpenEXR file cannot be read" for where in ("header", "pixels")]
+    assert lines[-1] == "  try: the picture is damaged or cut short: save or copy it again"
 
 
 def test_plain_rgb_picture(tmp_path):
@@ -261,6 +261,18 @@ def test_a_header_that_asks_for_terabytes_costs_nothing(tmp_path):
     path.write_bytes(bytes(raw))
     with pytest.raises(InputError, match="too large a picture"):
         spectral_exr.read(path)
+
+
+def test_a_matrix_for_each_of_many_pixels_is_refused_before_it_is_set_aside(tmp_path, monkeypatch):
+    """Re-radiation takes the square of the bands: 4 x 2 x 3 x 3 samples here, more than the limit of 71."""
+    channels = {f"T.{nm},0nm": np.full((2, 4), 0.2, np.float32) for nm in (400, 500, 600)}
+    write_exr(tmp_path / "x.exr", {}, channels | {"T.400,0nm.500,0nm": np.full((2, 4), 0.1, np.float32)})
+    assert read_spectral_exr(tmp_path / "x.exr").reradiation is not None
+    monkeypatch.setattr(spectral_exr, "MOST_SAMPLES", 71)
+    assert refusal(tmp_path / "x.exr")[:2] == [
+        "x.exr: re-radiation: too large a picture",
+        "  found: 4 x 2 pixels of 3 x 3 bands",
+    ]
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
