@@ -18,14 +18,14 @@ from ...spectral.upsampling import upsampling
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
 from . import gltf_container
-from .emitted import emission_of
 from .gltf_container import GltfFile, open_gltf
+from .gltf_json import Node, compact
 from .gltf_textures import KEPT_EXTENSIONS, TextureReader
-from .json_nodes import Node, compact
-from .map_record import kept_maps
 from .measured import placed, printable, sha256_of
+from .pictures.emitted import emission_of
+from .pictures.map_record import kept_maps
+from .pictures.stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
 from .spectra import id_word
-from .stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
 
 NAME = "glTF materials"
 SUFFIXES = (".gltf", ".glb")

@@ -19,7 +19,7 @@ from urllib.parse import unquote
 
 from ...spectral.errors import InputError
 from ...spectral.files import existing_file
-from .json_nodes import Node, parsed
+from .gltf_json import Node, parsed
 
 MAGIC = b"glTF"
 MOST_JSON = 128 << 20

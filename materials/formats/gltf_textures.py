@@ -7,8 +7,8 @@ from typing import Any
 
 from ...spectral.errors import InputError
 from .gltf_container import GltfFile
-from .json_nodes import Node
-from .textures import Texture
+from .gltf_json import Node
+from .pictures.textures import Texture
 
 # Textures of colours are in sRGB; all others hold numbers.
 _SRGB = ("baseColorTexture", "emissiveTexture", "diffuseTexture", "specularGlossinessTexture")

@@ -17,12 +17,12 @@ from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .map_names import SUFFIXES, map_name, members
-from .map_record import kept_maps
 from .measured import placed, printable
+from .pictures.map_names import SUFFIXES, map_name, members
+from .pictures.map_record import kept_maps
+from .pictures.stand_in import Colour, Number, SurfaceMaps, model_of
+from .pictures.textures import Texture
 from .spectra import id_word
-from .stand_in import Colour, Number, SurfaceMaps, model_of
-from .textures import Texture
 
 __all__ = ["NAME", "SUFFIXES", "belongs_to_a_set", "companions", "read_sources", "recognises"]
 

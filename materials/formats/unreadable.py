@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from ...spectral.errors import InputError
 from ..sources import MaterialSource, Rejected
-from .map_names import map_name, pictures_in
+from .pictures.map_names import map_name, pictures_in
 
 NAME = "formats that are not read"
 SUFFIXES = ()

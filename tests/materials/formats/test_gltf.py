@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.materials.formats import gltf
-from metamer.materials.formats.map_record import kept_texture, texel_reflectances
+from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
 from metamer.materials.models import rebuild
 from metamer.materials.sources import Rejected
 from metamer.spectral.errors import InputError

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.materials.formats import maps
-from metamer.materials.formats.map_names import map_name
-from metamer.materials.formats.map_record import kept_texture, texel_reflectances
-from metamer.materials.formats.textures import Texture, linear_from_srgb
+from metamer.materials.formats.pictures.map_names import map_name
+from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
+from metamer.materials.formats.pictures.textures import Texture, linear_from_srgb
 from metamer.materials.models import rebuild
 from metamer.materials.sources import MaterialSource, Rejected
 from metamer.spectral.errors import InputError

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
-from ...spectral.upsampling import upsampling
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ....spectral.illuminants import illuminant
+from ....spectral.observers import observer
+from ....spectral.upsampling import upsampling
+from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .stand_in import Colour
 from .textures import blocks
 

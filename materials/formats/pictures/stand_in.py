@@ -11,9 +11,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ...spectral.upsampling import upsampling
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ....spectral.errors import InputError
+from ....spectral.upsampling import upsampling
+from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .textures import Texture, blocks
 
 #: Of glTF's dielectrics, whose refractive index is 1.5.

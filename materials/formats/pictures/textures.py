@@ -17,9 +17,9 @@ from typing import Literal, NoReturn
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ...spectral.formats.exr import MAGIC as EXR_MAGIC
-from ...spectral.formats.exr import read_picture
+from ....spectral.errors import InputError
+from ....spectral.formats.exr import MAGIC as EXR_MAGIC
+from ....spectral.formats.exr import read_picture
 
 Encoding = Literal["sRGB", "linear"]
 
