@@ -98,7 +98,7 @@ def test_refused_files_fail_and_unknown_ones_do_not(source, tmp_path):
     ("name", "text"),
     [
         ("README.txt", "What is in here.\nTwo charts, 1 and 2.\n"),
-        ("notes.dat", "5 5\n6 6\n"),
+        ("notes.dat", "5 apples\n6 pears\n"),
         ("mesh.obj", "v 0.1 0.2 0.3\nv 0.2 0.1 0.4\nv 0.3 0.3 0.5\nf 1 2 3\n"),
         ("schema.xsd", '<?xml version="1.0"?><xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"/>'),
         ("empty.txt", ""),
