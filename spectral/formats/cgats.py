@@ -9,7 +9,8 @@ What was measured, by the file's own words, the first that speaks:
 5. nothing, which a note says: a SPECT file with values above its norm is emission, the rest reflectance.
 
 Values are divided by SPECTRAL_NORM where it stands. SPECTRAL_PCT is percent, SPECTRAL_DEC fractions; ArgyllCMS readings
-(CTI3) without a norm are percent of the perfect diffuser. Elsewhere the values decide, with a note.
+(CTI3) without a norm are percent of the perfect diffuser. Elsewhere the values decide, with a note. A norm and names of
+fields that say different things are refused.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ _BAND = re.compile(
     r"(?P<nm>\d{3,4}(?:[.,]\d+)?)(?:[_ ]?NM)?|(?P<plain>\d{3,4}(?:[.,]\d+)?)[_ ]?NM",
     re.I,
 )
+_MARKED = {"PCT": 100.0, "DEC": 1.0}
 _PAIR_VALUE = {"SPECTRAL_PCT": "percent", "SPECTRAL_DEC": "fraction"}
 _MEASURED: tuple[tuple[str, Quantity], ...] = (
     ("EMIS|AMBIENT|FLASH|DISPLAY|PROJECTOR", "emission"),
@@ -146,7 +148,7 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str) -> 
     values = values.reshape(len(table.rows), len(values_at))
     finite = values[np.isfinite(values)]
     lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    norm = _norm(table, path)
+    norm = _norm(table, marks, path)
     quantity = _quantity(table, highest / (norm or 1.0), gathering)
     divisor = norm or _divisor(table, quantity, marks, lowest, highest, gathering, path)
     if norm and norm != 1.0:
@@ -217,7 +219,8 @@ def _keyword_number(table: CgatsTable, key: str, path: Path) -> float | None:
     return value
 
 
-def _norm(table: CgatsTable, path: Path) -> float | None:
+def _norm(table: CgatsTable, marks: set[str], path: Path) -> float | None:
+    """What the file divides by, None where it does not say; the names of fields may say it, too, and then the same."""
     norm = _keyword_number(table, "SPECTRAL_NORM", path)
     if norm is not None and not norm > 0.0:
         raise InputError(
@@ -226,6 +229,16 @@ def _norm(table: CgatsTable, path: Path) -> float | None:
             field="SPECTRAL_NORM",
             found=f"{norm:g}",
             expected="a positive number, such as 100",
+        )
+    said = {_MARKED[mark] for mark in marks & set(_MARKED)}
+    if norm is not None and said - {norm}:
+        raise InputError(
+            "two units in one table",
+            file=path,
+            field="SPECTRAL_NORM",
+            found=f"{norm:g}, and fields named {' and '.join(f'SPECTRAL_{mark}' for mark in sorted(marks))}",
+            expected="100 with SPECTRAL_PCT, 1 with SPECTRAL_DEC",
+            hint="correct the one that is wrong",
         )
     return norm
 

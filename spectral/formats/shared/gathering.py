@@ -22,6 +22,9 @@ _FINEST = 5000
 
 # How far below zero a reading of nothing may fall: of the peak for emission, of 1 for the rest.
 _DARK_EMISSION, _DARK = 0.05, 0.01
+# The most that a reflectance above 1 may be and pass for a radiance factor: gloss and effect pigments reach a few, and
+# percent that were taken for fractions are far above.
+_LARGEST_FACTOR = 10.0
 # No measured value in any unit in use is larger; beyond it, squares leave float64.
 _LARGEST = 1e30
 
@@ -123,6 +126,15 @@ class Gathering:
             self.note("values a little below zero, readings of nothing, are taken as zero", name)
             said["negative samples"] = f"{np.count_nonzero(negative)} of {samples.size}, down to {samples.min():.3g}"
             samples = np.maximum(samples, 0.0)
+        if quantity == "reflectance" and samples.max() > _LARGEST_FACTOR:
+            raise InputError(
+                "reflectance looks like percent",
+                file=self.path,
+                field=name,
+                found=f"{samples.max():g}" + (f", divided by {divisor:g} already" if divisor != 1.0 else ""),
+                expected=f"fractions of 1; radiance factors up to {_LARGEST_FACTOR:g}",
+                hint="correct the unit or the norm that the file states",
+            )
         if quantity == "reflectance" and samples.max() > 1.0 + 1e-9:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"

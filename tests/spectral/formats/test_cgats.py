@@ -323,3 +323,39 @@ def test_a_real_chart_of_a_spectrolino(shared_data):
     assert [entry.name for entry in file.entries] == [f"X{number}" for number in range(1, 11)]
     assert file.entries[6].spectrum.samples[0] == 0.9009
     assert file.details["ILLUMINATION_NAME"] == "D65" and file.entries[0].details["instrument"] == "Spectrolino"
+
+
+def marked(mark, norm, values):
+    fields = " ".join(f"SPECTRAL_{mark}{nm}" for nm in (400, 500, 600))
+    return (
+        f'CGATS.17\nMEAS_TYPE "REFLECTIVE"\n{norm}NUMBER_OF_FIELDS 4\nBEGIN_DATA_FORMAT\nSAMPLE_ID {fields}\n'
+        f"END_DATA_FORMAT\nNUMBER_OF_SETS 1\nBEGIN_DATA\nA {values}\nEND_DATA\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("mark", "norm", "values"),
+    [
+        ("PCT", 'SPECTRAL_NORM "100.0"\n', "10 20 30"),
+        ("DEC", 'SPECTRAL_NORM "1.0"\n', "0.1 0.2 0.3"),
+        ("PCT", "", "10 20 30"),
+        ("DEC", "", "0.1 0.2 0.3"),
+        ("NM", 'SPECTRAL_NORM "100.0"\n', "10 20 30"),
+    ],
+)
+def test_the_norm_and_the_names_of_fields_say_the_same(written, mark, norm, values):
+    (entry,) = read(written(marked(mark, norm, values), "a.txt")).entries
+    np.testing.assert_allclose(entry.spectrum.samples, [0.1, 0.2, 0.3], rtol=1e-15)
+    assert entry.spectrum.quantity == "reflectance"
+
+
+@pytest.mark.parametrize(("mark", "norm"), [("PCT", "1.0"), ("DEC", "100.0"), ("PCT", "255")])
+def test_a_norm_that_contradicts_the_names_of_fields_is_refused(refused, mark, norm):
+    lines = refused(read, marked(mark, f'SPECTRAL_NORM "{norm}"\n', "10 20 30"))
+    assert "SPECTRAL_NORM: two units in one table" in lines[0] and f"SPECTRAL_{mark}" in lines[1]
+
+
+def test_percent_with_a_norm_of_one_is_no_radiance_factor(refused):
+    """Thirty times the perfect diffuser is no reading of a surface."""
+    lines = refused(read, marked("NM", 'SPECTRAL_NORM "1.0"\n', "10 20 30"))
+    assert "reflectance looks like percent" in lines[0] and "30" in lines[1]

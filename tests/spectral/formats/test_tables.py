@@ -359,9 +359,14 @@ def test_what_is_no_table(refused, content, problem):
 
 
 def test_spectra_on_one_grid_share_its_basis(written):
-    """A basis holds the square of its samples: a chart of thousands must not hold it thousands of times."""
+    """A chart of thousands must not hold its wavelengths thousands of times."""
     first, second = read(written(DOWN)).entries
     assert first.spectrum.basis is second.spectrum.basis
+
+
+def test_fractions_that_can_only_be_percent_are_refused(refused):
+    lines = refused(read, "nm,grey: reflectance (0..1)\n400,30\n500,31\n600,45\n")
+    assert "reflectance looks like percent" in lines[0] and "45" in lines[1]
 
 
 @pytest.mark.parametrize("name", ["colorchecker_n_ohta.csv", "colorchecker_n_ohta_transposed.csv"])
