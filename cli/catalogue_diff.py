@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from ..materials.material import MaterialRecord
 
 
+# Less than this is shown as 0.000: packs of other bytes that look the same, or only other words.
+_NONE = 0.0005
+
+
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `diff`."""
     diff = verbs.add_parser(
@@ -105,7 +109,9 @@ def _print(found: Comparison) -> None:
         for light in (one.lights if whole else [one.worst])
         if light is not None
     ]
+    alike = [] if whole else [one for one, light in shown if light.maximum < _NONE and not one.words]
     if not whole:
+        shown = [pair for pair in shown if pair[0] not in alike]
         shown.sort(key=lambda pair: -pair[1].p99)
     rows = []
     for one, light in shown:
@@ -118,8 +124,10 @@ def _print(found: Comparison) -> None:
         for one in found.differences:
             if one.status == status:
                 print(f"{status}: {one.id}{f': {one.words}' if one.words else ''}")
-    if rows:
+    if rows or alike:
         print(found.protocol)
+    if alike:
+        print(f"{len(alike)} of the changed ones look the same, ΔE94 below {_NONE:g} everywhere, and are not listed")
     counts = [f"{found.count(status)} {status}" for status in ("changed", "same", "added", "removed")]
     for status in ("not comparable", "unusable"):
         if found.count(status):

@@ -39,10 +39,16 @@ def run(args: argparse.Namespace) -> int:
 
     catalogue, console = opened(args.catalogue), Console()
     ids = tuple(dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern)))
-    for exported in export(_Records(catalogue, ids), args.format, args.out, force=args.force):
+    done = export(_Records(catalogue, ids), args.format, args.out, force=args.force)
+    # What is true of every file is said once.
+    common = [note for note in done[0].notes if all(note in one.notes for one in done)] if len(done) > 1 else []
+    for exported in done:
         say(console, str(exported.path))
         for note in exported.notes:
-            say(console, f"  {note}")
+            if note not in common:
+                say(console, f"  {note}")
+    for note in common:
+        say(console, f"all {len(done)}: {note}")
     return 0
 
 

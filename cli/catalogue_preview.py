@@ -41,20 +41,24 @@ def run(args: argparse.Namespace) -> int:
     """Draw; 0, or 4 where a file could not be used or nothing fits."""
     from ..lighting.scene import load_scene
     from ..spectral.errors import InputError
-    from ..spectral.files import written_whole
+    from ..spectral.files import check_writable, written_whole
     from ..viewer.picture import lit_by
     from ..viewer.preview import contact_sheet, thumbnails, write_sheet
 
     png, html = args.png, args.html
     if png is None and html is None:
         png, html = Path(f"{_DEFAULT}.png"), Path(f"{_DEFAULT}.html")
+    for path in (png, html):
+        if path is not None:
+            check_writable(path)
     catalogue = opened(args.catalogue)
     unusable: list[InputError] = []
     everything = catalogue.query(unusable=unusable)
     chosen = query_from(args).of(everything)
     if not chosen:
         found = f"{len(everything)} materials, none of which fits" if everything else "no materials"
-        raise InputError("nothing to show", file=catalogue.folder, found=found, hint="metamer catalogue list")
+        hint = "name fewer filters; metamer catalogue list CAT shows what there is"
+        raise InputError("nothing to show", file=catalogue.folder, found=found, expected="one at least", hint=hint)
     scene = lit_by(load_scene(shipped_scene()), args.illuminant)
     with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:
         drawn = list(thumbnails(catalogue, chosen, scene, renderer, args.size, progress))

@@ -32,7 +32,11 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Show; 0."""
+    from ..spectral.files import check_writable
+
     record = opened(args.catalogue).load(args.id)
+    if args.html is not None:
+        check_writable(args.html)
     if args.html is not None:
         _write_page(record, args.html, args.renderer)
         print(args.html)
@@ -141,7 +145,7 @@ def colour_words(colour: dict) -> str:
 def _pack(pack) -> str:
     grid = " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes)
     shape = f"{grid}; {pack.basis.size} spectral coefficients; {pack.precision} precision"
-    return f"{pack.rank} terms in frame {pack.frame} ({shape})"
+    return f"{pack.rank} {'term' if pack.rank == 1 else 'terms'} in frame {pack.frame} ({shape})"
 
 
 def _listed(values: dict[str, str]) -> str:

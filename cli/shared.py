@@ -101,22 +101,24 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[int, int, str], None]]:
-    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way."""
-    if not sys.stdout.isatty():
+    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way. On standard error: what a
+    command says on standard output goes into files and other programs."""
+    if not sys.stderr.isatty():
         tenths = -1
 
         def line(done: int, total: int, what: str) -> None:
             nonlocal tenths
             if done * 10 // total > tenths:
                 tenths = done * 10 // total
-                print(f"{title}: {done}/{total} {what}", flush=True)
+                print(f"{title}: {done}/{total} {what}", file=sys.stderr, flush=True)
 
         yield line
         return
+    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns) as progress:
+    with Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task(title, total=None)
         yield lambda done, total, what: progress.update(
             task, completed=done, total=total, description=f"{title}: {what}"

@@ -58,8 +58,11 @@ class Catalogue:
         if not folder.exists():
             raise InputError("no such catalogue", file=folder, hint=hint)
         if not (folder / MARKER).is_file():
+            found = f"a folder without {MARKER}" if folder.is_dir() else "a file"
+            if not folder.is_dir():
+                hint = "name the folder that an import has made: metamer catalogue import --into FOLDER"
             expected = f"a folder that holds {MARKER}"
-            raise InputError("not a catalogue", file=folder, expected=expected, hint=hint)
+            raise InputError("not a catalogue", file=folder, found=found, expected=expected, hint=hint)
         return cls(folder)
 
     def ids(self) -> tuple[str, ...]:

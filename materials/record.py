@@ -70,10 +70,8 @@ def write_record(record: MaterialRecord, path: Path) -> None:
 
     Raises
     ------
-    InputError : something in the record cannot be stored, or the folder cannot be written to.
+    InputError : something in the record cannot be stored, or the folder cannot be written to or has no room.
     """
-    import h5py
-
     if not record.is_surface and record.spectrum() is None:
         expected = "wavelengths_nm (L,) and values (L,)"
         raise InputError("a spectrum without samples", file=path, field="original", expected=expected)
@@ -81,16 +79,25 @@ def write_record(record: MaterialRecord, path: Path) -> None:
     tree = _tree(record)
     checksum = tree.attributes["checksum"] = tree_checksum(tree)
     head = head_bytes(head_of(record, checksum), path)
+    image = _image(tree)
     try:
-        with written_whole(path) as beside:
-            with h5py.File(beside, "w", userblock_size=HEAD_BYTES) as file:
-                write_tree(file, tree)
-            with beside.open("r+b") as file:
-                file.write(head)
-                file.flush()
-                os.fsync(file.fileno())
+        with written_whole(path) as beside, beside.open("wb") as file:
+            file.write(head)
+            file.write(image)
+            file.flush()
+            os.fsync(file.fileno())
     except OSError as reason:
         raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
+
+
+def _image(tree: Node) -> bytes:
+    """The HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets full."""
+    import h5py
+
+    with h5py.File(FORMAT, "w", driver="core", backing_store=False, userblock_size=HEAD_BYTES) as file:
+        write_tree(file, tree)
+        file.flush()
+        return file.id.get_file_image()
 
 
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:

@@ -6,6 +6,9 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
+# So many names are given in full.
+_FEW = 8
+
 
 class MetamerError(Exception):
     """A failure that a user can act on; `exit_code` is what the command ends with."""
@@ -85,7 +88,9 @@ class UnknownNameError(InputError):
         self.nearest = [
             by_folded[hit] for hit in difflib.get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.4)
         ]
-        expected = f"one of {len(self.known)} known names" if len(self.known) > 8 else ", ".join(self.known)
-        expected = expected or "a known name, but there are none here"
+        expected = ", ".join(self.known) or "a known name, but there are none here"
+        if len(self.known) > _FEW:
+            some = "" if self.nearest else f", such as {', '.join(self.known[:_FEW])}"
+            expected = f"one of {len(self.known)} known names{some}"
         hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
         super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)

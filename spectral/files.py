@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import InputError
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
@@ -17,7 +20,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The folder is missing, or cannot be written to.
+        The folder is missing, cannot be written to, or has no room for the file.
     """
     path = Path(path)
     if not path.parent.is_dir():
@@ -35,8 +38,31 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     try:
         yield beside
         beside.replace(path)
+    except OSError as reason:
+        if reason.errno not in _NO_ROOM:
+            raise
+        raise InputError(
+            "no room for the file",
+            file=path,
+            found=reason.strerror,
+            expected="room on its disk; what was there before is still there",
+            hint="make room, or name a folder on another disk; then give the same command again",
+        ) from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def check_writable(path: str | Path) -> None:
+    """Raises what `written_whole` would, before the work whose result is to be written; leaves what is there alone."""
+    path = Path(path)
+    if path.is_dir():
+        raise InputError("a folder, where a file is to be written", file=path, hint="name a file")
+    with suppress(_Probed), written_whole(path):
+        raise _Probed
+
+
+class _Probed(Exception):
+    """Ends the writing of a file that was only tried."""
 
 
 def existing_file(path: str | Path) -> Path:
@@ -54,7 +80,13 @@ def read_text(path: str | Path) -> str:
     path = existing_file(path)
     data = path.read_bytes()
     if not data.strip():
-        raise InputError("the file is empty", file=path)
+        raise InputError(
+            "the file is empty",
+            file=path,
+            found="nothing but white space" if data else "0 bytes",
+            expected="text",
+            hint="export or copy it again",
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -97,9 +97,9 @@ def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "")
         sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
         below = top + side + 2
         family, _, name = thumbnail.summary.id.rpartition("/")
-        # The font that comes with Pillow has no delta.
+        # The font that comes with Pillow has no delta, and hardly a space.
         for row, (text, ink) in enumerate(
-            ((name, _INK), (family, _SOFT), (caption(thumbnail).replace("Δ", "d"), _SOFT))
+            ((name, _INK), (family, _SOFT), (caption(thumbnail).replace("Δ", "d").replace(" ", "  "), _SOFT))
         ):
             draw.text((left, below + row * line), _fitted(text, font, side), ink, font)
     return np.asarray(sheet)

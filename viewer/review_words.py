@@ -19,7 +19,7 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
     if said.geometry:
         words["Geometry"] = said.geometry
     if said.notes:
-        words["Notes"] = said.notes
+        words["Notes"] = "; ".join(said.notes.split(" + "))
     words["Terms"] = str(sum(pack.spectral.shape[0] for pack in record.packs))
     if record.error is not None:
         words["Fit"] = f"ΔE94 mean {record.error.mean:.2f}, p99 {record.error.p99:.2f} ({record.error.protocol})"

@@ -106,10 +106,11 @@ def _part_of_another(file: InputFile | Rejected, parts: set[Path]) -> bool:
 
 def not_a_source(path: Path) -> InputError:
     """The refusal of a file that no format knows."""
+    start = head_of(path)[:16]
     return InputError(
-        "not a material source",
+        "not a material source" if start else "the file is empty",
         file=path,
-        found=f"first bytes {head_of(path)[:16]!r}",
-        expected=", ".join(f"{reader.NAME} ({', '.join(reader.SUFFIXES)})" for reader in formats()),
-        hint="export the measurement in one of these formats",
+        found=f"first bytes {start!r}" if start else "0 bytes",
+        expected=", ".join(f"{reader.NAME} ({', '.join(reader.SUFFIXES)})" for reader in formats() if reader.SUFFIXES),
+        hint="export the measurement in one of these formats" if start else "export or copy it again",
     )

@@ -84,14 +84,29 @@ def read_exr(path: str | Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 
 def write_exr(path: str | Path, attributes: dict, channels: dict[str, np.ndarray]) -> None:
-    """Write (H,W) channels as float32, ZIP-compressed, beside the name and then in its place."""
+    """Write (H,W) channels as float32, ZIP-compressed, beside the name and then in its place.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to, or has no room.
+    """
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
     pixels = {name: np.ascontiguousarray(values, dtype=np.float32) for name, values in channels.items()}
     with written_whole(path) as beside, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
-        OpenEXR.File(header, pixels).write(str(beside))
+        try:
+            OpenEXR.File(header, pixels).write(str(beside))
+        except (RuntimeError, OSError) as reason:
+            raise InputError(
+                "the OpenEXR picture cannot be written",
+                file=path,
+                found=str(reason).strip().split("\n")[0].rpartition('". ')[2],
+                expected="room on its disk; what was there before is still there",
+                hint="make room, or name a folder on another disk; then give the same command again",
+            ) from None
 
 
 def check_size(path: Path, most: int) -> list[_Header]:
@@ -137,8 +152,8 @@ def _headers(path: Path) -> list[_Header]:
                 "not an OpenEXR file",
                 file=path,
                 field="header",
-                found=repr(head) if head else "an empty file",
-                expected=repr(MAGIC),
+                found=f"first bytes {head!r}" if head else "an empty file",
+                expected=f"a picture that begins with {MAGIC!r}",
                 hint=_AGAIN,
             )
         with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:

@@ -69,3 +69,11 @@ def test_force(capsys, catalogue, tmp_path):
     assert run(capsys, *words)[0] == 4
     assert run(capsys, *words, "--force")[0] == 0
     assert read_spectra(out).entries[0].name == "grey/deep"
+
+
+def test_what_is_true_of_every_file_is_said_once(capsys, catalogue, tmp_path):
+    (tmp_path / "swatches").mkdir()
+    code, said, _ = run(capsys, "grey/*", "--catalogue", catalogue, "--format", "exr", "-o", tmp_path / "swatches")
+    assert code == 0 and said.count(".exr") == 2
+    assert said.count("float32") == 1 and "all 2: values are float32" in said
+    assert said.count("reflectance of the Lambert model") == 2, "what names its material stays with it"

@@ -96,3 +96,14 @@ def load_sphere():
     from metamer.lighting.scene import load_scene
 
     return load_scene(Path(shipped_scene()))
+
+
+def test_a_target_that_cannot_be_written_is_refused_before_anything_is_drawn(metamer, folder, tmp_path):
+    for target in (tmp_path / "missing" / "x.png", tmp_path):
+        code, out, err = metamer("catalogue", "preview", folder, "--png", target, "--renderer", "software")
+        assert code == 4 and "drawing" not in out + err and str(target.name if target == tmp_path else "missing") in err
+    kept = tmp_path / "kept.html"
+    kept.write_text("old")
+    code, _, _ = metamer("catalogue", "preview", folder, "--html", kept, "--match", "nothing/*")
+    assert code == 4 and kept.read_text() == "old"
+    assert not [entry for entry in tmp_path.iterdir() if entry.name.startswith(".")]

@@ -51,7 +51,7 @@ def test_words(metamer, folder):
     assert code == 0
     for said in (
         "notes      first\n           second",
-        "1 terms in frame hd (theta_h 2 x theta_d 2 x phi_d 2; 81 spectral coefficients; single precision)",
+        "1 term in frame hd (theta_h 2 x theta_d 2 x phi_d 2; 81 spectral coefficients; single precision)",
         "wavelengths_nm float64 31",
         "details    instrument a sphere <b>instrument</b>\n",
         "(45a:0, D65, 1931_2)",

@@ -30,6 +30,11 @@ def test_verify_says_what_holds(metamer, folder):
     assert code == 0 and "measured" not in out and "3 materials intact" in out
 
 
+def test_how_far_it_is_stands_on_standard_error(metamer, folder):
+    _, out, err = metamer("catalogue", "verify", folder, "--quick", "--jobs", 1)
+    assert "Verifying: 3/3" in err and "Verifying" not in out
+
+
 def test_verify_finds_a_false_error_and_quick_does_not_look(metamer, folder):
     path = folder / "paint" / "dark.h5"
     record = read_record(path)
@@ -55,6 +60,15 @@ def test_diff_of_catalogues(metamer, folder, other):
     assert "added: paint/new" in out and "removed: lamp/led" in out
     assert "1 changed, 1 same, 1 added, 1 removed" in out
     assert "packs of B against those of A, the reference" in out and "under D65, A, FL11" in out
+
+
+def test_diff_counts_what_looks_the_same_and_lists_what_does_not(metamer, folder, other):
+    path = other / "paint" / "dark.h5"
+    record = read_record(path)
+    write_record(replace(record, provenance=replace(record.provenance, notes="measured again")), path)
+    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1)
+    assert code == 0 and "paint/light" in out and "paint/dark" not in out
+    assert "2 changed" in out and "1 of the changed ones look the same" in out
 
 
 def test_diff_fails_over_a_limit(metamer, folder, other):

@@ -231,7 +231,7 @@ def test_ctrl_c_leaves_nothing_half_written(started, scene, tiny_catalogue, tmp_
     (out / "review.json").write_text("figures of an earlier review")
     options = ["--catalogue", tiny_catalogue, "--out", out, "--jobs", jobs, "--renderer", "software"]
     process = started("review", scene, *options)
-    for line in process.stdout:
+    for line in process.stderr:
         if "Reviewing: " in line:
             break
     process.send_signal(signal.SIGINT)

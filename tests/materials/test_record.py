@@ -201,6 +201,24 @@ def test_head_that_lies_about_the_colour_is_found_when_asked(tmp_path):
         read_record(path, check_colour=True)
 
 
+def test_a_disk_without_room_leaves_the_material_that_was_there(tmp_path, room_for):
+    _, path = back(surface(), tmp_path)
+    before = path.read_bytes()
+    large = surface(original={"values": np.random.default_rng(0).normal(size=40_000)})
+    with room_for(100_000), pytest.raises(InputError, match="no room for the file"):
+        write_record(large, path)
+    assert path.read_bytes() == before and [entry.name for entry in path.parent.iterdir()] == [path.name]
+
+
+def test_the_file_is_the_head_and_then_plain_hdf5(tmp_path):
+    written, path = back(surface(), tmp_path)
+    (tmp_path / "bare.h5").write_bytes(path.read_bytes()[HEAD_BYTES:])
+    for name in (path, tmp_path / "bare.h5"):
+        with h5py.File(name) as file:
+            assert file.attrs["id"] == written.id
+            assert np.array_equal(file["parameters/reflectance"][:], written.parameters["reflectance"])
+
+
 def test_head_that_is_gone_is_damage(tmp_path):
     _, path = back(surface(), tmp_path)
     for block in (b"", b"[1]", b"{}", b"\xff\xfe"):

@@ -42,4 +42,6 @@ def test_unknown_name_far_from_all_lists_the_few_that_are_known():
 
 
 def test_unknown_name_among_many_does_not_list_them_all():
-    assert "one of 20 known names" in str(UnknownNameError("light", "x", [f"lamp {n}" for n in range(20)]))
+    said = str(UnknownNameError("light", "x", [f"lamp {n}" for n in range(20)]))
+    assert "one of 20 known names, such as lamp 0, lamp 1" in said and "lamp 19" not in said
+    assert "such as" not in str(UnknownNameError("light", "lamp 21", [f"lamp {n}" for n in range(20)]))

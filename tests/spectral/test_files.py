@@ -41,3 +41,21 @@ def test_binary_is_not_text(tmp_path):
     (tmp_path / "x.txt").write_bytes(b"a\0b")
     with pytest.raises(InputError, match="not a text file"):
         read_text(tmp_path / "x.txt")
+
+
+def test_a_full_disk_is_said_and_leaves_the_old_file(tmp_path, room_for):
+    path = tmp_path / "x.csv"
+    path.write_text("old")
+    with (
+        room_for(1000),
+        pytest.raises(InputError, match="no room for the file") as caught,
+        written_whole(path) as beside,
+    ):
+        beside.write_bytes(bytes(5000))
+    assert caught.value.file == path and caught.value.hint and "again" in caught.value.hint
+    assert path.read_text() == "old" and [entry.name for entry in tmp_path.iterdir()] == ["x.csv"]
+
+
+def test_other_failures_of_the_system_keep_their_own_words(tmp_path):
+    with pytest.raises(PermissionError), written_whole(tmp_path / "x.csv"):
+        raise PermissionError(1, "Operation not permitted")

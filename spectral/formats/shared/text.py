@@ -71,7 +71,13 @@ def read_lines(path: str | Path) -> list[str]:
     except OSError as reason:
         raise InputError("the file cannot be read", file=path, found=reason.strerror) from None
     if not data.strip():
-        raise InputError("the file is empty", file=path)
+        raise InputError(
+            "the file is empty",
+            file=path,
+            found="nothing but white space" if data else "0 bytes",
+            expected="text with numbers in it",
+            hint="export or copy it again",
+        )
     count = max(data.count(b"\n"), data.count(b"\r"))
     if count > MOST_LINES:
         raise InputError(

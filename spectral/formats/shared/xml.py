@@ -63,7 +63,13 @@ def read_xml(path: Path) -> Element:
         )
     data = path.read_bytes().removeprefix(b"\xef\xbb\xbf").lstrip(b" \t\r\n")
     if not data:
-        raise InputError("the file is empty", file=path)
+        raise InputError(
+            "the file is empty",
+            file=path,
+            found="nothing but white space" if size else "0 bytes",
+            expected="an XML document",
+            hint="export or copy it again",
+        )
     parser = XMLParser(target=_bounded_tree(path), forbid_entities=True, forbid_external=True)
     try:
         parser.feed(data)

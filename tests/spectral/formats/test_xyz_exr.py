@@ -19,6 +19,18 @@ def picture(rng):
     return ColourImage(values, "xyz", WHITE)
 
 
+def test_a_full_disk_leaves_the_picture_that_was_there(tmp_path, room_for):
+    path = tmp_path / "x.exr"
+    path.write_bytes(b"old")
+    noise = np.random.default_rng(0).normal(size=(64, 64)).astype(np.float32)
+    with (
+        room_for(2000),
+        pytest.raises(InputError, match=r"(?s)x\.exr: the OpenEXR picture cannot be written.*make room"),
+    ):
+        write_exr(path, {}, {"Y": noise})
+    assert path.read_bytes() == b"old" and [entry.name for entry in tmp_path.iterdir()] == ["x.exr"]
+
+
 def test_round_trip_is_exact_in_float32(tmp_path, rng):
     written, coverage = picture(rng), rng.uniform(0, 1, (4, 7)).astype(np.float32)
     write_xyz_exr(tmp_path / "x.exr", written, coverage)
