@@ -15,7 +15,8 @@ from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .measured import named, placed, printable, sha256_of
+from .measured import placed, sha256_of
+from .naming import id_word, printable
 
 NAME = "bispectral OpenEXR"
 SUFFIXES = (".exr",)
@@ -36,7 +37,7 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     surfaces = read_bispectral(path)
     content = sha256_of(path)
     for number, brdf in enumerate(surfaces, start=1):
-        name = named(path.stem) + (f"-{number}" if len(surfaces) > 1 else "")
+        name = id_word(path.stem) + (f"-{number}" if len(surfaces) > 1 else "")
         provenance = Provenance(
             source=f"{printable(path.name)}, a bispectral OpenEXR picture, surface {number} of {len(surfaces)}",
             licence="not stated in the file",

@@ -25,7 +25,8 @@ from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
 from ..measurement import ScatteredMeasurement
 from ..sources import MaterialSource, Rejected
-from .measured import measured_source, placed, printable
+from .measured import measured_source, placed
+from .naming import printable
 
 NAME = "Cornell scattered BRDF"
 SUFFIXES = (".brdf",)

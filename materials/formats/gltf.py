@@ -21,11 +21,11 @@ from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import Node, compact
 from .gltf_textures import KEPT_EXTENSIONS, TextureReader
-from .measured import placed, printable, sha256_of
+from .measured import placed, sha256_of
+from .naming import id_word, printable
 from .pictures.emitted import emission_of
 from .pictures.map_record import kept_maps
 from .pictures.stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
-from .spectra import id_word
 
 NAME = "glTF materials"
 SUFFIXES = (".gltf", ".glb")

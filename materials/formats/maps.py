@@ -17,14 +17,14 @@ from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .measured import placed, printable
+from .measured import placed
+from .naming import id_word, printable
 from .pictures.map_names import SUFFIXES, map_name, members
 from .pictures.map_record import kept_maps
 from .pictures.stand_in import Colour, Number, SurfaceMaps, model_of
 from .pictures.textures import Texture
-from .spectra import id_word
 
-__all__ = ["NAME", "SUFFIXES", "belongs_to_a_set", "companions", "read_sources", "recognises"]
+__all__ = ["NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
 
 NAME = "texture maps"
 MOST_BYTES = 256 << 20
@@ -36,12 +36,6 @@ def recognises(path: Path, head: bytes) -> bool:
     """True for the albedo of a set, the first where there are several."""
     name = map_name(path)
     return name is not None and name.role == "albedo" and members(path).get("albedo", [path])[0] == path
-
-
-def belongs_to_a_set(path: Path) -> bool:
-    """True for a map that comes with another file, the albedo of its set."""
-    found = members(path)
-    return "albedo" in found and found["albedo"][0] != path
 
 
 def companions(path: Path) -> Iterable[Path]:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from ...spectral.errors import InputError
-from ..record import Provenance, slug
+from ..record import Provenance
 from ..sources import MaterialSource
+from .naming import id_word, printable
 
 
 @runtime_checkable
@@ -34,7 +35,7 @@ def measured_source(
     """
     notes = (*brdf.notes, f"{printable(path.name)}: SHA-256 {sha256_of(path)}")
     provenance = Provenance(printable(source), "not stated in the file", kind, geometry, " + ".join(notes))
-    material_id = f"measured/{named(path.stem)}"
+    material_id = f"measured/{id_word(path.stem)}"
     return MaterialSource(material_id, "measured", brdf.NAME, brdf.parameters(), provenance, path, original)
 
 
@@ -54,24 +55,6 @@ def placed(
             expected=reason.expected or expected,
             hint=reason.hint or hint,
         ) from None
-
-
-def named(name: str) -> str:
-    """A name fit for an id; where nothing of it is a Latin letter or a digit, "material-" and digits of its hash.
-
-    >>> named("Garnet Red (2 coats)"), named("赤")
-    ('garnet-red-2-coats', 'material-d6765296')
-    """
-    return slug(name) or f"material-{hashlib.sha256(printable(name).encode()).hexdigest()[:8]}"
-
-
-def printable(text: str) -> str:
-    """Text that any file can hold: NUL, and what is no whole character, as their codes.
-
-    >>> printable("a\\0"), printable("\\udcff.brdf")
-    ('a\\\\0', '\\\\udcff.brdf')
-    """
-    return text.replace("\0", "\\0").encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def sha256_of(path: Path) -> str:

@@ -20,7 +20,8 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.upsampling import upsampling
 from ..sources import MaterialSource, Rejected
-from .measured import measured_source, placed, printable
+from .measured import measured_source, placed
+from .naming import printable
 
 NAME = "MERL table"
 SUFFIXES = (".binary",)
@@ -62,15 +63,6 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
             "scale": SCALES,
         },
     )
-
-
-def is_merl(path: str | Path) -> bool:
-    """True where the file begins as this layout does, whatever its name."""
-    try:
-        with Path(path).open("rb") as file:
-            return file.read(_HEADER) == np.array(SHAPE, "<i4").tobytes()
-    except OSError:
-        return False
 
 
 def read_merl(path: str | Path) -> MerlMeasurement:

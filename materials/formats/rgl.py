@@ -32,7 +32,8 @@ from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import validated_wavelengths
 from ..sources import MaterialSource, Rejected
-from .measured import measured_source, placed, printable
+from .measured import measured_source, placed
+from .naming import printable
 
 NAME = "RGL measurement"
 SUFFIXES = (".bsdf",)
@@ -115,15 +116,6 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
             "description": printable(told.description),
         },
     )
-
-
-def is_rgl(path: str | Path) -> bool:
-    """True where the file begins as this container does, whatever its name."""
-    try:
-        with Path(path).open("rb") as file:
-            return file.read(len(MAGIC)) == MAGIC
-    except OSError:
-        return False
 
 
 def read_rgl(path: str | Path) -> RglMeasurement:

@@ -7,9 +7,6 @@ else the file says) is in the record's `original`, so that nothing is lost to th
 
 from __future__ import annotations
 
-import hashlib
-import re
-import unicodedata
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -20,15 +17,14 @@ from ...spectral.formats import csv
 from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, readers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..analytic.lambert import Lambert
-from ..record import Provenance, slug
+from ..record import Provenance
 from ..sources import MaterialSource, Rejected
 from .measured import sha256_of
+from .naming import id_word
 
 NAME = "measured spectra"
 SUFFIXES = tuple(dict.fromkeys(suffix for reader in readers() for suffix in reader.SUFFIXES))
 _DIFFUSE = "taken to be perfectly diffuse"
-# Longer names make paths that some systems refuse.
-_LONGEST_NAME = 80
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -70,21 +66,6 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
             yield _source(path, family, name, entry, file, [*notes, f"{path.name}: SHA-256 {content}"])
         except InputError as reason:
             yield Rejected(f"{family}/{name}", reason)
-
-
-def id_word(name: str) -> str:
-    """A name fit for an id, and the same each time: accents go; what has no Latin letters leaves digits of its hash.
-
-    >>> id_word("Crème brûlée"), id_word("赤 1"), id_word("5R 4/14")
-    ('creme-brulee', '1-b23441', '5r-4-14')
-    """
-    plain = "".join(sign for sign in unicodedata.normalize("NFKD", name) if not unicodedata.combining(sign))
-    word = slug(plain)[:_LONGEST_NAME].strip("-")
-    letters = "".join(sign for sign in plain if sign.isalnum())
-    if word and len(word) < _LONGEST_NAME and re.fullmatch(r"[A-Za-z0-9]*", letters):
-        return word
-    digits = hashlib.sha256(unicodedata.normalize("NFC", name).encode("utf-8", "surrogatepass")).hexdigest()[:6]
-    return f"{word or 'sample'}-{digits}"
 
 
 def _free(word: str, taken: set[str]) -> str:

@@ -24,8 +24,8 @@ from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..record import Provenance
 from ..sources import MaterialSource, Rejected
-from .measured import placed, printable, sha256_of
-from .spectra import id_word
+from .measured import placed, sha256_of
+from .naming import id_word, printable
 from .spectra import read_sources as read_chart
 
 NAME = "spectral texture (OpenEXR)"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.materials.formats.merl import SCALES, SHAPE, is_merl, read_merl
+from metamer.materials.formats.merl import SCALES, SHAPE, read_merl, recognises
 from metamer.spectral.errors import InputError
 
 HEADER = np.array(SHAPE, "<i4").tobytes()
@@ -27,7 +27,7 @@ def test_scales_and_the_order_of_the_axes(tmp_path, planes):
     assert told.values.shape == (90, 90, 180, 3)
     # Red, green and blue are stored in different units.
     np.testing.assert_allclose(told.values[7, 11, 13], planes[:, 7, 11, 13] * np.array([1.0, 1.15, 1.66]) / 1500)
-    assert is_merl(path)
+    assert recognises(path.with_suffix(".bin"), path.read_bytes()[:4096])
 
 
 def test_what_is_not_a_reading_stays_as_it_is(tmp_path, planes):
@@ -81,4 +81,3 @@ def test_missing_and_not_a_file(tmp_path):
     for path in (tmp_path / "absent.binary", tmp_path):
         with pytest.raises(InputError, match="cannot be read"):
             read_merl(path)
-        assert not is_merl(path)

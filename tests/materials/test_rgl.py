@@ -8,7 +8,7 @@ from metamer.materials.bilinear_warp import BilinearWarp
 from metamer.materials.code_version import imported_by
 from metamer.materials.directions import TAU, spherical
 from metamer.materials.factors import Axis, FactorPack
-from metamer.materials.formats.rgl import MAGIC, RglMeasurement, is_rgl, read_rgl
+from metamer.materials.formats.rgl import MAGIC, RglMeasurement, read_rgl, recognises
 from metamer.materials.record import MaterialRecord, read_record, rebuild, write_record
 from metamer.materials.rgl import RglBrdf
 from metamer.materials.sources import Rejected, read_sources
@@ -78,7 +78,11 @@ def test_every_field_is_kept(tmp_path, phi_i, wavelengths):
     fields = made_up(phi_i, wavelengths)
     path = written(tmp_path / "a.bin", fields)
     found = read_rgl(path)
-    assert is_rgl(path) and found.name == "a" and found.description == "für tests"
+    assert (
+        recognises(path.with_suffix(".bin"), path.read_bytes()[:4096])
+        and found.name == "a"
+        and found.description == "für tests"
+    )
     assert list(found.fields) == list(fields)
     for name, values in fields.items():
         assert found.fields[name].dtype == values.dtype, name
@@ -167,7 +171,7 @@ def test_fields_that_make_no_brdf_are_refused(tmp_path, change, words):
 def test_another_kind_of_file_is_refused(tmp_path):
     path = tmp_path / "text.bsdf"
     path.write_text("theta_i phi_i\n")
-    assert not is_rgl(path) and not is_rgl(tmp_path / "none.bsdf")
+    assert not recognises(path.with_suffix(".bin"), path.read_bytes()[:4096])
     with pytest.raises(InputError, match="tensor_file"):
         read_rgl(path)
     with pytest.raises(InputError, match="no such file"):

@@ -8,13 +8,12 @@ import numpy as np
 
 from ....spectral.illuminants import illuminant
 from ....spectral.observers import observer
+from ....spectral.stated import EFFICACY
 from ....spectral.upsampling import upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .stand_in import Colour
 from .textures import blocks
 
-# Lumens per watt at the peak (CIE 018:2019, 683.002 for the wavelength rather than the frequency of the candela).
-_LUMENS_PER_WATT = 683.002
 UNITS = "W.m^-2.sr^-1.nm^-1"
 
 
@@ -28,7 +27,7 @@ def emission_of(colour: Colour, uplift: str) -> tuple[dict[str, Any], str]:
     texels = size[0] * size[1] if colour.texture else 1
     mean = np.asarray(total, dtype=np.float64) / texels
     light, eye = illuminant("D65"), observer("1931_2")
-    white = light.resampled(WORKING_WAVELENGTHS_NM).samples / (_LUMENS_PER_WATT * eye.luminous(light))
+    white = light.resampled(WORKING_WAVELENGTHS_NM).samples / (EFFICACY * eye.luminous(light))
     values = upsampling(uplift).spectra(mean) * white
     spectrum = {
         "wavelengths_nm": WORKING_WAVELENGTHS_NM,

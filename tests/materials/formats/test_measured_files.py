@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.materials.formats import bispectral, cornell, merl, rgl
+from metamer.materials.formats.naming import id_word
 from metamer.materials.models import rebuild
 from metamer.materials.sources import MaterialSource
 from metamer.spectral.errors import InputError
@@ -200,3 +201,9 @@ def test_real_files_become_sources(shared_data, name, reader):
             assert reader.recognises(path, file.read(4096)), path
         (found,) = read(reader, path)
         assert found.id.startswith("measured/") and found.original["units"]
+
+
+def test_names_without_latin_letters_make_ids_of_their_own():
+    """Two tables called 赤 1 and 青 1 are two materials, not both "1"; an accent is no hyphen."""
+    assert id_word("赤 1") != id_word("青 1")
+    assert id_word("Crème") == "creme" and id_word("garnet-red-2") == "garnet-red-2"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.formats import spectra
-from metamer.materials.formats.spectra import id_word, read_sources
+from metamer.materials.formats.naming import id_word
+from metamer.materials.formats.spectra import read_sources
 from metamer.materials.sources import MaterialSource, Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.reading import SpectralEntry, SpectralFile, StatedColour
