@@ -101,7 +101,6 @@ def test_a_set_is_one_material_and_the_albedo_stands_for_it(tmp_path):
     assert maps.recognises(albedo, b"") and not any(
         maps.recognises(path, b"") for path in (rough, metal, normal, other)
     )
-    assert not maps.belongs_to_a_set(albedo) and not maps.belongs_to_a_set(other)
     assert set(maps.companions(albedo)) == {rough, metal, normal}
     found = read(albedo)
     assert (found.id, found.model) == ("maps/wood-1k", "metallic_roughness")
