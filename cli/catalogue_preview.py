@@ -58,6 +58,9 @@ def run(args: argparse.Namespace) -> int:
     if not chosen:
         found = f"{len(everything)} materials, none of which fits" if everything else "no materials"
         hint = "name fewer filters; metamer catalogue list CAT shows what there is"
+        if unusable:
+            found += f", and {len(unusable)} files that cannot be used"
+            hint = "metamer catalogue verify CAT says what is wrong with each"
         raise InputError("nothing to show", file=catalogue.folder, found=found, expected="one at least", hint=hint)
     scene = lit_by(load_scene(shipped_scene()), args.illuminant)
     with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:

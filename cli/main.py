@@ -11,6 +11,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NoReturn
 
 from ..spectral.errors import MetamerError
@@ -40,6 +41,9 @@ def parser() -> argparse.ArgumentParser:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
+    # Python has None for a stream that whoever started it has closed.
+    sys.stdout = sys.stdout or _nowhere()
+    sys.stderr = sys.stderr or _nowhere()
     for stream in (sys.stdout, sys.stderr):
         # A terminal that has no Δ gets a question mark, not a traceback.
         if isinstance(stream, io.TextIOWrapper):
@@ -73,6 +77,10 @@ def main(words: Sequence[str] | None = None) -> int:
         # A full disk, a folder where a file should go: the system's own words name the file.
         print(f"metamer: {reason}", file=sys.stderr)
         return 4
+
+
+def _nowhere() -> io.TextIOWrapper:
+    return Path(os.devnull).open("w", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -90,7 +90,7 @@ class UnknownNameError(InputError):
         ]
         expected = ", ".join(self.known) or "a known name, but there are none here"
         if len(self.known) > _FEW:
-            some = "" if self.nearest else f", such as {', '.join(self.known[:_FEW])}"
+            some = "" if self.nearest else f", such as {', '.join(self.known[: _FEW // 2])}"
             expected = f"one of {len(self.known)} known names{some}"
         hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
         super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import os
+import threading
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +21,7 @@ MAGIC = b"\x76\x2f\x31\x01"
 #: Samples over all channels that `read_exr` takes, 2 GB as float32: 4096 x 2048 pixels of 60 wavelengths.
 MOST_SAMPLES = 2**29
 _DAMAGE = (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError)
+_ONE_AT_A_TIME = threading.Lock()
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 
@@ -58,7 +63,7 @@ def read_picture(path: Path, most: int) -> ExrPicture:
     headers = check_size(path, most)
     channels: dict[str, np.ndarray] = {}
     try:
-        with OpenEXR.File(str(path), separate_channels=True) as file:
+        with _unheard(), OpenEXR.File(str(path), separate_channels=True) as file:
             for number, part in enumerate(file.parts):
                 label = f"{part.header.get('name') or number}." if number else ""
                 channels |= {label + name: np.asarray(at.pixels) for name, at in part.channels.items()}
@@ -156,13 +161,31 @@ def _headers(path: Path) -> list[_Header]:
                 expected=f"a picture that begins with {MAGIC!r}",
                 hint=_AGAIN,
             )
-        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
+        with _unheard(), OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
             headers = [_Header.of(part.header) for part in file.parts]
     except _DAMAGE as reason:
         raise _unreadable(path, str(reason)) from None
     if not headers or not all(header.names for header in headers):
         raise _unreadable(path, "no channels")
     return headers
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """What the library itself writes to the terminal, a line a scanline of a damaged file, goes nowhere: the refusal
+    says it once."""
+    with _ONE_AT_A_TIME, ExitStack() as stack:
+        # Its Python part prints on standard output, its C part writes to the second file descriptor.
+        stack.enter_context(redirect_stdout(io.StringIO()))
+        # A stream that is closed is silent already.
+        with suppress(OSError):
+            kept = os.dup(2)
+            stack.callback(os.close, kept)
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            stack.callback(os.close, nowhere)
+            stack.callback(os.dup2, kept, 2)
+            os.dup2(nowhere, 2)
+        yield
 
 
 def _unreadable(path: Path, reason: str) -> InputError:

@@ -107,3 +107,10 @@ def test_a_target_that_cannot_be_written_is_refused_before_anything_is_drawn(met
     code, _, _ = metamer("catalogue", "preview", folder, "--html", kept, "--match", "nothing/*")
     assert code == 4 and kept.read_text() == "old"
     assert not [entry for entry in tmp_path.iterdir() if entry.name.startswith(".")]
+
+
+def test_where_every_file_is_damaged_it_says_so(metamer, folder, tmp_path):
+    for file in folder.rglob("*.h5"):
+        file.write_bytes(b"garbage")
+    code, _, err = metamer("catalogue", "preview", folder, "--html", tmp_path / "x.html")
+    assert code == 4 and "3 files that cannot be used" in err and "catalogue verify" in err

@@ -71,6 +71,13 @@ def test_exit_code_of_each_error(metamer, monkeypatch, reason, code):
     assert (str(reason) or "interrupted") in err
 
 
+def test_closed_streams_are_no_traceback(tmp_path):
+    for closed in (">&-", "2>&-", ">&- 2>&-", "<&-"):
+        command = f'"{sys.executable}" -m metamer.cli.main catalogue list nowhere {closed}'
+        done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 4 and "Traceback" not in done.stderr, closed
+
+
 def test_terminal_without_greek_gets_a_question_mark():
     ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "120"}
     done = subprocess.run(

@@ -40,6 +40,11 @@ def test_python_api(material, capsys):
     assert "paint/red" in capsys.readouterr().out
 
 
+def test_a_contact_sheet_from_python(material):
+    exec(block("contact_sheet").replace("renderer, 128", "renderer, 16"), {})
+    assert (material.parents[2] / "paints.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_table_of_the_file_is_the_file(material):
     section = TEXT[TEXT.index("### Schema") :]
     assert section.startswith(f"### Schema {SCHEMA}\n") and f"first {HEAD_BYTES} bytes" in section

@@ -127,3 +127,14 @@ def test_folder_that_refuses_says_why(tmp_path, rng, monkeypatch):
     with pytest.raises(InputError, match="the folder cannot be written to") as caught:
         write_xyz_exr(tmp_path / "x.exr", picture(rng))
     assert "found: Read-only file system" in str(caught.value)
+
+
+def test_a_picture_cut_short_is_refused_without_the_librarys_own_chatter(tmp_path, capfd):
+    path = tmp_path / "x.exr"
+    write_exr(path, {}, {"Y": np.random.default_rng(0).normal(size=(64, 64)).astype(np.float32)})
+    path.write_bytes(path.read_bytes()[:-500])
+    with pytest.raises(InputError, match="cannot be read"):
+        read_xyz_exr(path)
+    assert capfd.readouterr() == ("", "")
+    os.write(2, b"heard again")
+    assert capfd.readouterr().err == "heard again"
