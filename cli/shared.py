@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from ..viewer.renderer import Renderer
 
 
+# Cells that bar, count, time left and the gaps between them take on a line of progress.
+_BESIDE_THE_NAME = 34
+
+
 def comma_separated(text: str) -> tuple[str, ...]:
     """Words of an option such as `--illuminants D65,A,FL11`."""
     words = tuple(word.strip() for word in text.split(",") if word.strip())
@@ -118,8 +122,16 @@ def progress_bar(title: str) -> Iterator[Callable[[int, int, str], None]]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console) as progress:
         task = progress.add_task(title, total=None)
+        # The count and the time left are never cut for the sake of a long name.
+        room = max(0, console.width - len(title) - _BESIDE_THE_NAME)
         yield lambda done, total, what: progress.update(
-            task, completed=done, total=total, description=f"{title}: {what}"
+            task, completed=done, total=total, description=f"{title}: {shortened(what, room)}"
         )
+
+
+def shortened(text: str, room: int) -> str:
+    """The end of a name, which tells it from its neighbours, in so many characters."""
+    return text if len(text) <= room else f"…{text[len(text) - room + 1 :]}" if room > 1 else ""

@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 import pytest
 from metamer.cli.main import COMMANDS
+from metamer.cli.shared import shortened
 from metamer.spectral.errors import ComparisonError, InputError, UsageError
 
 
@@ -69,6 +70,12 @@ def test_exit_code_of_each_error(metamer, monkeypatch, reason, code):
     found, _, err = metamer("doctor")
     assert found == code
     assert (str(reason) or "interrupted") in err
+
+
+def test_a_long_name_leaves_room_for_count_and_time():
+    assert shortened("paint/red", 9) == "paint/red"
+    assert shortened("paint/red-gloss", 9) == "…ed-gloss"
+    assert shortened("paint/red", 1) == shortened("paint/red", 0) == ""
 
 
 def test_closed_streams_are_no_traceback(tmp_path):
