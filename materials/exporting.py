@@ -117,7 +117,8 @@ def _workplace(folder: Path) -> Iterator[Path]:
     try:
         work = tempfile.TemporaryDirectory(prefix=".export.", dir=folder)
     except OSError as reason:
-        raise InputError("the folder cannot be written to", file=folder, found=reason.strerror) from None
+        hint = "name a folder that you may write to, on a disk with room: --out"
+        raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
     with work as path:
         yield Path(path)
 

@@ -71,7 +71,8 @@ def existing_file(path: str | Path) -> Path:
     if not path.exists():
         raise InputError("no such file", file=path, hint="check the path; relative paths start at the current folder")
     if not path.is_file():
-        raise InputError("not a file", file=path, found="a folder" if path.is_dir() else "something else")
+        found, hint = ("a folder", "name a file in it") if path.is_dir() else ("something else", None)
+        raise InputError("not a file", file=path, found=found, expected="a file", hint=hint)
     return path
 
 

@@ -71,6 +71,16 @@ def test_force(capsys, catalogue, tmp_path):
     assert read_spectra(out).entries[0].name == "grey/deep"
 
 
+def test_a_folder_without_room_is_refused_with_what_to_do(capsys, catalogue, tmp_path, monkeypatch):
+    def refuse(*_args, **_options):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("metamer.materials.exporting.tempfile.TemporaryDirectory", refuse)
+    out = tmp_path / "x.csv"
+    code, _, err = run(capsys, "grey/deep", "--catalogue", catalogue, "--format", "csv", "-o", out)
+    assert code == 4 and "found: Read-only file system" in err and "try: name a folder that you may write to" in err
+
+
 def test_what_is_true_of_every_file_is_said_once(capsys, catalogue, tmp_path):
     (tmp_path / "swatches").mkdir()
     code, said, _ = run(capsys, "grey/*", "--catalogue", catalogue, "--format", "exr", "-o", tmp_path / "swatches")
