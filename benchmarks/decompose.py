@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from metamer.calibration.basis_benchmark import stage
 from metamer.materials.brdf import Brdf
-from metamer.materials.decompose import METHODS, Method, decompose
 from metamer.materials.factors import Axis
-from metamer.materials.tabulated import tabulate
+from metamer.materials.fitting.decompose import METHODS, Method, decompose
+from metamer.materials.fitting.tabulated import tabulate
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from metamer.viewer.factor_cases import chosen_cases

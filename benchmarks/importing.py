@@ -28,8 +28,8 @@ from pathlib import Path
 
 import numpy as np
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.import_folder import unfinished
-from metamer.materials.record import MARKER
+from metamer.materials.intake.import_folder import unfinished
+from metamer.materials.records.record import MARKER
 
 TABLES = """
 [chart]

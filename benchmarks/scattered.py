@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from metamer.materials.directions import io_angles
 from metamer.materials.formats.cornell import read_cornell
-from metamer.materials.scattered import ScatteredBrdf, ScatteredMeasurement
+from metamer.materials.measured.scattered import ScatteredBrdf, ScatteredMeasurement
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -11,8 +11,8 @@ from .catalogue_words import columns, opened
 from .shared import comma_separated, positive_count, positive_delta_e, progress_bar
 
 if TYPE_CHECKING:
-    from ..materials.compare import Comparison
-    from ..materials.material import MaterialRecord
+    from ..materials.records.compare import Comparison
+    from ..materials.records.material import MaterialRecord
 
 
 # Less than this is shown as 0.000: packs of other bytes that look the same, or only other words.
@@ -67,7 +67,7 @@ def _is_folder(text: str) -> bool:
 
 
 def _catalogues(args: argparse.Namespace) -> Comparison:
-    from ..materials.compare import compare_catalogues
+    from ..materials.records.compare import compare_catalogues
 
     a, b = opened(Path(args.a)), opened(Path(args.b))
     with nullcontext(lambda *_: None) if args.json else progress_bar("Comparing") as progress:
@@ -83,7 +83,7 @@ def _catalogues(args: argparse.Namespace) -> Comparison:
 
 
 def _materials(args: argparse.Namespace) -> Comparison:
-    from ..materials.compare import Comparison, compare_records
+    from ..materials.records.compare import Comparison, compare_records
     from ..spectral.errors import UsageError
 
     for side in (args.a, args.b):
@@ -95,7 +95,7 @@ def _materials(args: argparse.Namespace) -> Comparison:
 
 
 def _record(text: str, catalogue: Path | None) -> MaterialRecord:
-    from ..materials.record import read_record
+    from ..materials.records.record import read_record
 
     return read_record(Path(text)) if Path(text).is_file() else opened(catalogue).load(text)
 

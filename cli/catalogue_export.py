@@ -12,7 +12,7 @@ from .catalogue_words import CATALOGUE_HELP, opened, say
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
-    from ..materials.material import MaterialRecord
+    from ..materials.records.material import MaterialRecord
 
 # Names of `materials.exporting.FORMATS`, which is imported only when something is exported.
 _FORMATS = "csv, cxf, exr, merl or mitsuba"

@@ -13,7 +13,7 @@ from .catalogue_words import CATALOGUE_HELP, print_table, say
 from .shared import positive_count, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.importing import ImportReport, Progress
+    from ..materials.intake.importing import ImportReport, Progress
 
 _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
 measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, family
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     from rich.console import Console
 
     from ..materials.catalogue import default_catalogue
-    from ..materials.importing import ImportInterrupted, import_sources
+    from ..materials.intake.importing import ImportInterrupted, import_sources
 
     console = Console()
     folder = args.into or default_catalogue()

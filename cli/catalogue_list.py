@@ -10,7 +10,7 @@ from .catalogue_query import add_query_options, query_from
 from .catalogue_words import add_catalogue_argument, columns, opened
 
 if TYPE_CHECKING:
-    from ..materials.query import Summary
+    from ..materials.records.query import Summary
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

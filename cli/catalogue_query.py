@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from .shared import comma_separated, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.query import Query
+    from ..materials.records.query import Query
 
 _SORTS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
 _FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
@@ -41,7 +41,7 @@ def add_query_options(verb: argparse.ArgumentParser) -> None:
 
 def query_from(args: argparse.Namespace) -> Query:
     """The query that the options ask for; raises `UsageError` where they do not fit together."""
-    from ..materials.query import Query
+    from ..materials.records.query import Query
     from ..spectral.errors import UsageError
 
     if args.near is None and (args.within is not None or args.sort == "near"):

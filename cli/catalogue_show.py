@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from .catalogue_words import add_catalogue_argument, columns, opened
 
 if TYPE_CHECKING:
-    from ..materials.material import MaterialRecord
+    from ..materials.records.material import MaterialRecord
 
 _INDENT = 11
 # What a measured file says of itself is in the source and in the notes.
@@ -49,8 +49,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
-    from ..materials.record_colour import record_colour
-    from ..materials.shown import shown_values
+    from ..materials.records.record_colour import record_colour
+    from ..materials.records.shown import shown_values
 
     said, colour = record.provenance, record_colour(record)
     told = _TOLD if record.model == "scattered" else ()
@@ -82,7 +82,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
 
 
 def _parts(record: MaterialRecord) -> list[tuple[str, str]]:
-    from ..materials.shown import shown_spectrum, shown_trials
+    from ..materials.records.shown import shown_spectrum, shown_trials
     from .text_chart import text_chart
 
     spectrum = shown_spectrum(record)
@@ -98,7 +98,7 @@ def _parts(record: MaterialRecord) -> list[tuple[str, str]]:
 
 
 def _stated(record: MaterialRecord) -> str:
-    from ..materials.stated_colours import recomputed_colours
+    from ..materials.records.stated_colours import recomputed_colours
     from ..spectral.errors import InputError
 
     try:

@@ -10,7 +10,7 @@ from .catalogue_words import add_catalogue_argument, opened
 from .shared import positive_count, progress_bar
 
 if TYPE_CHECKING:
-    from ..materials.verification import Verification
+    from ..materials.records.verification import Verification
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -30,7 +30,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Verify; 0, or 4 where a file is damaged or a declared error does not hold."""
-    from ..materials.verification import verify_catalogue
+    from ..materials.records.verification import verify_catalogue
 
     catalogue = opened(args.catalogue)
     with nullcontext(lambda *_: None) if args.json else progress_bar("Verifying") as progress:
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print(found: Verification) -> None:
-    from ..materials.verification import TOLERANCE
+    from ..materials.records.verification import TOLERANCE
 
     for one in found.damaged:
         print(one.problem)

@@ -15,7 +15,7 @@ from .shared import add_catalogue_option, catalogue_for, positive_count, positiv
 
 if TYPE_CHECKING:
     from ..materials.factors import FitError
-    from ..materials.fit import Fit, Trial
+    from ..materials.fitting.fit import Fit, Trial
 
 # As materials.lobe_table has them, which `--help` does not wait for; a test holds them together.
 METHODS = ("joint", "weighted", "incremental", "refitted")
@@ -54,7 +54,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Fit and print; 0, or 1 where the budget was not met."""
-    from ..materials.fit import RANKS, fit
+    from ..materials.fitting.fit import RANKS, fit
     from ..spectral.files import written_whole
 
     material = catalogue_for(args.catalogue, 1).load(args.material)

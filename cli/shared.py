@@ -90,7 +90,7 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     if folder is None:
         folder = default_catalogue()
         if not folder.exists():
-            from ..materials.importing import ImportInterrupted, import_sources
+            from ..materials.intake.importing import ImportInterrupted, import_sources
             from .catalogue_import import import_progress, shipped_sources
 
             print(f"No catalogue at {folder} yet: importing the shipped materials.")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.directions import spherical
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM

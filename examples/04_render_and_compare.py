@@ -15,7 +15,7 @@ from metamer.lighting.reference import reference_image
 from metamer.lighting.scene import Part, Scene
 from metamer.lighting.shapes import sphere
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.illuminants import illuminant

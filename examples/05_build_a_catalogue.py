@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.query import Query
+from metamer.materials.records.query import Query
 from metamer.spectral.errors import UnknownNameError
 
 # A source folder: spectra, `sources.toml` with the origin, licence and hash of each, and one TOML file a family.

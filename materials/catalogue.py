@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import InputError, UnknownNameError
-from .models import SPECTRA, no_surface
-from .query import Query, Summary, material_files, summary
-from .record import MARKER, SUFFIX, MaterialRecord, Provenance, read_record, write_record
+from .records.models import SPECTRA, no_surface
+from .records.query import Query, Summary, material_files, summary
+from .records.record import MARKER, SUFFIX, MaterialRecord, Provenance, read_record, write_record
 
 if TYPE_CHECKING:
-    from .importing import ImportOutcome, ImportReport, import_sources
+    from .intake.importing import ImportOutcome, ImportReport, import_sources
 
 __all__ = [
     "Catalogue",
@@ -33,7 +33,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """What makes a catalogue brings every reader and the fit along; who only looks into one does not wait for them."""
     if name in ("ImportOutcome", "ImportReport", "import_sources"):
-        from . import importing
+        from .intake import importing
 
         return getattr(importing, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -135,6 +135,6 @@ class Catalogue:
 
     def verify(self) -> dict[str, InputError | None]:
         """Every id with what is wrong with its file, or None: checksums and heads (`verification` does more)."""
-        from .verification import verify_catalogue
+        from .records.verification import verify_catalogue
 
         return {one.id: one.problem for one in verify_catalogue(self.folder, quick=True, jobs=1).results}

@@ -18,7 +18,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from .brdf import Brdf, Lobe, eval_lit
 from .directions import angles, spherical
 from .factors import Axis
-from .grids import lightness_slope
+from .fitting.grids import lightness_slope
 from .protocol import sphere_protocol
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from ..spectral.files import made_folder
 from ..spectral.formats.reading import SpectralEntry
 from ..spectral.spectrum import Spectrum
 from .exported_spectrum import COMPUTED, exported_spectrum, provenance_tags
-from .material import MaterialRecord
+from .records.material import MaterialRecord
 
 # Sides of the pictures that hold one colour, pixels; a fluorescent one has thousands of channels.
 _SWATCH, _FLUORESCENT_SWATCH = (16, 16), (2, 2)

@@ -10,8 +10,8 @@ from jaxtyping import Float
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .fluorescent import FluorescentBrdf
-from .material import MaterialRecord
 from .protocol import SphereProtocol
+from .records.material import MaterialRecord
 
 _BLOCK = 8192
 

@@ -107,9 +107,9 @@ def write_matt():
     """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
     import numpy as np
     from metamer.materials.factors import Axis, FactorPack
-    from metamer.materials.material import MaterialRecord, Provenance
     from metamer.materials.protocol import sphere_protocol
-    from metamer.materials.record import MARKER, write_record
+    from metamer.materials.records.material import MaterialRecord, Provenance
+    from metamer.materials.records.record import MARKER, write_record
     from metamer.spectral.basis import SpectralBasis
     from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from metamer.cli.catalogue_import import shipped_sources
 from metamer.materials.analytic import MODELS
-from metamer.materials.sources import Rejected, read_sources
-from metamer.materials.tables import tables_from
+from metamer.materials.intake.sources import Rejected, read_sources
+from metamer.materials.intake.tables import tables_from
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.tables import colour_science
 

@@ -15,7 +15,7 @@ from typing import Any
 from ..materials.brdf import Brdf
 from ..materials.dbrdf import fit_distribution
 from ..materials.factors import FactorPack
-from ..materials.fit import Fit, Trial, fit
+from ..materials.fitting.fit import Fit, Trial, fit
 from ..materials.fluorescent import FluorescentLambert
 from ..materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
 from . import factor_growth, factor_methods, filtering_benchmark

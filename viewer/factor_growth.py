@@ -16,9 +16,9 @@ from jaxtyping import Float
 
 from ..calibration.basis_benchmark import stage
 from ..materials.brdf import Brdf
-from ..materials.decompose import METHODS, Method, decompose
 from ..materials.factors import Axis
-from ..materials.tabulated import tabulate
+from ..materials.fitting.decompose import METHODS, Method, decompose
+from ..materials.fitting.tabulated import tabulate
 from ..spectral.basis import SpectralBasis
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 

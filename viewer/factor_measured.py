@@ -14,9 +14,9 @@ from ..materials.formats import bispectral
 from ..materials.formats.cornell import read_cornell
 from ..materials.formats.merl import read_merl
 from ..materials.formats.rgl import read_rgl
-from ..materials.merl import MerlBrdf
-from ..materials.rgl import RglBrdf
-from ..materials.scattered import ScatteredBrdf
+from ..materials.measured.merl import MerlBrdf
+from ..materials.measured.rgl import RglBrdf
+from ..materials.measured.scattered import ScatteredBrdf
 from ..spectral.errors import InputError
 from .factor_cases import Case
 

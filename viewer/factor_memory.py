@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ..materials.brdf import Brdf, Lobe
-from ..materials.fit import Fit
-from ..materials.lobe_table import LobeTable
+from ..materials.fitting.fit import Fit
+from ..materials.fitting.lobe_table import LobeTable
 from ..materials.protocol import sphere_protocol
 
 T = TypeVar("T")

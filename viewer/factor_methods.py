@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..materials.brdf import Brdf, Frame
-from ..materials.decompose import METHODS, PACK, decompose_compressed
 from ..materials.factors import Axis, FactorPack
-from ..materials.grids import filled
+from ..materials.fitting.decompose import METHODS, PACK, decompose_compressed
+from ..materials.fitting.grids import filled
+from ..materials.fitting.tabulated import node_directions, tabulate
+from ..materials.fitting.tucker import compressed
 from ..materials.protocol import sphere_protocol
-from ..materials.tabulated import node_directions, tabulate
-from ..materials.tucker import compressed
 from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer

@@ -17,8 +17,8 @@ from jaxtyping import Float
 from ..calibration.basis_benchmark import point_sampled, stage
 from ..materials.brdf import Brdf, Frame
 from ..materials.factors import FactorPack
-from ..materials.fit import Fit, fit
-from ..materials.half import rounded_to_half
+from ..materials.fitting.fit import Fit, fit
+from ..materials.fitting.half import rounded_to_half
 from ..materials.protocol import SphereProtocol, sphere_protocol
 from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant

@@ -16,7 +16,7 @@ from ..lighting.mesh import Mesh
 from ..lighting.scene import Part, Scene
 from ..materials.analytic import AshikhminShirley
 from ..materials.factors import FactorPack
-from ..materials.fit import fit
+from ..materials.fitting.fit import fit
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Spectrum

@@ -11,11 +11,11 @@ from numpy import ndarray
 from ..calibration.material_page import MaterialFacts, render_material_page
 from ..lighting.scene import Scene
 from ..materials.factors import FactorPack
-from ..materials.material import MaterialRecord
-from ..materials.models import no_surface
-from ..materials.record_colour import record_colour
-from ..materials.shown import shown_spectrum, shown_trials, shown_values
-from ..materials.stated_colours import recomputed_colours
+from ..materials.records.material import MaterialRecord
+from ..materials.records.models import no_surface
+from ..materials.records.record_colour import record_colour
+from ..materials.records.shown import shown_spectrum, shown_trials, shown_values
+from ..materials.records.stated_colours import recomputed_colours
 from ..spectral.errors import InputError
 from ..spectral.image import ColourImage
 from .picture import display_for, display_pass

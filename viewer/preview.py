@@ -12,9 +12,9 @@ from jaxtyping import Float, UInt8
 
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
-from ..materials.material import MaterialRecord
-from ..materials.query import Summary
-from ..materials.shown import shown_spectrum
+from ..materials.records.material import MaterialRecord
+from ..materials.records.query import Summary
+from ..materials.records.shown import shown_spectrum
 from ..spectral.errors import InputError
 from ..spectral.files import written_whole
 from ..spectral.image import ColourImage

@@ -13,8 +13,8 @@ from ...spectral.errors import InputError
 from ...spectral.formats.exr import channel_names, check_size
 from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
-from ..record import Provenance
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
+from ..records.record import Provenance
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 

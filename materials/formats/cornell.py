@@ -23,8 +23,8 @@ from jaxtyping import Bool, Float
 from ...spectral.errors import InputError
 from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
-from ..measurement import ScatteredMeasurement
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
+from ..measured.measurement import ScatteredMeasurement
 from .measured import measured_source, placed
 from .naming import printable
 
@@ -44,7 +44,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
     """The file's one material; it is spectral, and needs no `uplift`. Raises `InputError` as `read_cornell` does."""
-    from ..scattered import ScatteredBrdf
+    from ..measured.scattered import ScatteredBrdf
 
     told = read_cornell(path)
     with placed(path, "rows", "leave out what cannot be used, or measure it again"):

@@ -18,9 +18,9 @@ from typing import Any, cast
 from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.files import read_text
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from ..record import Provenance, model_named
-from ..sources import MaterialSource, Rejected
-from ..tables import Kind, Table, constant_spectrum, tables_from
+from ..intake.sources import MaterialSource, Rejected
+from ..intake.tables import Kind, Table, constant_spectrum, tables_from
+from ..records.record import Provenance, model_named
 
 NAME = "family description"
 SUFFIXES = (".toml",)

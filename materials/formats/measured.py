@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from ...spectral.errors import InputError
-from ..record import Provenance
-from ..sources import MaterialSource
+from ..intake.sources import MaterialSource
+from ..records.record import Provenance
 from .naming import id_word, printable
 
 

@@ -19,7 +19,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.upsampling import upsampling
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
 from .measured import measured_source, placed
 from .naming import printable
 
@@ -47,7 +47,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
     """The file's one material, its spectra made up by `uplift`; raises `InputError` as `read_merl` does."""
-    from ..merl import MerlBrdf
+    from ..measured.merl import MerlBrdf
 
     with placed(path, hint=_AGAIN):
         brdf = MerlBrdf.from_measurement(read_merl(path), uplift)

@@ -15,8 +15,8 @@ from ...spectral.upsampling import PRIMARIES, xyz_from_rgb
 from ..brdf import Brdf
 from ..directions import io_from_half_difference
 from ..fluorescent import FluorescentBrdf
-from ..merl import MerlBrdf, node_angles
-from ..rgl import RglBrdf
+from ..measured.merl import MerlBrdf, node_angles
+from ..measured.rgl import RglBrdf
 from .merl import SCALES, SHAPE
 
 # What is not positive is no reading in this layout, so black is written as this, 1/sr.

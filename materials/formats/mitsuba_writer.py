@@ -25,9 +25,9 @@ from ...spectral.upsampling import upsampling
 from ..analytic import CookTorrance, Lambert
 from ..brdf import Brdf
 from ..fluorescent import FluorescentBrdf
+from ..measured.rgl import RglBrdf
+from ..measured.rgl_table import rgl_fields
 from ..protocol import sphere_protocol
-from ..rgl import RglBrdf
-from ..rgl_table import rgl_fields
 from .rgl import RglMeasurement
 from .rgl_writer import write_tensors
 

@@ -6,7 +6,7 @@ import hashlib
 import re
 import unicodedata
 
-from ..record import slug
+from ..records.record import slug
 
 # Longer names make paths that some systems refuse.
 _LONGEST_NAME = 80

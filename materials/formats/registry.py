@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Protocol, cast, runtime_checkable
 
 from ...spectral.errors import InputError
-from ..inputs import InputFile, head_of
-from ..sources import MaterialSource, Rejected
+from ..intake.inputs import InputFile, head_of
+from ..intake.sources import MaterialSource, Rejected
 
 #: Modules beside this one, the most particular first: the first that recognises a file reads it.
 FORMATS = (

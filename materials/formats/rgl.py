@@ -31,7 +31,7 @@ from ...spectral.errors import InputError
 from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import validated_wavelengths
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
 from .measured import measured_source, placed
 from .naming import printable
 
@@ -97,7 +97,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
     """The file's one material; a file in RGB gets spectra by `uplift`. Raises `InputError` as `read_rgl` does."""
-    from ..rgl import RglBrdf
+    from ..measured.rgl import RglBrdf
 
     with placed(path, hint="measure or tabulate it over a whole, a half or a quarter turn"):
         brdf = RglBrdf.from_measurement(read_rgl(path), uplift)

@@ -17,8 +17,8 @@ from ...spectral.formats import csv
 from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, readers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..analytic.lambert import Lambert
-from ..record import Provenance
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
+from ..records.record import Provenance
 from .measured import sha256_of
 from .naming import id_word
 

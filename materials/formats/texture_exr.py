@@ -22,8 +22,8 @@ from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_pictu
 from ...spectral.formats.spectral_exr import MOST_COLOURS
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
-from ..record import Provenance
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
+from ..records.record import Provenance
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .spectra import read_sources as read_chart

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ...spectral.errors import InputError
-from ..sources import MaterialSource, Rejected
+from ..intake.sources import MaterialSource, Rejected
 from .pictures.map_names import map_name, pictures_in
 
 NAME = "formats that are not read"

@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from metamer.materials.factors import FactoredBrdf
-from metamer.materials.half import rounded_to_half
+from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.viewer import (

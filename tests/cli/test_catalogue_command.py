@@ -5,9 +5,9 @@ import argparse
 import numpy as np
 import pytest
 from metamer.cli import catalogue as command
-from metamer.materials import importing
 from metamer.materials.factors import Axis, FactorPack, FitError
-from metamer.materials.importing import ImportInterrupted, ImportReport
+from metamer.materials.intake import importing
+from metamer.materials.intake.importing import ImportInterrupted, ImportReport
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 

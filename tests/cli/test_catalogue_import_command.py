@@ -7,8 +7,8 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 from metamer.cli import catalogue_import
-from metamer.materials import importing
 from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.intake import importing
 from metamer.spectral.basis import SpectralBasis
 from rich.console import Console
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.materials.factors import FitError
-from metamer.materials.fit import Trial
-from metamer.materials.material import Provenance
+from metamer.materials.fitting.fit import Trial
+from metamer.materials.records.material import Provenance
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from metamer.materials.record import read_record, write_record
+from metamer.materials.records.record import read_record, write_record
 
 
 @pytest.fixture

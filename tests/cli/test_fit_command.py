@@ -6,7 +6,7 @@ from typing import ClassVar
 import pytest
 from metamer.cli import fit as command
 from metamer.cli.main import main
-from metamer.materials import fit as engine
+from metamer.materials.fitting import fit as engine
 
 
 def test_trials_are_shown_and_the_choice_is_explained(tiny_catalogue, tmp_path, capsys):

@@ -130,7 +130,7 @@ def test_missing_default_catalogue_is_made_from_the_shipped_materials(metamer, s
         folder.mkdir()
         (folder / "catalogue.toml").touch()
 
-    monkeypatch.setattr("metamer.materials.importing.import_sources", import_sources)
+    monkeypatch.setattr("metamer.materials.intake.importing.import_sources", import_sources)
     monkeypatch.setenv("METAMER_CATALOGUE", str(tmp_path / "made"))
     code, said, err = metamer("render", scene, "-o", tmp_path / "ball.png", "--jobs", 3)
     assert code == 4 and "tiny/matt-red" in err

@@ -17,8 +17,8 @@ from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, 
 from metamer.materials.formats.cornell import read_cornell
 from metamer.materials.formats.mitsuba_writer import HEIGHT, SCENE, TABLE, TO_LIGHT, write_mitsuba
 from metamer.materials.formats.rgl import read_rgl
-from metamer.materials.rgl import RglBrdf
-from metamer.materials.scattered import ScatteredBrdf
+from metamer.materials.measured.rgl import RglBrdf
+from metamer.materials.measured.scattered import ScatteredBrdf
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

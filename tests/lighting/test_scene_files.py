@@ -6,7 +6,7 @@ import pytest
 from metamer.lighting import scene_keys
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.scene import load_scene
-from metamer.materials.sources import read_sources
+from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 

@@ -11,13 +11,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from metamer.materials import importing, plan
 from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.code_version import imported_by
 from metamer.materials.factors import Axis, FactorPack, FitError
-from metamer.materials.importing import ImportInterrupted
-from metamer.materials.record import MARKER, rebuild
-from metamer.materials.sources import Rejected, read_sources
+from metamer.materials.intake import importing, plan
+from metamer.materials.intake.code_version import imported_by
+from metamer.materials.intake.importing import ImportInterrupted
+from metamer.materials.intake.sources import Rejected, read_sources
+from metamer.materials.records.record import MARKER, rebuild
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.files import made_folder

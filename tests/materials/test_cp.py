@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.materials.cp import CompressedTable, WeightedTable, cp_tensor, weighted_cp
+from metamer.materials.fitting.cp import CompressedTable, WeightedTable, cp_tensor, weighted_cp
 
 SHAPE = (13, 11, 9, 3)
 

@@ -4,9 +4,9 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from metamer.materials.cp import cp_tensor
-from metamer.materials.decompose import METHODS, decompose
-from metamer.materials.tucker import compressed, mode_gram, projected
+from metamer.materials.fitting.cp import cp_tensor
+from metamer.materials.fitting.decompose import METHODS, decompose
+from metamer.materials.fitting.tucker import compressed, mode_gram, projected
 from metamer.spectral.errors import InputError
 
 SHAPE = (13, 11, 9, 3)

@@ -13,9 +13,9 @@ from metamer.materials.formats.bispectral import read_bispectral
 from metamer.materials.formats.merl import read_merl
 from metamer.materials.formats.merl_writer import DARKEST
 from metamer.materials.formats.rgl import read_rgl
-from metamer.materials.material import MaterialRecord, Provenance
-from metamer.materials.merl import node_angles
-from metamer.materials.rgl import RglBrdf
+from metamer.materials.measured.merl import node_angles
+from metamer.materials.measured.rgl import RglBrdf
+from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import read_exr

@@ -8,10 +8,10 @@ from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, 
 from metamer.materials.brdf import Brdf, Lobe
 from metamer.materials.directions import spherical
 from metamer.materials.factors import Axis, FactoredBrdf
-from metamer.materials.fit import fit
-from metamer.materials.grids import filled, floored, lobe_axes, node_weights
+from metamer.materials.fitting.fit import fit
+from metamer.materials.fitting.grids import filled, floored, lobe_axes, node_weights
+from metamer.materials.fitting.tabulated import tabulate
 from metamer.materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
-from metamer.materials.tabulated import tabulate
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

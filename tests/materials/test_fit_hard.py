@@ -5,7 +5,7 @@ import pytest
 from metamer.materials.analytic import AshikhminShirley, OrenNayar
 from metamer.materials.directions import spherical
 from metamer.materials.factors import FactoredBrdf
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum

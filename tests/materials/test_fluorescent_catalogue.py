@@ -11,10 +11,10 @@ from metamer.lighting.reference import reference_image
 from metamer.lighting.scene import Part, Scene
 from metamer.lighting.shapes import sphere
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.materials.fluorescent import FluorescentLambert, FluorescentPack
 from metamer.materials.formats.bispectral import MOST_SURFACES, read_bispectral
-from metamer.materials.importing import import_sources
+from metamer.materials.intake.importing import import_sources
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.import_folder import unfinished
+from metamer.materials.intake.import_folder import unfinished
 
 FILE = Path(__file__).resolve().parents[2] / "benchmarks" / "importing.py"
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
@@ -48,7 +48,7 @@ def test_what_a_killed_write_left_is_cleared_away(importing, source, tmp_path):
 
 def test_leftovers_of_an_import_that_is_still_at_work_stay(source, tmp_path):
     """Two imports may write to one catalogue: neither takes the other's unfinished files away."""
-    from metamer.materials.import_folder import writing_to
+    from metamer.materials.intake.import_folder import writing_to
 
     folder = tmp_path / "cat"
     with writing_to(folder):

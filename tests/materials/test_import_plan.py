@@ -5,13 +5,13 @@ import zipfile
 
 import numpy as np
 import pytest
-from metamer.materials import plan as planning
 from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.formats import registry
-from metamer.materials.importing import ImportReport
-from metamer.materials.inputs import inputs_of
-from metamer.materials.plan import Settings, planned
-from metamer.materials.sources import MaterialSource, read_sources
+from metamer.materials.intake import plan as planning
+from metamer.materials.intake.importing import ImportReport
+from metamer.materials.intake.inputs import inputs_of
+from metamer.materials.intake.plan import Settings, planned
+from metamer.materials.intake.sources import MaterialSource, read_sources
 
 SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 FAMILY = """family = "grey"
@@ -59,7 +59,7 @@ def test_what_is_what(source, tmp_path):
 
 def test_what_is_there_already_is_known_without_reading_it_whole(source, tmp_path, monkeypatch):
     import_sources([source], tmp_path / "cat", jobs=1)
-    monkeypatch.setattr("metamer.materials.record.read_record", lambda path: pytest.fail("read whole"))
+    monkeypatch.setattr("metamer.materials.records.record.read_record", lambda path: pytest.fail("read whole"))
     found = plan(source, folder=tmp_path / "cat")
     assert [sum(file.count(status) for file in found.values()) for status in ("new", "unchanged", "refused")] == [
         0,

@@ -9,8 +9,8 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from metamer.materials import workers
-from metamer.materials.workers import Lost, Task, free_memory, jobs_that_fit, supervised
+from metamer.materials.intake import workers
+from metamer.materials.intake.workers import Lost, Task, free_memory, jobs_that_fit, supervised
 
 # Work that a fresh Python can import: each call is one that the standard library has.
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks for processes in /proc")
@@ -87,7 +87,7 @@ def test_every_process_is_deaf_to_ctrl_c():
     """The first, too: what Python starts beside it lets the signal through again."""
     script = (
         "import signal\n"
-        "from metamer.materials.workers import Task, supervised\n"
+        "from metamer.materials.intake.workers import Task, supervised\n"
         "if __name__ == '__main__':\n"
         "    tasks = [Task(n, (signal.SIG_BLOCK, [])) for n in range(3)]\n"
         "    print(*(signal.SIGINT in blocked for _, blocked in supervised(signal.pthread_sigmask, tasks, 3)))\n"
@@ -114,7 +114,7 @@ def test_stopping_early_ends_the_processes_at_once():
 def test_processes_end_with_a_parent_that_is_killed():
     """In the middle of a task, too: nobody is there to take its result."""
     script = (
-        "from metamer.materials.workers import Task, supervised\n"
+        "from metamer.materials.intake.workers import Task, supervised\n"
         "import multiprocessing, os, signal\n"
         "if __name__ == '__main__':\n"
         "    results = supervised(exec, [Task(0, ('pass',)), Task(1, ('import time; time.sleep(600)',))], 2)\n"

@@ -7,10 +7,10 @@ import zipfile
 
 import fsspec
 import pytest
-from metamer.materials import archives
-from metamer.materials.inputs import InputFile, inputs_of
-from metamer.materials.record import MARKER
-from metamer.materials.sources import Rejected
+from metamer.materials.intake import archives
+from metamer.materials.intake.inputs import InputFile, inputs_of
+from metamer.materials.intake.sources import Rejected
+from metamer.materials.records.record import MARKER
 from metamer.spectral.errors import InputError
 
 SPECTRA = "wavelength_nm,red\n400,0.1\n500,0.2\n600,0.7\n700,0.8\n"

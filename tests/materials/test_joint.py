@@ -5,14 +5,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley
-from metamer.materials.axis_samples import AxisSamples
 from metamer.materials.brdf import Brdf
 from metamer.materials.directions import spherical
 from metamer.materials.factors import Axis
-from metamer.materials.fit import fit
-from metamer.materials.joint import JointProblem, added, merged, refined
+from metamer.materials.fitting.axis_samples import AxisSamples
+from metamer.materials.fitting.fit import fit
+from metamer.materials.fitting.joint import JointProblem, added, merged, refined
+from metamer.materials.fitting.seen import seen_pairs, seen_samples
 from metamer.materials.protocol import sphere_protocol
-from metamer.materials.seen import seen_pairs, seen_samples
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

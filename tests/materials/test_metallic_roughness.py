@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import CookTorrance, Lambert, MetallicRoughness
 from metamer.materials.directions import spherical
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.factors import FitError
-from metamer.materials.material import Provenance
-from metamer.materials.query import Query
+from metamer.materials.records.material import Provenance
+from metamer.materials.records.query import Query
 from metamer.spectral.difference import delta_e
 from metamer.spectral.errors import InputError, UnknownNameError
 

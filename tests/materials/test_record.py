@@ -9,13 +9,13 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.factors import Axis, FactorPack, FitError
-from metamer.materials.fit import Trial
-from metamer.materials.half import rounded_to_half
-from metamer.materials.material import MaterialRecord, Provenance
-from metamer.materials.models import MEASURED, SPECTRA
-from metamer.materials.record import read_record, write_record
-from metamer.materials.record_head import HEAD_BYTES, read_head
-from metamer.materials.trial_table import trial_table, trials_from
+from metamer.materials.fitting.fit import Trial
+from metamer.materials.fitting.half import rounded_to_half
+from metamer.materials.records.material import MaterialRecord, Provenance
+from metamer.materials.records.models import MEASURED, SPECTRA
+from metamer.materials.records.record import read_record, write_record
+from metamer.materials.records.record_head import HEAD_BYTES, read_head
+from metamer.materials.records.trial_table import trial_table, trials_from
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import Quantity

@@ -4,14 +4,14 @@ import struct
 
 import numpy as np
 import pytest
-from metamer.materials.bilinear_warp import BilinearWarp
-from metamer.materials.code_version import imported_by
 from metamer.materials.directions import TAU, spherical
 from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.formats.rgl import MAGIC, RglMeasurement, read_rgl, recognises
-from metamer.materials.record import MaterialRecord, read_record, rebuild, write_record
-from metamer.materials.rgl import RglBrdf
-from metamer.materials.sources import Rejected, read_sources
+from metamer.materials.intake.code_version import imported_by
+from metamer.materials.intake.sources import Rejected, read_sources
+from metamer.materials.measured.bilinear_warp import BilinearWarp
+from metamer.materials.measured.rgl import RglBrdf
+from metamer.materials.records.record import MaterialRecord, read_record, rebuild, write_record
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant

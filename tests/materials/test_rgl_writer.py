@@ -5,9 +5,9 @@ import pytest
 from metamer.materials.analytic import MODELS, AshikhminShirley
 from metamer.materials.formats.rgl import RglMeasurement, read_rgl, read_tensors
 from metamer.materials.formats.rgl_writer import write_tensors
+from metamer.materials.measured.rgl import RglBrdf
+from metamer.materials.measured.rgl_table import rgl_fields
 from metamer.materials.protocol import sphere_protocol
-from metamer.materials.rgl import RglBrdf
-from metamer.materials.rgl_table import rgl_fields
 from metamer.spectral.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 

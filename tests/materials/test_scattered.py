@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from metamer.materials.directions import half_difference, io_angles, io_from_half_difference, spherical
 from metamer.materials.formats.cornell import read_cornell
-from metamer.materials.measurement import ScatteredMeasurement, estimated_background, prepared
-from metamer.materials.scattered import ScatteredBrdf
+from metamer.materials.measured.measurement import ScatteredMeasurement, estimated_background, prepared
+from metamer.materials.measured.scattered import ScatteredBrdf
 from metamer.spectral.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 

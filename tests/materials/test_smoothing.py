@@ -2,7 +2,7 @@
 
 import numpy as np
 from metamer.materials.factors import Axis, FactorPack
-from metamer.materials.smoothing import smoothed, smoothed_pack
+from metamer.materials.fitting.smoothing import smoothed, smoothed_pack
 from metamer.spectral.basis import SpectralBasis
 
 

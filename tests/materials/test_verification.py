@@ -6,8 +6,8 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.fluorescent import FluorescentLambert
-from metamer.materials.record import read_record, write_record
-from metamer.materials.verification import TOLERANCE, half_written, verify_catalogue, verify_material
+from metamer.materials.records.record import read_record, write_record
+from metamer.materials.records.verification import TOLERANCE, half_written, verify_catalogue, verify_material
 from metamer.spectral.bispectral import Bispectral
 
 

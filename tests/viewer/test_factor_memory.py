@@ -5,7 +5,7 @@ import pytest
 from metamer.materials.analytic import OrenNayar
 from metamer.materials.brdf import Brdf, Lobe
 from metamer.materials.factors import Axis
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.factor_memory import table_bytes, timed_and_weighed
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.calibration.fluorescence_benchmark import made_up
 from metamer.materials.analytic import OrenNayar
-from metamer.materials.fit import fit
+from metamer.materials.fitting.fit import fit
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.difference import delta_e_xyz

@@ -7,7 +7,7 @@ import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.materials.factors import Axis, FactorPack
-from metamer.materials.half import rounded_to_half
+from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.viewer import filtering_benchmark

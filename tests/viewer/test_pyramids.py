@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.materials.factors import Axis, frame_angles
-from metamer.materials.half import rounded_to_half
+from metamer.materials.fitting.half import rounded_to_half
 from metamer.viewer.pyramids import MOST_LEVELS, axis_levels, filtered_geometry, level_of, pyramid, width_of
 
 TURN = 2 * np.pi

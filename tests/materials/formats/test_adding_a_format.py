@@ -14,7 +14,7 @@ PACKAGES = ("spectral", "materials", "cli", "catalogs")
 SCRIPT = """
 import sys
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.importing import import_sources
+from metamer.materials.intake.importing import import_sources
 from metamer.spectral.formats import reading
 assert reading.__file__.startswith(sys.argv[1]), reading.__file__
 report = import_sources([sys.argv[2]], sys.argv[3], jobs=1)

@@ -8,7 +8,7 @@ from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.formats import spectra
 from metamer.materials.formats.naming import id_word
 from metamer.materials.formats.spectra import read_sources
-from metamer.materials.sources import MaterialSource, Rejected
+from metamer.materials.intake.sources import MaterialSource, Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.reading import SpectralEntry, SpectralFile, StatedColour
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum

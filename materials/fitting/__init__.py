@@ -1,0 +1,1 @@
+"""Finding factor packs: tables, decompositions, joint refinement on what is seen, frames and precision by trial."""

@@ -1,0 +1,234 @@
+"""The ways in which a fit splits a BRDF into packs, and the search for as few terms as the budget allows.
+
+- Lobe by lobe: each of the BRDF's own lobes as a table in its own frame, with the other lobes exact.
+- Jointly: all packs at once on what is seen (`joint`), and, while the budget is not met, four more terms at a time in
+  the frame in which they leave less of what the others have left. That is how a BRDF that names no lobes gets split.
+- Everything in one frame from the start, where the BRDF's own lobes needed many terms.
+
+A candidate is dropped as soon as it can no longer win.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..brdf import Brdf, Frame, Lobe
+from ..factors import Axis, FactorPack
+from .decompose import PACK
+from .grids import lobe_axes
+from .joint import added, merged, refined
+from .judging import Judge, Judged, Trial
+from .lobe_table import LobeTable, Method
+from .seen import SeenSamples, seen_samples
+
+# Terms up to which tables are tried where packs are refined jointly afterwards: two packs of four.
+TABLE_TERMS = 8
+# A table the first number of times over the budget may be within it once it is refined; beyond the second it is far.
+_NEAR, _FAR = 2.5, 6.0
+# Pairs drawn for each pixel of the protocol's square, and the fewest; some two thirds are above the horizon. Azimuths
+# need more.
+_PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.6, 12_000, 1.7
+# Rounds of refinement at most; each must gain the second share. Tables are refined again where it paid by the third.
+_ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.98
+# Factors by which light from behind may come to count more, at once and in all.
+_MORE, _MOST = 3.0, 9.0
+# Growth ends where this many steps together gained less than that share.
+_STEPS, _STEP_GAIN = 3, 0.15
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What was asked of the fit."""
+
+    budget: float
+    seed: int
+    ranks: tuple[int, ...]
+    method: Method
+    smooth: bool
+    axes: tuple[Axis, ...] | None
+    frames: tuple[Frame, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A candidate's packs. `stopped`: why no more terms were tried. `times`: what light from behind counts."""
+
+    candidate: str
+    packs: tuple[FactorPack, ...]
+    judged: Judged
+    relative: float
+    stopped: str
+    times: float = 1.0
+
+    @property
+    def rank(self) -> int:
+        return sum(pack.rank for pack in self.packs)
+
+    def better_than(self, other: Found, budget: float) -> bool:
+        """Fewest terms within the budget; else the lower score."""
+        ours, theirs = self.judged.score <= budget, other.judged.score <= budget
+        if ours and theirs:
+            return (self.rank, self.judged.score) < (other.rank, other.judged.score)
+        return ours or (not theirs and self.judged.score < other.judged.score)
+
+
+class Search:
+    """One fit: the judge, what was asked, and samples that are drawn when they are first needed."""
+
+    def __init__(self, brdf: Brdf, judge: Judge, wanted: Wanted) -> None:
+        self.brdf, self.judge, self.wanted = brdf, judge, wanted
+
+    @cached_property
+    def samples(self) -> SeenSamples:
+        pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * (1.0 if self.brdf.isotropic else _AZIMUTHS)
+        return seen_samples(self.brdf, int(pairs), self.wanted.seed)
+
+    def lobewise(self, lobes: tuple[Lobe, ...]) -> Found:
+        """Each lobe by itself; then, with method "joint", all of them together."""
+        wanted = self.wanted
+        found = [self._lobe(number, lobe, lobes) for number, lobe in enumerate(lobes)]
+        # A lobe without light adds nothing, unless it is all there is.
+        packs = tuple(pack for pack, _ in found if np.any(pack.spectral)) or (found[0][0],)
+        relative = max(relative for _, relative in found)
+        judged = self.judge.judged(packs, None, relative)
+        here = Found("lobes", packs, judged, relative, "")
+        if wanted.method != "joint" or judged.score <= wanted.budget or not np.any(packs[0].spectral):
+            return self._ended(here)
+        if len(lobes) > 1:
+            here = self._refined(here)
+        return self._grown(here)
+
+    def whole(self, frame: Frame, rival: Found) -> Found:
+        """Everything in one frame from the start, followed for as long as it may be better than `rival`."""
+        pack, _ = added((), self.samples, frame, self._axes(frame, rival.packs), PACK, self.wanted.seed)
+        judged = self.judge.judged((pack,))
+        here = self._refined(Found(frame, (pack,), judged, 1.0, ""))
+        return self._grown(here, rival)
+
+    def _lobe(self, number: int, lobe: Lobe, lobes: tuple[Lobe, ...]) -> tuple[FactorPack, float]:
+        """The pack of fewest terms within the lobe's share of the budget, else the best; and its table's residual."""
+        wanted, judge = self.wanted, self.judge
+        alone = len(lobes) == 1
+        share = wanted.budget / np.sqrt(len(lobes))
+        others = None if alone else judge.others(lobe.brdf)
+        table = LobeTable.of(lobe, judge.front.weights(lobe.brdf.wavelengths_nm), wanted.axes)
+        best_score, stalled, worth = np.inf, 0, True
+        best = table.pack(1, wanted.seed, "weighted") if table.black else None
+        if best is not None:
+            return best
+        ranks = list(self._table_ranks)
+        while ranks:
+            rank = ranks.pop(0)
+            pack, relative = table.pack(rank, wanted.seed, wanted.method, wanted.smooth)
+            judged = judge.judged((pack,), others, relative)
+            kept = judged.score < best_score
+            self._tell(number, lobe.frame, rank, judged, kept, "lobes", False)
+            near = (worth and judged.score <= _NEAR * share) or not ranks
+            if wanted.method == "joint" and alone and judged.score > share and near:
+                joint = self._refined(Found("lobes", (pack,), judged, relative, ""))
+                # Where it gains nothing, as on tables that are fitted well already, it is left for the last rank.
+                worth = joint.judged.score < _WORTH * judged.score
+                (pack,), judged, relative = joint.packs, joint.judged, joint.relative
+            stalled = 0 if judged.score < 0.9 * best_score else stalled + 1
+            if best is None or judged.score < best_score:
+                best_score, best = judged.score, (pack, relative)
+            # Near the budget, what is left after three vain attempts is the grid's error, which terms cannot mend.
+            if best_score <= share or (stalled >= 3 and best_score < 3.0 * share):
+                break
+            # Far from the budget one more term is not enough.
+            if wanted.method == "joint" and rank > 2 and best_score > _FAR * share and len(ranks) > 1:
+                ranks.pop(0)
+        assert best is not None
+        return best
+
+    @property
+    def _table_ranks(self) -> tuple[int, ...]:
+        if self.wanted.method != "joint":
+            return self.wanted.ranks
+        return tuple(rank for rank in self.wanted.ranks if rank <= TABLE_TERMS) or self.wanted.ranks[:1]
+
+    def _refined(self, here: Found) -> Found:
+        """All packs together, for as long as the measured score improves."""
+        best = here
+        for _ in range(_ROUNDS):
+            before = best.judged.score
+            here = self._round(here, here.packs)
+            kept = self._told(here, before)
+            best = here if kept else best
+            gained = here.judged.score <= (1.0 - _LEAST_GAIN) * before
+            if best.judged.score <= self.wanted.budget or not (gained or (here.judged.behind and here.times < _MOST)):
+                break
+        return best
+
+    def _round(self, here: Found, packs: tuple[FactorPack, ...]) -> Found:
+        """Some sweeps over `packs`. While light from behind decides, it counts more and more."""
+        times = min(_MORE * here.times, _MOST) if here.judged.behind else max(here.times / _MORE, 1.0)
+        stress = np.where(self.samples.behind, times, 1.0)
+        packs, relative = refined(packs, self.samples, stress=stress)
+        return Found(here.candidate, packs, self.judge.judged(packs, None, relative), relative, "", times)
+
+    def _told(self, found: Found, before: float) -> bool:
+        kept = found.judged.score < before
+        self._tell(0, _frames(found.packs), found.rank, found.judged, kept, found.candidate, True)
+        return kept
+
+    def _grown(self, here: Found, rival: Found | None = None) -> Found:
+        """Four terms more at a time, in the better frame, all packs refined together after each step."""
+        wanted = self.wanted
+        best, scores = here, [here.judged.score]
+        while best.judged.score > wanted.budget and here.rank + PACK <= wanted.ranks[-1]:
+            if rival is not None and not self._may_win(here, rival):
+                break
+            tried = [
+                added(here.packs, self.samples, frame, self._axes(frame, here.packs), PACK, wanted.seed)
+                for frame in wanted.frames
+            ]
+            pack, _ = min(tried, key=lambda one: one[1])
+            here = self._round(here, merged((*here.packs, pack)))
+            best = here if self._told(here, best.judged.score) else best
+            scores.append(min(scores[-1], here.judged.score))
+            if len(scores) > _STEPS and scores[-1] > (1.0 - _STEP_GAIN) * scores[-1 - _STEPS]:
+                break
+        return self._ended(best)
+
+    def _may_win(self, here: Found, rival: Found) -> bool:
+        """Fewer terms than the rival's, or a better score than its candidate had with as few."""
+        wanted = self.wanted
+        if rival.judged.score <= wanted.budget and here.rank + PACK >= rival.rank:
+            return False
+        known = [
+            trial.score
+            for trial in self.judge.trials
+            if trial.candidate == rival.candidate and trial.joint and trial.rank <= here.rank
+        ]
+        return not known or here.judged.score < min(known)
+
+    def _ended(self, found: Found) -> Found:
+        if found.judged.score <= self.wanted.budget:
+            why = "budget met"
+        elif found.rank + PACK > self.wanted.ranks[-1]:
+            why = "none left to try"
+        else:
+            why = "more terms stopped paying"
+        return replace(found, stopped=why)
+
+    def _axes(self, frame: Frame, packs: tuple[FactorPack, ...]) -> tuple[Axis, ...]:
+        """The grid that the material has in this frame already, else one made for it."""
+        for pack in packs:
+            if pack.frame == frame and pack.anisotropic != self.brdf.isotropic:
+                return pack.axes
+        if self.wanted.axes is not None and self.wanted.axes[0].name.endswith(("_i",) if frame == "io" else ("_h",)):
+            return self.wanted.axes
+        observed = self.judge.front.weights(self.brdf.wavelengths_nm)
+        return lobe_axes(self.brdf, frame, np.pi * observed[:, 1])
+
+    def _tell(self, lobe: int, frame: str, rank: int, judged: Judged, kept: bool, candidate: str, joint: bool) -> None:
+        trial = Trial(lobe, frame, rank, self.judge.seconds, judged.error, judged.score, kept, candidate, joint)
+        self.judge.tell(trial)
+
+
+def _frames(packs: tuple[FactorPack, ...]) -> str:
+    return " + ".join(dict.fromkeys(pack.frame for pack in packs))

@@ -1,0 +1,156 @@
+"""CP factors of a dense table, fast: compress, decompose the small core, expand.
+
+Three ways to find the terms, of which the last two are those of Schwenk 2010, section 3.3:
+
+- "joint": all terms at once, from several starts; the best is followed to the end.
+- "incremental": packs of four terms, each fitted to what the packs before it have left.
+- "refitted": the same, with all terms fitted jointly after each new pack.
+
+All work on the core of a Tucker form (`tucker`), where a sweep of alternating least squares costs next to nothing. The
+basis of each mode is orthonormal, so that lengths of terms and sums of squares are those of the table itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from .cp import Factors, cp_als, cp_tensor, longest_first
+from .tucker import Tucker, compressed
+
+Method = Literal["joint", "incremental", "refitted"]
+METHODS: tuple[Method, ...] = ("joint", "incremental", "refitted")
+
+# Terms that share a texture of four channels.
+PACK = 4
+# Share of the energy that compression may lose: 3e-5 of the norm.
+_LOST = 1e-9
+# A sum of R terms needs no more than R columns a mode; twice as many and a few leave the best R room to turn.
+_MARGIN = 16
+_STARTS = 2
+_SWEEPS = 300
+# Pull of every term towards zero: what keeps pairs from growing and cancelling, far below the errors that are reached.
+_RIDGE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Decomposition:
+    """CP factors of a table, one (n, R) array a mode, longest term first.
+
+    relative_error : norm of what is left over the norm of the table, what compression lost included.
+    longest : length of the longest term over the norm of the table; far above 1 where terms cancel.
+    core_shape : size of the compressed table.
+    """
+
+    factors: tuple[Float[np.ndarray, "_ R"], ...]
+    relative_error: float
+    longest: float
+    core_shape: tuple[int, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of terms R."""
+        return self.factors[0].shape[1]
+
+    @property
+    def packs(self) -> int:
+        """Textures of four channels that the terms fill."""
+        return -(-self.rank // PACK)
+
+
+def decompose(
+    table: Float[np.ndarray, "..."],
+    rank: int,
+    *,
+    method: Method = "refitted",
+    seed: int = 0,
+    starts: int = _STARTS,
+    sweeps: int = _SWEEPS,
+    ridge: float = _RIDGE,
+) -> Decomposition:
+    """Sum of `rank` outer products of vectors that is close to `table` in the sense of least squares.
+
+    Parameters
+    ----------
+    table : at least two modes; only read, if it is C-contiguous and float64.
+    method : see the module's text.
+    seed : of the random starts; the same seed gives the same bits on the same machine.
+    starts, sweeps : how many starts are tried, and the most sweeps that the best of them is given.
+    ridge : pull towards zero, as a share of the table's energy.
+
+    Raises
+    ------
+    InputError : rank below 1, an unknown method, fewer than two modes, or values that are not finite.
+    """
+    if rank < 1:
+        raise InputError("unusable rank", field="rank", found=rank, expected="at least 1")
+    if method not in METHODS:
+        raise InputError("unknown method", field="method", found=method, expected=", ".join(METHODS))
+    if table.ndim < 2 or table.size == 0:
+        raise InputError("not a table", field="table", found=table.shape, expected="two modes or more, none empty")
+    form = compressed(table, _LOST, 2 * rank + _MARGIN)
+    return decompose_compressed(form, rank, method=method, seed=seed, starts=starts, sweeps=sweeps, ridge=ridge)
+
+
+def decompose_compressed(
+    form: Tucker,
+    rank: int,
+    *,
+    method: Method = "refitted",
+    seed: int = 0,
+    starts: int = _STARTS,
+    sweeps: int = _SWEEPS,
+    ridge: float = _RIDGE,
+) -> Decomposition:
+    """`decompose` of a table that is already compressed: for several ranks or methods of the same table."""
+    generator = np.random.default_rng(seed)
+    if form.energy == 0.0:
+        factors = [np.zeros((len(basis), rank)) for basis in form.bases]
+        return Decomposition(tuple(factors), 0.0, 0.0, form.core.shape)
+    # Of unit length, so that neither tall nor faint tables meet the limits of their numbers.
+    norm = np.sqrt(form.energy)
+    unit = form.core / norm
+    if method == "joint":
+        core = _best(unit, rank, generator, starts, sweeps, ridge)
+    else:
+        core = _packs(unit, rank, generator, starts, sweeps, ridge, refit=method == "refitted")
+    left = float(np.sum((unit - cp_tensor(core)) ** 2)) + form.lost / form.energy
+    longest = float(np.prod([np.linalg.norm(factor, axis=0) for factor in core], axis=0).max())
+    share = norm ** (1.0 / len(core))
+    factors = form.expanded([factor * share for factor in core])
+    return Decomposition(tuple(factors), float(np.sqrt(left)), longest, form.core.shape)
+
+
+def _best(
+    core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float
+) -> Factors:
+    """All terms at once: the most promising of several short runs, continued."""
+    tried = [cp_als(core, _drawn(core, rank, generator), max(sweeps // 4, 1), ridge, 1e-14) for _ in range(starts)]
+    factors, _ = min(tried, key=lambda run: run[1])
+    return cp_als(core, factors, sweeps, ridge, 1e-14)[0]
+
+
+def _packs(
+    core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float, *, refit: bool
+) -> Factors:
+    """Four terms at a time, fitted to the residual; jointly refitted after each where `refit`."""
+    factors: Factors = [np.zeros((size, 0)) for size in core.shape]
+    while (have := factors[0].shape[1]) < rank:
+        residual = core - cp_tensor(factors) if have else core
+        if not np.any(residual):
+            pack = [np.zeros((size, rank - have)) for size in core.shape]
+        else:
+            pack = _best(residual, min(PACK, rank - have), generator, starts, sweeps, ridge)
+        factors = [np.hstack(pair) for pair in zip(factors, pack, strict=True)]
+        if refit and have:
+            factors = cp_als(core, factors, sweeps, ridge, 1e-14)[0]
+    return longest_first(factors)
+
+
+def _drawn(core: np.ndarray, rank: int, generator: np.random.Generator) -> Factors:
+    length = np.linalg.norm(core) ** (1.0 / core.ndim)
+    return [generator.standard_normal((size, rank)) * length / np.sqrt(size) for size in core.shape]

@@ -1,0 +1,130 @@
+"""Fitting factor packs to a BRDF, with as few terms as an error budget in ΔE94 allows.
+
+Frames, split, rank and precision are chosen by trying (`candidates`) and by looking at what came out on a sphere
+(`judging`). One frame alone would need far more terms than a sum of packs: Schwenk 2010, section 3.4, notes which
+materials suit which frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ...spectral.errors import InputError, UnknownNameError
+from ..brdf import Brdf, Frame, Lobe
+from ..factors import Axis, FactorPack, FitError
+from .candidates import TABLE_TERMS, Found, Search, Wanted
+from .half import HalfStorage, half_storage, single_storage
+from .judging import Judge, Trial
+from .lobe_table import METHODS, Method
+
+__all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]
+
+RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Packs whose sum stands for a BRDF, and how far off they are together.
+
+    packs : as they are stored, in half precision where that costs next to nothing; `storage` says what it costs.
+    error : measured on the packs as they are stored.
+    score : what was held against the budget (`Trial`), before rounding to half precision.
+    candidate, stopped : which way of splitting the BRDF won, and why no more terms were tried.
+    trials : everything that was tried, in order.
+    """
+
+    packs: tuple[FactorPack, ...]
+    error: FitError
+    storage: HalfStorage
+    score: float
+    candidate: str
+    stopped: str
+    trials: tuple[Trial, ...]
+
+    @property
+    def rank(self) -> int:
+        """Terms of all packs."""
+        return sum(pack.rank for pack in self.packs)
+
+    @property
+    def table_bytes(self) -> int:
+        """Bytes of the tables that a renderer keeps: factors as they are stored, spectra in single precision."""
+        return sum(
+            (2 if pack.precision == "half" else 4) * sum(factor.size for factor in pack.factors)
+            + 4 * pack.spectral.size
+            for pack in self.packs
+        )
+
+
+def fit(
+    brdf: Brdf,
+    *,
+    budget: float = 0.5,
+    seed: int = 0,
+    axes: tuple[Axis, ...] | None = None,
+    ranks: tuple[int, ...] = RANKS,
+    pixels: int = 128,
+    frame: Frame | None = None,
+    method: Method = "joint",
+    smooth: bool = False,
+    precision: Literal["auto", "single"] = "auto",
+    tried: Callable[[Trial], None] = lambda trial: None,
+) -> Fit:
+    """Factor packs for `brdf`, their spectra sampled on the working wavelengths.
+
+    Parameters
+    ----------
+    budget : ΔE94 that the 99th percentile on the sphere protocol should not exceed, with 0.3 of it for the mean. The
+        measured error is reported whether or not it is met: a budget may be out of reach of `ranks` or of the grid.
+    seed : of the random starts; the same seed gives the same bits on the same machine.
+    axes : grid for a BRDF of one lobe, in place of the one chosen for it.
+    ranks : numbers of terms to try for each lobe, ascending; no more than the last are tried in all.
+    pixels : of the sphere protocol; recorded in the error's `protocol`.
+    frame : fits the BRDF as one lobe in this frame, in place of the lobes that it names itself.
+    method : "joint": tables first, then all packs refined together on what is seen, and split into frames as it pays.
+        "weighted": each lobe's table alone, its nodes weighted by what is seen. "incremental", "refitted": the packs of
+        four of Schwenk 2010, section 3.3, each fitted to what is left, without and with a refit of all.
+    smooth : smooths the factors of the tables (figure 4 there): fewer ripples, less sharpness.
+    precision : "auto" stores half precision where it adds at most 0.1 to the 99th percentile; "single" never does.
+    tried : called after each trial.
+
+    Raises
+    ------
+    InputError : the budget is not positive, or the BRDF is not finite somewhere above the horizon.
+    """
+    if not budget > 0:
+        raise InputError("unusable budget", field="budget", found=budget, expected="a positive ΔE94")
+    if not ranks:
+        raise InputError("no ranks to try", field="ranks", found=0, expected="at least one number of terms")
+    if method not in METHODS:
+        raise UnknownNameError("method", method, METHODS, field="method")
+    lobes: tuple[Lobe, ...] = brdf.lobes() if frame is None else (Lobe(frame, brdf),)
+    if axes is not None and len(lobes) != 1:
+        raise InputError("one grid for several lobes", field="axes", found=len(lobes), expected="a BRDF of one lobe")
+    judge = Judge(brdf, lobes, pixels, tried)
+    both: tuple[Frame, ...] = ("io", "hd")
+    frames: tuple[Frame, ...] = both if frame is None and axes is None else tuple(lobe.frame for lobe in lobes)
+    search = Search(brdf, judge, Wanted(budget, seed, tuple(ranks), method, smooth, axes, frames))
+    best = search.lobewise(lobes)
+    if method == "joint" and len(ranks) > 1 and (best.judged.score > budget or best.rank > TABLE_TERMS):
+        for other in frames:
+            if [lobe.frame for lobe in lobes] != [other]:
+                rival = search.whole(other, best)
+                best = rival if rival.better_than(best, budget) else best
+    return _stored(best, judge, precision)
+
+
+def _stored(best: Found, judge: Judge, precision: str) -> Fit:
+    """The packs in the precision that they are kept in, and their error measured as such."""
+    if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
+        storage = half_storage(best.packs, judge.brdf, judge.front, reference=judge.reference)
+    else:
+        storage = single_storage(best.packs)
+    error = judge.final(storage.packs, best.relative)
+    packs = tuple(replace(pack, error=error) for pack in storage.packs)
+    storage = replace(storage, packs=packs)
+    return Fit(packs, error, storage, best.judged.score, best.candidate, best.stopped, tuple(judge.trials))

@@ -1,0 +1,255 @@
+"""From sources to a catalogue: plan, work, report. Each material is written whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from ...spectral.errors import InputError
+from ...spectral.upsampling import DEFAULT_METHOD
+from ..factors import FitError
+from ..records.material import MaterialRecord
+from ..records.record import write_record
+from .import_folder import writing_to
+from .inputs import inputs_of
+from .plan import PlannedFile, PlannedMaterial, Settings, material_path, planned
+from .sources import MaterialSource, check_uplift, nothing_to_import
+from .work import Fitted, fit_material
+from .workers import Lost, Task, jobs_that_fit, supervised
+
+# ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
+DEFAULT_BUDGET = 0.5
+# A process that fits, without what it is given: measured, benchmarks/importing.py.
+_WORKER_BYTES = 600 << 20
+# How many times a material's own size its fit needs beside that.
+_COPIES = 6
+
+
+@dataclass(frozen=True)
+class ImportOutcome:
+    """What became of one material; "new" is what a dry run says of those that it would import.
+
+    file, format : where it came from, and what that is.
+    """
+
+    id: str
+    status: Literal["imported", "skipped", "failed", "new"]
+    reason: str = ""
+    error: FitError | None = None
+    seconds: float = 0.0
+    file: str = ""
+    format: str = ""
+
+
+Progress = Callable[[int, int, ImportOutcome], None]
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """Outcomes in the order in which they came, how many materials were never reached, and the files looked at."""
+
+    folder: Path
+    outcomes: tuple[ImportOutcome, ...]
+    remaining: int = 0
+    files: tuple[PlannedFile, ...] = ()
+
+    def count(self, status: str) -> int:
+        """Materials with that status."""
+        return sum(outcome.status == status for outcome in self.outcomes)
+
+    @property
+    def not_recognised(self) -> tuple[str, ...]:
+        """Names of the files in folders and archives that are of no known format."""
+        return tuple(file.name for file in self.files if not file.materials)
+
+    @property
+    def sentence(self) -> str:
+        """What was done, for a person."""
+        words = {"new": "to import", "imported": "imported", "skipped": "unchanged", "failed": "failed"}
+        said = ", ".join(f"{self.count(status)} {word}" for status, word in words.items() if self.count(status))
+        said = f"{self.folder}: {said or 'nothing imported'}"
+        if self.not_recognised:
+            said += f"; {len(self.not_recognised)} files not recognised"
+        if self.remaining:
+            said += f"; stopped with {self.remaining} to go, and the same command goes on from here"
+        return said
+
+
+class ImportInterrupted(KeyboardInterrupt):
+    """Ctrl-C during an import. `report` says what is in the catalogue; a second run does the rest."""
+
+    def __init__(self, report: ImportReport) -> None:
+        super().__init__(report.sentence)
+        self.report = report
+
+
+def import_sources(
+    sources: Iterable[str | Path],
+    into: str | Path,
+    *,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    budget: float = DEFAULT_BUDGET,
+    dry_run: bool = False,
+    progress: Progress | None = None,
+    looking: Callable[[int, int, str], None] = lambda done, total, name: None,
+    uplift: str = DEFAULT_METHOD,
+    family: str | None = None,
+    apart: bool = False,
+) -> ImportReport:
+    """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
+
+    What is already there, from the same source and settings, is skipped. A material that cannot be read or fitted is
+    reported as failed and does not stop the others.
+
+    Parameters
+    ----------
+    sources : files, folders, patterns, zip files and addresses of fsspec, as `inputs.inputs_of` takes them.
+    jobs : processes; default one a core, as far as memory goes. 1 works in this process, unless `apart`; more need a
+        `__main__` that can be imported again (see `multiprocessing`).
+    apart : fit in other processes, also in one alone. They have one thread of BLAS each, which decides the last bits of
+        a fit; and memory that runs out ends them, not this one.
+    scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.
+    budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
+    progress : called with (done, total, outcome) after each material.
+    looking : called with (done, total, name) after each file that was looked at, before anything is fitted.
+    uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
+    family : takes the place of the family of every material.
+
+    Raises
+    ------
+    InputError
+        A source that does not exist, a folder that cannot be written to, a scheduler that cannot be reached.
+    ImportInterrupted
+        Ctrl-C: finished materials stay, no half-written file does.
+    """
+    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family)
+    check_uplift(uplift)
+    with ExitStack() as stack:
+        files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looking)
+        if not any(file.materials for file in files):
+            raise nothing_to_import(", ".join(map(str, sources)), len(files))
+        if not dry_run:
+            stack.enter_context(writing_to(folder))
+        # From here on an interrupt leaves a catalogue, and a report.
+        told = _Told(folder, files, progress)
+        try:
+            pending = told.all_but_new()
+            if dry_run:
+                for material in pending:
+                    told.tell(material, ImportOutcome(material.id, "new"))
+                return told.report()
+            # The longest fits first, so that no process works alone at the end; more numbers are a guess at longer.
+            pending.sort(key=lambda material: -material.size)
+            work = _on_cluster(pending, budget, scheduler) if scheduler else _here(pending, budget, jobs, apart)
+            # Whoever stops listening, by Ctrl-C too, ends the workers at once.
+            with closing(work):
+                for material, source, fitted in work:
+                    told.tell(material, _stored(folder, material, source, fitted))
+        except KeyboardInterrupt:
+            raise ImportInterrupted(told.report()) from None
+        return told.report()
+
+
+class _Told:
+    """The outcomes so far, and who wants to hear of them."""
+
+    def __init__(self, folder: Path, files: tuple[PlannedFile, ...], progress: Progress | None) -> None:
+        self.folder, self.files, self.progress = folder, files, progress
+        self.outcomes: list[ImportOutcome] = []
+        self.file_of = {id(material): file for file in files for material in file.materials}
+
+    def tell(self, material: PlannedMaterial, outcome: ImportOutcome) -> None:
+        file = self.file_of[id(material)]
+        told = ImportOutcome(
+            outcome.id, outcome.status, outcome.reason, outcome.error, outcome.seconds, file.name, file.format
+        )
+        self.outcomes.append(told)
+        if self.progress is not None:
+            self.progress(len(self.outcomes), len(self.file_of), told)
+
+    def all_but_new(self) -> list[PlannedMaterial]:
+        """Tell of what needs no work; the rest."""
+        new = []
+        for file in self.files:
+            for material in file.materials:
+                if material.status == "new":
+                    new.append(material)
+                else:
+                    status = "skipped" if material.status == "unchanged" else "failed"
+                    self.tell(material, ImportOutcome(material.id, status, material.reason))
+        return new
+
+    def report(self) -> ImportReport:
+        remaining = len(self.file_of) - len(self.outcomes)
+        return ImportReport(self.folder, tuple(self.outcomes), remaining, self.files)
+
+
+Work = Generator[tuple[PlannedMaterial, MaterialSource | None, Fitted], None, None]
+
+
+def _loaded(pending: Iterable[PlannedMaterial]) -> Iterator[tuple[PlannedMaterial, MaterialSource | InputError]]:
+    """Each material with its data, read when it is asked for."""
+    for material in pending:
+        assert material.load is not None
+        try:
+            yield material, material.load()
+        except InputError as reason:
+            yield material, reason
+
+
+def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None, apart: bool) -> Work:
+    """The work in processes of this machine, or in this one."""
+    if not pending:
+        return
+    jobs = min(jobs_that_fit(jobs, _WORKER_BYTES + _COPIES * pending[0].size), len(pending))
+    unread: list[tuple[PlannedMaterial, Fitted]] = []
+
+    def tasks() -> Iterator[Task]:
+        for material, source in _loaded(pending):
+            if isinstance(source, InputError):
+                unread.append((material, Fitted((), None, 0.0, str(source))))
+            else:
+                yield Task((material, source), (source, budget))
+
+    if jobs <= 1 and not apart:
+        for task in tasks():
+            yield *task.key, fit_material(*task.arguments)
+    else:
+        with closing(supervised(fit_material, tasks(), jobs)) as results:
+            for key, result in results:
+                yield *key, Fitted((), None, 0.0, result.reason) if isinstance(result, Lost) else result
+    for material, fitted in unread:
+        yield material, None, fitted
+
+
+def _on_cluster(pending: Sequence[PlannedMaterial], budget: float, scheduler: str) -> Work:
+    """The same work by the workers of a Dask scheduler."""
+    from .cluster import fitted_on_cluster
+
+    yield from fitted_on_cluster(_loaded(pending), budget, scheduler)
+
+
+def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: Fitted) -> ImportOutcome:
+    if source is None or fitted.reason:
+        return ImportOutcome(material.id, "failed", fitted.reason, seconds=fitted.seconds)
+    record = MaterialRecord(
+        source.id,
+        source.family,
+        source.model,
+        source.parameters,
+        source.provenance,
+        fitted.packs,
+        fitted.error,
+        material.source_hash,
+        source.original,
+        fitted.trials,
+    )
+    try:
+        write_record(record, material_path(folder, material.id))
+    except InputError as reason:
+        return ImportOutcome(material.id, "failed", str(reason), seconds=fitted.seconds)
+    return ImportOutcome(material.id, "imported", "", fitted.error, fitted.seconds)

@@ -1,0 +1,112 @@
+"""What a material is before its fit, and how the files that a person names become such sources.
+
+One module a format stands in `formats`; `formats.registry` finds the one for a file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.upsampling import DEFAULT_METHOD, METHODS
+from ..records.record import Provenance
+
+
+@dataclass(frozen=True)
+class MaterialSource:
+    """One material before its fit: what a `MaterialRecord` says but the packs; `file` is for messages."""
+
+    id: str
+    family: str
+    model: str
+    parameters: Mapping[str, Any]
+    provenance: Provenance
+    file: Path
+    original: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 of everything that the record would take from here."""
+        digest = hashlib.sha256(f"{self.id}|{self.family}|{self.model}|{self.provenance}".encode())
+        for part in (self.parameters, self.original):
+            for name in sorted(part):
+                value = np.asarray(part[name])
+                # A text's array has its length as its type: what follows is never taken for a part of it.
+                digest.update(f"|{name}:{value.dtype.str}:{value.shape}|".encode() + value.tobytes())
+            digest.update(b"||")
+        return digest.hexdigest()
+
+    @property
+    def size(self) -> int:
+        """Bytes of all its numbers."""
+        return sum(np.asarray(value).nbytes for part in (self.parameters, self.original) for value in part.values())
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A source, or one material of it, that cannot be used."""
+
+    name: str
+    reason: InputError
+
+
+def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[MaterialSource | Rejected, ...]:
+    """Every material that a file, or a folder of files, gives.
+
+    `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
+    What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
+    that is no source at all raises `InputError`.
+    """
+    from ..formats.registry import not_a_source, recognised_files
+    from .inputs import inputs_of
+
+    check_uplift(uplift)
+    with inputs_of([path]) as files:
+        found: list[MaterialSource | Rejected] = []
+        taken = False
+        for file, reader in recognised_files(files):
+            if isinstance(file, Rejected):
+                found.append(file)
+            elif reader is not None:
+                found += read_with(reader, file.path, uplift)
+            elif file.named:
+                raise not_a_source(file.path)
+            else:
+                continue
+            taken = True
+        if not taken:
+            raise nothing_to_import(Path(path), len(files))
+    return tuple(found)
+
+
+def check_uplift(uplift: str) -> None:
+    """Raises `UnknownNameError` where there is no such method."""
+    if uplift not in METHODS:
+        raise UnknownNameError("upsampling method", uplift, METHODS)
+
+
+def read_with(reader: Any, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+    """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`."""
+    try:
+        yield from reader.read_sources(path, uplift)
+    except InputError as reason:
+        yield Rejected(path.name, reason)
+    except Exception as reason:
+        # A defect of ours costs one file, not the import of a thousand.
+        found = f"{type(reason).__name__}: {reason}".split("\n")[0]
+        hint = "report it with the file: a reader should say what is wrong with it"
+        problem = f"the reader of {reader.NAME} broke down"
+        yield Rejected(path.name, InputError(problem, file=path, found=found, hint=hint))
+
+
+def nothing_to_import(path: str | Path, looked_at: int) -> InputError:
+    """The refusal of a folder or pattern in which nothing was recognised."""
+    found = f"{looked_at} files, none of a known format" if looked_at else "no files"
+    hint = "metamer catalogue import --help names the formats"
+    return InputError("nothing to import", file=path, found=found, expected="files of materials", hint=hint)

@@ -1,0 +1,50 @@
+"""The work of an import on one material: the same function in this process, in another one, and on a cluster."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+from ...spectral.errors import MetamerError
+from ..factors import FactorPack, FitError
+from ..fitting.fit import Trial, fit
+from ..records.models import SPECTRA, rebuild
+from .sources import MaterialSource
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What comes back: packs, their error and what was tried; or, in `reason`, why there are none.
+
+    seconds : how long it took. It is told to people, and stands in no file: equal materials are equal bytes.
+    """
+
+    packs: tuple[FactorPack, ...]
+    error: FitError | None
+    seconds: float
+    reason: str = ""
+    trials: tuple[Trial, ...] = ()
+
+
+def fit_material(material: MaterialSource, budget: float) -> Fitted:
+    """Fit one material; a spectrum without a surface has nothing to fit. What goes wrong is in `reason`."""
+    start = time.perf_counter()
+
+    def done(packs: tuple[FactorPack, ...] = (), error: FitError | None = None, reason: str = "") -> Fitted:
+        return Fitted(packs, error, time.perf_counter() - start, reason, tuple(trials))
+
+    trials: list[Trial] = []
+    if material.model in SPECTRA:
+        return done()
+    try:
+        brdf = rebuild(material.model, material.parameters)
+        measured_packs = getattr(brdf, "measured_packs", None)
+        if measured_packs is not None:
+            return done(*measured_packs())
+        result = fit(brdf, budget=budget, tried=lambda trial: trials.append(replace(trial, seconds=0.0)))
+        return done(result.packs, result.error)
+    except MetamerError as reason:
+        return done(reason=str(reason))
+    except Exception as reason:
+        # A defect of ours ends one material, not the import of a thousand.
+        return done(reason=f"the fit broke down: {type(reason).__name__}: {reason}")

@@ -1,0 +1,1 @@
+"""Measured BRDFs between and beyond their readings: scattered pairs, MERL and RGL tables."""

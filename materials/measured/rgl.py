@@ -1,0 +1,225 @@
+"""Measured BRDFs of the RGL material data base (Dupuy and Jakob, ACM Transactions on Graphics 37(6), 2018).
+
+The measurement lives on the unit square of each light direction, on which the normals that the light sees are uniform:
+a pair of directions goes to its half vector m, that to (sqrt(2 theta / pi), phi / 2 pi + 1/2), and the density of the
+visible normals maps this onto the square (`bilinear_warp`). What is stored there, S, is the quotient of the measured
+radiance and of a mirror-like microfacet surface, so that
+
+    f_r(wi, wo) cos(theta_o) = S(warp(m), wi) D(m) / (4 sigma(wi))
+
+with the distribution of normals D and its area sigma projected towards wi. Isotropic materials take the azimuth of m
+from that of wi. Everything is linear between nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..brdf import Brdf, Lobe, eval_lit
+from ..directions import TAU, angles
+from ..formats.rgl import RglMeasurement
+from .bilinear_warp import BilinearWarp, Slices, bilinear
+
+# cos(89.9 deg): beyond, the cosine that stored values are divided by is held, so that f_r stays finite.
+_LEAST_COSINE = float(np.cos(np.radians(89.9)))
+_FIELD = "field_"
+
+
+@dataclass(frozen=True, eq=False)
+class RglBrdf(Brdf):
+    """The BRDF of an `RglMeasurement` on the working wavelengths; isotropic or anisotropic, as the file is.
+
+    Parameters
+    ----------
+    measurement : the file's fields.
+    method : how spectra are made up for a file in RGB, one of `spectral.upsampling.METHODS`; spectra need none.
+
+    f_r has no cosine: the viewer's, which stored values include, is divided out, beyond 89.9 deg that of 89.9 deg.
+    Nothing makes it reciprocal or mirror-symmetric: it is what was measured. Light directions beyond the tabulated ones
+    are held at the last. Negative values of the file (RGB outside sRGB) stay negative: what a channel is below zero is
+    taken off with the spectrum of its primary (Mallett and Yuksel 2019), which keeps the colour exact.
+    """
+
+    NAME: ClassVar[str] = "rgl"
+
+    measurement: RglMeasurement
+    method: str = DEFAULT_METHOD
+
+    def __post_init__(self) -> None:
+        upsampling(self.method)
+        if not self.measurement.isotropic:
+            _ = self._reduction
+
+    @classmethod
+    def from_measurement(cls, measurement: RglMeasurement, method: str = DEFAULT_METHOD) -> RglBrdf:
+        """The BRDF of a measurement as `read_rgl` gives it."""
+        return cls(measurement, method)
+
+    def parameters(self) -> dict[str, Any]:
+        """Everything that `from_parameters` rebuilds this BRDF from, bit for bit: all fields of the file."""
+        fields = {_FIELD + name: value for name, value in self.measurement.fields.items()}
+        return {"name": self.measurement.name, "method": self.method, **fields}
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> RglBrdf:
+        """The BRDF that `parameters` came from; raises `InputError` where a field is missing."""
+        fields = {
+            name.removeprefix(_FIELD): np.asarray(value)
+            for name, value in parameters.items()
+            if name.startswith(_FIELD)
+        }
+        measurement = RglMeasurement(str(parameters.get("name", "")), fields)
+        return cls(measurement, str(parameters.get("method", DEFAULT_METHOD)))
+
+    @property
+    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.measurement.isotropic
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return WORKING_WAVELENGTHS_NM
+
+    @property
+    def spectral(self) -> bool:
+        """True where the file has spectra, False where it has RGB."""
+        return self.measurement.wavelengths_nm is not None
+
+    @property
+    def channels(self) -> int:
+        """Values that the file has for each pair: its wavelengths, or 3."""
+        return self.measurement.values.shape[2]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed, held and kept, in words."""
+        values, theta = self.measurement.values, np.degrees(self.measurement.fields["theta_i"])
+        negative = int(np.sum(values < 0))
+        told = self.measurement.wavelengths_nm
+        if told is None:
+            how = f"RGB is taken as {PRIMARIES}, which the file does not state; spectra by {self.method}"
+        else:
+            how = f"known from {told[0]:g} to {told[-1]:g} nm, linear between; beyond, the end values are held"
+        kept = f"{negative} of {values.size} values are negative, down to {values.min():.3g}, and kept so"
+        return (
+            how,
+            *([kept] if negative else []),
+            f"light from {theta[0]:.1f} to {theta[-1]:.1f} deg; beyond, the end values are held",
+            "stored values were divided by cos(theta_o), beyond 89.9 deg by that of 89.9 deg",
+        )
+
+    def lobes(self) -> tuple[Lobe, ...]:
+        """The whole, over half and difference angles: lacquers and films peak about the half vector."""
+        return (Lobe("hd", self),)
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        """f_r in 1/sr on the working wavelengths."""
+        if self.spectral:
+            return eval_lit(lambda i, o: self._looked_up(self._resampled, i, o), len(self.wavelengths_nm), wi, wo)
+        return eval_lit(
+            lambda i, o: self._uplifted(self._looked_up(self._stored, i, o)), len(self.wavelengths_nm), wi, wo
+        )
+
+    def eval_measured(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... C"]:
+        """f_r in 1/sr of the file's own channels: its wavelengths, or red, green and blue."""
+        return eval_lit(lambda i, o: self._looked_up(self._stored, i, o), self.channels, wi, wo)
+
+    def _looked_up(self, table: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """f_r of pairs (N, 3) above the horizon, in the channels of `table` (S, H, W, C)."""
+        theta_i, phi_i = angles(wi)
+        theta_m, phi_m = angles(wi + wo)
+        phi_i = np.where(phi_i > np.pi, phi_i - TAU, phi_i)
+        if self.isotropic:
+            phi_m = phi_m - phi_i
+        else:
+            phi_i, phi_m = self._folded(phi_i, phi_m)
+        slices = self._slices(phi_i, theta_i)
+        x, y = np.sqrt(2.0 / np.pi * theta_m), np.mod(phi_m / TAU + 0.5, 1.0)
+        out = bilinear(table, *self._warp.uniform(x, y, slices), slices)
+        scale = 1.0 / np.maximum(wo[:, 2], _LEAST_COSINE)
+        if self.measurement.jacobian:
+            fields, only = self.measurement.fields, [(np.zeros(len(wi), dtype=np.intp), np.ones(len(wi)))]
+            density = bilinear(fields["ndf"][None, ..., None], x, y, only)[:, 0]
+            lit_x, lit_y = np.sqrt(2.0 / np.pi * theta_i), np.mod(phi_i / TAU + 0.5, 1.0)
+            area = 4.0 * bilinear(fields["sigma"][None, ..., None], lit_x, lit_y, only)[:, 0]
+            # A surface that shows the light no area reflects none of it.
+            scale = scale * np.divide(density, area, out=np.zeros_like(area), where=area > 0)
+        out *= scale[:, None]
+        return out
+
+    def _uplifted(self, rgb: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
+        spectra = upsampling(self.method).spectra(np.maximum(rgb, 0.0))
+        if (rgb < 0).any():
+            spectra += np.minimum(rgb, 0.0) @ upsampling("mallett-yuksel").corners
+        return spectra
+
+    @cached_property
+    def _stored(self) -> Float[np.ndarray, "S H W C"]:
+        values = self.measurement.values
+        values = values.reshape(-1, *values.shape[2:])
+        return np.ascontiguousarray(np.moveaxis(values, 1, -1), dtype=np.float64)
+
+    @cached_property
+    def _resampled(self) -> Float[np.ndarray, "S H W L"]:
+        told = self.measurement.wavelengths_nm
+        assert told is not None
+        matrix = np.stack([np.interp(WORKING_WAVELENGTHS_NM, told, unit) for unit in np.eye(len(told))])
+        return self._stored @ matrix
+
+    @cached_property
+    def _warp(self) -> BilinearWarp:
+        density = self.measurement.fields["vndf"]
+        return BilinearWarp(density.reshape(-1, *density.shape[2:]))
+
+    @cached_property
+    def _reduction(self) -> int:
+        """How many times the tabulated azimuths of the light go into a turn: 2 is half-turn symmetry, 4 two mirrors."""
+        phi = self.measurement.fields["phi_i"].astype(np.float64)
+        times = round(TAU / float(phi[-1] - phi[0]))
+        if times not in (1, 2, 4):
+            found = f"{np.degrees(phi[0]):.1f} to {np.degrees(phi[-1]):.1f} deg"
+            raise InputError("azimuths of no known symmetry", field="phi_i", found=found, expected="360, 180 or 90 deg")
+        return times
+
+    def _folded(self, phi_i: np.ndarray, phi_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Azimuths of the light and of the half vector, turned and mirrored into the tabulated range."""
+        first = float(self.measurement.fields["phi_i"][0])
+        if self._reduction == 1:
+            return phi_i, phi_m
+        turns = np.pi * np.floor((phi_i - first) / np.pi)
+        phi_i, phi_m = phi_i - turns, phi_m - turns
+        if self._reduction == 4:
+            middle = first + 0.5 * np.pi
+            beyond = phi_i > middle
+            phi_i = np.where(beyond, 2.0 * middle - phi_i, phi_i)
+            phi_m = np.where(beyond, 2.0 * middle - phi_m, phi_m)
+        return phi_i, phi_m
+
+    def _slices(self, phi_i: np.ndarray, theta_i: np.ndarray) -> Slices:
+        """The tabulated light directions around these, as indices into (P x T,), and what each counts."""
+        fields = self.measurement.fields
+        azimuths, polars = _around(fields["phi_i"], phi_i), _around(fields["theta_i"], theta_i)
+        count = len(fields["theta_i"])
+        return [(a * count + t, share_a * share_t) for a, share_a in azimuths for t, share_t in polars]
+
+
+def _around(nodes: np.ndarray, x: np.ndarray) -> Slices:
+    """The nodes on both sides of x and what each counts; the end nodes beyond them."""
+    if len(nodes) == 1:
+        return [(np.zeros(len(x), dtype=np.intp), np.ones(len(x)))]
+    nodes = nodes.astype(np.float64)
+    low = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(nodes) - 2)
+    share = np.clip((x - nodes[low]) / (nodes[low + 1] - nodes[low]), 0.0, 1.0)
+    return [(low, 1.0 - share), (low + 1, share)]

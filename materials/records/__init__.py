@@ -1,0 +1,1 @@
+"""Materials on disk: one HDF5 file each, and finding, comparing and verifying them."""

@@ -1,0 +1,105 @@
+"""A material as a catalogue holds it: the measurement, its factors, their error, and where it all comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.spectrum import Quantity, Spectrum
+from ..brdf import Brdf
+from ..factors import FactorPack, FitError
+from .models import SPECTRA, no_surface, quantity_of, rebuild
+
+if TYPE_CHECKING:
+    from ..fitting.fit import Trial
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a material's numbers come from.
+
+    kind : "measured" (the directional data were), "analytic" (a model carries published spectra or optical constants)
+    or "uplifted(METHOD)" (spectra were made up from tristimulus values: never colour-critical).
+    geometry : of the measurement, such as "45:0"; "" where it does not apply or is not stated.
+    """
+
+    source: str
+    licence: str
+    kind: str
+    geometry: str = ""
+    notes: str = ""
+
+    def __post_init__(self) -> None:
+        known = self.kind in ("measured", "analytic") or (self.kind.startswith("uplifted(") and self.kind.endswith(")"))
+        if not known:
+            expected = "measured, analytic or uplifted(METHOD)"
+            raise InputError("unknown kind of provenance", field="kind", found=repr(self.kind), expected=expected)
+        for name in ("source", "licence"):
+            if not getattr(self, name).strip():
+                raise InputError("provenance is incomplete", field=name, found="nothing", expected="a sentence")
+
+
+@dataclass(frozen=True)
+class MaterialRecord:
+    """What a catalogue stores of a material.
+
+    Attributes
+    ----------
+    id : "family/name" in lower case, the file's path in its catalogue.
+    model : NAME of the original BRDF's class; `parameters` is what it is rebuilt from (arrays, numbers, text), with
+        `wavelengths_nm` among them. Or "emission", "transmittance", "radiance_factor": a spectrum without a surface,
+        whose samples are `wavelengths_nm` (L,) and `values` (L,) of `original`.
+    packs : the factored form, in the basis "sampled" on the working wavelengths (nothing spectral is lost); none for
+        a spectrum without a surface.
+    error : measured difference between the two, and how it was measured.
+    source_hash : SHA-256 of the source data and of the settings of the fit; a re-import compares it.
+    original : the measurement as it came, beside what was fitted, so that it can be fitted again: arrays of any shape
+        (float, int, bool), numbers and text. "wavelengths_nm", "values", "quantity", "stated.N.space", "details.*"...
+    trials : what the fit tried, in the order in which it did: speed against error.
+    """
+
+    id: str
+    family: str
+    model: str
+    parameters: Mapping[str, Any]
+    provenance: Provenance
+    packs: tuple[FactorPack, ...]
+    error: FitError | None
+    source_hash: str = ""
+    original: Mapping[str, Any] = field(default_factory=dict)
+    trials: tuple[Trial, ...] = ()
+
+    @property
+    def quantity(self) -> str:
+        """What the data are: "reflectance", "bispectral", "emission", "transmittance" or "radiance factor"."""
+        return quantity_of(self.model)
+
+    @property
+    def is_surface(self) -> bool:
+        """False for a spectrum that no part of a scene can be made of."""
+        return self.model not in SPECTRA
+
+    def brdf(self) -> Brdf:
+        """The original BRDF, at every wavelength: the truth that `packs` stand for.
+
+        Raises
+        ------
+        InputError : the record is a spectrum without a surface. UnknownNameError : there is no such model.
+        """
+        if not self.is_surface:
+            raise no_surface(self.model, self.id)
+        return rebuild(self.model, self.parameters)
+
+    def spectrum(self) -> Spectrum | None:
+        """The one spectrum that was measured, at its own wavelengths; None where the record keeps none, or several."""
+        for kept in (self.original, self.parameters):
+            nm, values = kept.get("wavelengths_nm"), kept.get("values")
+            if nm is not None and values is not None and np.shape(nm) == np.shape(values):
+                quantity = kept.get("quantity", self.quantity)
+                # A Donaldson matrix, an index of refraction are no such spectrum.
+                return Spectrum.sampled(nm, values, quantity) if quantity in get_args(Quantity) else None
+        return None

@@ -1,0 +1,240 @@
+"""Finding materials by what the heads of their files say: no file is opened further than its first page."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from ...spectral.errors import InputError, UnknownNameError
+from .record_head import read_head
+
+if TYPE_CHECKING:
+    from ...spectral.difference import Formula
+
+_DIGITS = re.compile(r"([0-9]+)")
+SORT_KEYS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What the head of a material file says of it.
+
+    Attributes
+    ----------
+    kind : of the provenance; quantity : "reflectance", "bispectral", "emission", "transmittance", "radiance factor".
+    terms : (number of terms, frame) of each pack; precision : "single", "half" or "" without packs.
+    mean, p95, p99, maximum : measured ΔE94 of the packs, under `light` for `observer`; None where there is none.
+    lab, xyz : colour at 45:0 under D65, 1931 2 degrees (XYZ: Y of the perfect diffuser = 1); None where there is none.
+    bytes : of the arrays before compression. distance : from the colour that was asked for.
+    """
+
+    id: str
+    path: str
+    family: str
+    model: str
+    kind: str
+    quantity: str
+    licence: str
+    terms: tuple[tuple[int, str], ...]
+    precision: str
+    mean: float | None
+    p95: float | None
+    p99: float | None
+    maximum: float | None
+    light: str | None
+    observer: str | None
+    lab: tuple[float, float, float] | None
+    xyz: tuple[float, float, float] | None
+    bytes: int
+    source_hash: str
+    checksum: str
+    distance: float | None = None
+
+    @property
+    def file(self) -> Path:
+        """The material's file."""
+        return Path(self.path)
+
+    @property
+    def rank(self) -> int:
+        """Terms of all packs."""
+        return sum(count for count, _ in self.terms)
+
+
+def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:
+    """Id and path of every material below `folder`; hidden files and folders are none."""
+    top = os.fspath(folder)
+    for where, folders, files in os.walk(top):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        inside = where[len(top) :].strip(os.sep).replace(os.sep, "/")
+        for name in files:
+            if name.endswith(suffix) and not name.startswith("."):
+                stem = name[: -len(suffix)]
+                yield (f"{inside}/{stem}" if inside else stem), f"{where}{os.sep}{name}"
+
+
+def summary(material_id: str, file: str | Path) -> Summary:
+    """The summary of one file; raises `InputError` where it has no head that can be used, or is another material."""
+    head = read_head(file)
+    if head.get("id") != material_id:
+        hint = "material files are renamed by importing them again"
+        raise InputError("file holds another material", file=file, field="id", found=head.get("id"), hint=hint)
+    try:
+        return _summary(head, file)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as reason:
+        hint = "import the material again: metamer catalogue import"
+        raise InputError("the head of the file is damaged", file=file, found=str(reason), hint=hint) from None
+
+
+def _summary(head: dict[str, Any], file: str | Path) -> Summary:
+    error, colour = head["error"] or {}, head["colour"] or {}
+    words = ("id", "family", "model", "kind", "quantity", "licence", "precision", "source_hash", "checksum")
+    fields: dict[str, Any] = {name: _text(head[name]) for name in words}
+    fields |= {name: _number(error.get(name)) for name in ("mean", "p95", "p99", "maximum")}
+    return Summary(
+        path=os.fspath(file),
+        terms=tuple((int(count), _text(frame)) for count, frame in head["terms"]),
+        lab=_three(colour.get("Lab")),
+        xyz=_three(colour.get("XYZ")),
+        bytes=sum(map(int, head["sizes"].values())),
+        light=_text(error["light"]) if error else None,
+        observer=_text(error["observer"]) if error else None,
+        **fields,
+    )
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} where text is expected")
+    return value
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _three(values: Any) -> tuple[float, float, float] | None:
+    if values is None:
+        return None
+    first, second, third = map(float, values)
+    return first, second, third
+
+
+@dataclass(frozen=True)
+class Query:
+    """Which materials, in which order. Words may hold * and ?, capitals do not count, and any of several will do.
+
+    Parameters
+    ----------
+    ids, families, models, kinds, quantities : patterns; nothing asked, everything fits. The kind "uplifted" fits every
+        method of uplifting.
+    max_error : largest ΔE94 p99; what has no measured error does not fit.
+    near, within : CIELAB at 45:0 under D65, and the largest ΔE from it; `near` is the reference. Alone, `near` sorts.
+    formula : of that ΔE, "CIE 1976", "CIE 1994" or "CIE 2000".
+    sort : "error" by ΔE94 p99, "near" by the distance from `near` (the default where it is given, else the id).
+        What has no value to sort by comes last, also when reversed.
+    limit : at most so many, after sorting.
+    """
+
+    ids: tuple[str, ...] = ()
+    families: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
+    quantities: tuple[str, ...] = ()
+    max_error: float | None = None
+    near: tuple[float, float, float] | None = None
+    within: float | None = None
+    formula: str = "CIE 1994"
+    sort: str | None = None
+    reverse: bool = False
+    limit: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.sort is not None and self.sort not in SORT_KEYS:
+            raise UnknownNameError("order", self.sort, SORT_KEYS, field="sort")
+        if self.near is None and (self.within is not None or self.sort == "near"):
+            expected = "near = (L, a, b)"
+            raise InputError("a distance from nowhere", field="near", found="no colour", expected=expected)
+        if self.limit is not None and self.limit < 0:
+            raise InputError("unusable limit", field="limit", found=self.limit, expected="0 or more")
+
+    def of(self, summaries: Iterable[Summary]) -> tuple[Summary, ...]:
+        """Those that fit, sorted."""
+        found = [one for one in summaries if self._fits(one)]
+        if self.near is not None:
+            found = self._measured(found, self.near)
+        found.sort(key=lambda one: _natural(one.id))
+        order = self.sort or ("id" if self.near is None else "near")
+        if order == "id":
+            return tuple((found[::-1] if self.reverse else found)[: self.limit])
+        value = _SORTED_BY[order]
+        known = [one for one in found if value(one) is not None]
+        known.sort(key=value, reverse=self.reverse)
+        return tuple((known + [one for one in found if value(one) is None])[: self.limit])
+
+    def _fits(self, one: Summary) -> bool:
+        asked = (
+            (one.id, self.ids),
+            (one.family, self.families),
+            (one.model, self.models),
+            (one.quantity, self.quantities),
+        )
+        return (
+            all(_any_fits(word, patterns) for word, patterns in asked)
+            and (_any_fits(one.kind, self.kinds) or _any_fits(one.kind.partition("(")[0], self.kinds))
+            and (self.max_error is None or (one.p99 is not None and one.p99 <= self.max_error))
+        )
+
+    def _measured(self, found: list[Summary], near: tuple[float, float, float]) -> list[Summary]:
+        """With their distance; only those within it, where there is a limit."""
+        import numpy as np
+
+        from ...spectral.difference import delta_e
+
+        coloured = [one for one in found if one.lab is not None]
+        labs = np.array([one.lab for one in coloured], dtype=float).reshape(-1, 3)
+        far = delta_e(np.broadcast_to(near, labs.shape), labs, cast("Formula", self.formula))
+        placed = [replace(one, distance=float(d)) for one, d in zip(coloured, far, strict=True)]
+        if self.within is not None:
+            return [one for one in placed if one.distance is not None and one.distance <= self.within]
+        return placed + [one for one in found if one.lab is None]
+
+
+def _any_fits(word: str, patterns: tuple[str, ...]) -> bool:
+    return not patterns or any(fnmatch.fnmatchcase(word.casefold(), pattern.casefold()) for pattern in patterns)
+
+
+def _natural(text: str) -> list[str | int]:
+    """Words and whole numbers in turn: "x2" comes before "x10"."""
+    parts: list[str | int] = list(_DIGITS.split(text))
+    parts[1::2] = map(int, parts[1::2])
+    return parts
+
+
+def _chroma(one: Summary) -> float | None:
+    return None if one.lab is None else (one.lab[1] ** 2 + one.lab[2] ** 2) ** 0.5
+
+
+def _hue(one: Summary) -> float | None:
+    import math
+
+    return None if one.lab is None else math.degrees(math.atan2(one.lab[2], one.lab[1])) % 360.0
+
+
+_SORTED_BY: dict[str, Any] = {
+    "family": lambda one: one.family,
+    "model": lambda one: one.model,
+    "kind": lambda one: one.kind,
+    "quantity": lambda one: one.quantity,
+    "error": lambda one: one.p99,
+    "terms": lambda one: one.rank,
+    "lightness": lambda one: None if one.lab is None else one.lab[0],
+    "chroma": _chroma,
+    "hue": _hue,
+    "near": lambda one: one.distance,
+}

@@ -1,0 +1,257 @@
+"""One material on disk: a self-contained HDF5 file with the original data, the factor packs and their measured error.
+
+Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
+
+    first 4096 bytes     the head: JSON, see `record_head`
+    /                    attributes format, schema, id, family, model, source_hash, checksum
+    /provenance          attributes source, licence, geometry, kind, notes
+    /parameters/NAME     what `model` is rebuilt from; text is an attribute of /parameters
+    /original/NAME       the measurement as it came; text is an attribute of /original
+    /packs/K             attributes frame, basis, precision; spectral (R,J), wavelengths_nm (L,)
+                         [, analysis, synthesis (L,J)]
+                         [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
+    /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians;
+                         factors of precision "half" are float16
+    /error               attributes of `FitError`
+    /trials              a table (N,): what the fit tried, one column a field of `Trial`
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.bispectral import Bispectral
+from ...spectral.errors import InputError
+from ...spectral.files import made_folder, written_whole
+from ...spectral.fluorescent_basis import FluorescentBasis
+from ..factors import Axis, FactorPack, FitError
+from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
+from .material import MaterialRecord, Provenance
+from .models import model_named, rebuild
+from .record_head import FORMAT, HEAD_BYTES, SCHEMA, check_head, head_bytes, head_of, other_schema, read_head
+from .trial_table import trial_table, trials_from
+
+__all__ = [
+    "FORMAT",
+    "MARKER",
+    "SCHEMA",
+    "SUFFIX",
+    "MaterialRecord",
+    "Provenance",
+    "damaged",
+    "model_named",
+    "read_head",
+    "read_record",
+    "read_source_hash",
+    "rebuild",
+    "slug",
+    "write_record",
+]
+
+SUFFIX = ".h5"
+# What makes a folder a catalogue.
+MARKER = "catalogue.toml"
+
+
+def slug(name: str) -> str:
+    """A name fit for an id: "5R 4/14" -> "5r-4-14"."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def write_record(record: MaterialRecord, path: Path) -> None:
+    """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file.
+
+    Raises
+    ------
+    InputError : something in the record cannot be stored, or the folder cannot be written to or has no room.
+    """
+    if not record.is_surface and record.spectrum() is None:
+        expected = "wavelengths_nm (L,) and values (L,)"
+        raise InputError("a spectrum without samples", file=path, field="original", expected=expected)
+    made_folder(path.parent)
+    tree = _tree(record)
+    checksum = tree.attributes["checksum"] = tree_checksum(tree)
+    head = head_bytes(head_of(record, checksum), path)
+    image = _image(tree)
+    try:
+        with written_whole(path) as beside, beside.open("wb") as file:
+            file.write(head)
+            file.write(image)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as reason:
+        raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
+
+
+def _image(tree: Node) -> bytes:
+    """The HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets full."""
+    import h5py
+
+    with h5py.File(FORMAT, "w", driver="core", backing_store=False, userblock_size=HEAD_BYTES) as file:
+        write_tree(file, tree)
+        file.flush()
+        return file.id.get_file_image()
+
+
+def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
+    """The record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another version.
+
+    `check_colour`: also work out the colour that the head gives, which takes longer than all else.
+    """
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            _check_version(file, path)
+            tree = read_tree(file)
+        checksum = _checked(tree, path)
+        record = _record(tree)
+    except FileNotFoundError:
+        raise InputError("no such file", file=path) from None
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as reason:
+        raise damaged(path, str(reason)) from None
+    check_head(read_head(path), record, checksum, path, check_colour)
+    return record
+
+
+def read_source_hash(path: Path) -> str | None:
+    """`source_hash` of the record in `path`, or None where there is none that can be read in full."""
+    try:
+        return read_record(path).source_hash
+    except InputError:
+        return None
+
+
+def damaged(path: Path, reason: str) -> InputError:
+    """The refusal of a file that cannot be read."""
+    hint = "import the material again: metamer catalogue import"
+    return InputError(
+        "not a readable material file", file=path, found=reason.split("\n")[0], expected="HDF5", hint=hint
+    )
+
+
+def _check_version(file: Any, path: Path) -> None:
+    if file.attrs.get("format") != FORMAT:
+        raise InputError(
+            "not a material file", file=path, field="format", found=file.attrs.get("format"), expected=FORMAT
+        )
+    if file.attrs["schema"] != SCHEMA:
+        raise other_schema(path, file.attrs["schema"])
+
+
+def _checked(tree: Node, path: Path) -> str:
+    found = tree_checksum(tree)
+    if found != tree.attributes["checksum"]:
+        raise InputError(
+            "content has changed since it was written",
+            file=path,
+            field="checksum",
+            found=found,
+            expected=str(tree.attributes["checksum"]),
+            hint="import the material again: metamer catalogue import",
+        )
+    return found
+
+
+def _tree(record: MaterialRecord) -> Node:
+    tree = Node(
+        {
+            "format": FORMAT,
+            "schema": SCHEMA,
+            "id": record.id,
+            "family": record.family,
+            "model": record.model,
+            "source_hash": record.source_hash,
+        }
+    )
+    tree.children["provenance"] = mapping_node(dataclasses.asdict(record.provenance))
+    tree.children["parameters"] = mapping_node(record.parameters)
+    tree.children["original"] = mapping_node(record.original)
+    tree.children["packs"] = Node(children={str(index): _pack_node(pack) for index, pack in enumerate(record.packs)})
+    if record.error is not None:
+        tree.children["error"] = Node(dataclasses.asdict(record.error))
+    if record.trials:
+        tree.children["trials"] = Node(value=trial_table(record.trials))
+    return tree
+
+
+def _record(tree: Node) -> MaterialRecord:
+    error = FitError(**tree["error"].attributes) if "error" in tree.children else None
+    packs = tree["packs"].children
+    return MaterialRecord(
+        id=tree.attributes["id"],
+        family=tree.attributes["family"],
+        model=tree.attributes["model"],
+        parameters=mapping_from(tree["parameters"]),
+        provenance=Provenance(**tree["provenance"].attributes),
+        packs=tuple(_pack(packs[str(index)], error) for index in range(len(packs))),
+        error=error,
+        source_hash=tree.attributes["source_hash"],
+        original=mapping_from(tree["original"]),
+        trials=trials_from(tree["trials"].array) if "trials" in tree.children else (),
+    )
+
+
+def _pack_node(pack: FactorPack) -> Node:
+    node = Node({"frame": pack.frame, "basis": pack.basis.name, "precision": pack.precision})
+    arrays: dict[str, Any] = {"spectral": pack.spectral, "wavelengths_nm": pack.basis.wavelengths_nm}
+    if isinstance(pack.basis, FluorescentBasis):
+        surface = pack.basis.bispectral
+        arrays |= {"excitation_nm": surface.wavelengths_in_nm, "donaldson": surface.matrix}
+    elif not pack.basis.is_sampled:
+        arrays |= {"analysis": pack.basis.analysis, "synthesis": pack.basis.synthesis}
+    node.children.update({name: array_node(name, value) for name, value in arrays.items()})
+    axes = node.children["axes"] = Node()
+    for position, (axis, factor) in enumerate(zip(pack.axes, pack.factors, strict=True)):
+        place = axes.children[axis.name] = Node(
+            {"position": position, "maximum": axis.maximum, "warp": axis.warp, "periodic": axis.periodic}
+        )
+        place.children["factor"] = array_node("factor", _halved(factor) if pack.precision == "half" else factor)
+        place.children["nodes"] = array_node("nodes", axis.nodes)
+    return node
+
+
+def _halved(factor: np.ndarray) -> np.ndarray:
+    with np.errstate(over="ignore"):
+        small = factor.astype(np.float16)
+    if not np.array_equal(small, factor):
+        raise InputError(
+            "factors are not what 16 bits hold",
+            field="precision",
+            found="half",
+            expected="factors that are exact in float16",
+            hint="round the pack first: materials.half.rounded_to_half",
+        )
+    return small
+
+
+def _pack(node: Node, error: FitError | None) -> FactorPack:
+    wavelengths_nm = node["wavelengths_nm"].array
+    kind = FactorPack
+    if "donaldson" in node.children:
+        from ..fluorescent import FluorescentPack as kind
+
+        surface = Bispectral(node["excitation_nm"].array, wavelengths_nm, node["donaldson"].array)
+        basis = FluorescentBasis.of(surface)
+    elif "analysis" in node.children:
+        matrices = node["analysis"].array, node["synthesis"].array
+        basis = SpectralBasis(node.attributes["basis"], wavelengths_nm, *matrices)
+    else:
+        basis = SpectralBasis.sampled(wavelengths_nm)
+    places = sorted(node["axes"].children.items(), key=lambda place: place[1].attributes["position"])
+    precision = node.attributes["precision"]
+    factors = tuple(place["factor"].array for _, place in places)
+    if precision == "half":
+        factors = tuple(factor.astype(np.float64) for factor in factors)
+    axes = tuple(
+        Axis(name, len(factor), float(at.attributes["maximum"]), at.attributes["warp"], at.attributes["periodic"])
+        for (name, at), factor in zip(places, factors, strict=True)
+    )
+    return kind(node.attributes["frame"], axes, factors, node["spectral"].array, basis, error, precision)

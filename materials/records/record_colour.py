@@ -1,0 +1,79 @@
+"""The one colour that a list shows of a material: what a 45:0 instrument would read of it under D65."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.difference import lab_from_xyz
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import Observer, observer
+from ...spectral.spectrum import Spectrum
+from ..directions import spherical
+from ..factors import FactorPack
+from .material import MaterialRecord
+
+LIGHT, OBSERVER = "D65", "1931_2"
+_COSINE = np.sqrt(0.5)
+
+
+def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
+    """XYZ, Lab and their conditions, rounded to four decimals, for the head; None where there is nothing to look at."""
+    light, eye = _conditions()
+    if record.packs:
+        xyz, geometry = xyz_at_45_0(record.packs, light, eye), "45a:0"
+    else:
+        spectrum = record.spectrum()
+        if spectrum is None or spectrum.values.ndim != 1:
+            return None
+        if spectrum.quantity == "emission":
+            # A light has no white to relate to.
+            xyz = eye.sensitivity(spectrum.wavelengths_nm) @ spectrum.samples
+            if not xyz[1] > 0:
+                return None
+            return {"XYZ": _rounded(xyz / xyz[1]), "observer": OBSERVER}
+        xyz, geometry = eye.weights(light, spectrum.wavelengths_nm) @ spectrum.samples, "as measured"
+    lab = lab_from_xyz(xyz, _white())
+    return {
+        "Lab": _rounded(lab),
+        "XYZ": _rounded(xyz),
+        "illuminant": LIGHT,
+        "observer": OBSERVER,
+        "geometry": geometry,
+    }
+
+
+def xyz_at_45_0(packs: tuple[FactorPack, ...], light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
+    """XYZ of packs lit annularly at 45 degrees and seen along the normal; the perfect diffuser has Y = 1."""
+    wi, wo = annular_45_0()
+    xyz = sum((pack.geometry(wi, wo) @ pack.fold(light, eye) for pack in packs), np.zeros(3))
+    return np.pi * np.asarray(xyz).mean(axis=0) / _COSINE
+
+
+def annular_45_0() -> tuple[Float[np.ndarray, "8 3"], Float[np.ndarray, "8 3"]]:
+    """Directions to the light and to the viewer: lit at 45 degrees from eight sides, seen along the normal.
+
+    Eight, so that an anisotropic material has one reading however the sample was turned.
+    """
+    azimuths = np.arange(8) * np.pi / 4
+    wi = spherical(np.full(azimuths.shape, np.pi / 4), azimuths)
+    return wi, np.broadcast_to([0.0, 0.0, 1.0], wi.shape)
+
+
+@cache
+def _conditions() -> tuple[Spectrum, Observer]:
+    return illuminant(LIGHT), observer(OBSERVER)
+
+
+@cache
+def _white() -> np.ndarray:
+    light, eye = _conditions()
+    return eye.white(light)
+
+
+def _rounded(values: np.ndarray) -> list[float]:
+    # Adding zero turns -0.0 into 0.0.
+    return [round(float(value), 4) + 0.0 for value in values]

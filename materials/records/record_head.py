@@ -1,0 +1,171 @@
+"""The head of a material file: what a list needs to know of it, as JSON in the file's first 4096 bytes.
+
+The block lies before the HDF5 content (HDF5 calls it a user block and skips it). It is read without HDF5 and says
+nothing that the content does not say: reading a record works it out again and compares.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...spectral.errors import InputError
+
+if TYPE_CHECKING:
+    from .material import MaterialRecord
+
+FORMAT = "metamer-material"
+SCHEMA = 2
+HEAD_BYTES = 4096
+_HDF5 = b"\x89HDF"
+_HINT = "import the material again: metamer catalogue import"
+# A head stays short; the whole text is in the content.
+_LONGEST_TEXT = 300
+
+
+def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> dict[str, Any]:
+    """What the head says of a record whose content has that checksum, `colour` only where it is asked for.
+
+    `colour`: XYZ (Y of the perfect diffuser = 1) and CIELAB at 45 degrees annular : 0 under D65, 1931 2 degrees, as the
+    packs have it, or of a spectrum without a surface itself. An emission has a chromaticity (XYZ with Y = 1) alone.
+    `sizes`: bytes of the arrays before compression.
+    """
+    error = record.error
+    stated = None
+    if error is not None:
+        figures = {name: _figure(getattr(error, name)) for name in ("mean", "p95", "p99", "maximum")}
+        stated = {**figures, "light": error.light, "observer": error.observer}
+    return {
+        "format": FORMAT,
+        "schema": SCHEMA,
+        "id": record.id,
+        "family": record.family,
+        "model": record.model,
+        "kind": record.provenance.kind,
+        "quantity": record.quantity,
+        "licence": _shortened(record.provenance.licence),
+        "terms": [[pack.rank, pack.frame] for pack in record.packs],
+        "precision": "+".join(dict.fromkeys(pack.precision for pack in record.packs)),
+        "error": stated,
+        "colour": _colour(record) if colour else None,
+        "sizes": {
+            "packs": sum(array.nbytes for pack in record.packs for array in (*pack.factors, pack.spectral)),
+            "parameters": _bytes(record.parameters),
+            "original": _bytes(record.original),
+        },
+        "source_hash": record.source_hash,
+        "checksum": checksum,
+    }
+
+
+def head_bytes(head: dict[str, Any], path: Path) -> bytes:
+    """The head as it lies in the file: JSON, spaces, a line feed."""
+    text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
+    if len(text) >= HEAD_BYTES:
+        problem = "what the file says of itself is too long"
+        raise InputError(
+            problem, file=path, field="head", found=f"{len(text)} bytes", expected=f"under {HEAD_BYTES}: shorter names"
+        )
+    return text.ljust(HEAD_BYTES - 1) + b"\n"
+
+
+def read_head(path: str | Path) -> dict[str, Any]:
+    """The head of a material file, without opening its content.
+
+    Raises
+    ------
+    InputError : no such file, one of an older schema, or one that is none.
+    """
+    try:
+        with open(path, "rb", buffering=0) as file:  # noqa: PTH123  pathlib's takes half as long again
+            block = file.read(HEAD_BYTES)
+    except FileNotFoundError:
+        raise InputError("no such file", file=path) from None
+    except OSError as reason:
+        raise InputError("cannot be read", file=path, found=reason.strerror or str(reason)) from None
+    try:
+        head = json.loads(block.rstrip())
+        if head["format"] != FORMAT:
+            raise InputError("not a material file", file=path, field="format", found=head["format"], expected=FORMAT)
+        schema = head["schema"]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        if block.startswith(_HDF5):
+            # Before heads, files began with HDF5 itself; which schema they are their content says.
+            raise InputError(
+                "not a material file of this schema", file=path, found="HDF5 without a head", hint=_HINT
+            ) from None
+        expected = "a JSON head and HDF5"
+        raise InputError(
+            "not a readable material file", file=path, found=_begins(block), expected=expected, hint=_HINT
+        ) from None
+    if schema != SCHEMA:
+        raise other_schema(path, schema)
+    return head
+
+
+def other_schema(path: str | Path, schema: object) -> InputError:
+    """The refusal of a file of another schema."""
+    hint = "import the material again, or upgrade metamer"
+    return InputError(
+        "written by another version", file=path, field="schema", found=schema, expected=str(SCHEMA), hint=hint
+    )
+
+
+def check_head(head: dict[str, Any], record: MaterialRecord, checksum: str, path: Path, colour: bool = False) -> None:
+    """Raise an `InputError` where the head is not what the content says; its colour only where `colour` is true."""
+    expected = head_of(record, checksum, colour=colour)
+    for name in sorted(expected.keys() | head.keys()):
+        found, true = head.get(name), expected.get(name)
+        same = found == true if name != "colour" else not colour or _same_colour(found, true)
+        if not same:
+            raise InputError(
+                "the head of the file says otherwise than its content",
+                file=path,
+                field=name,
+                found=json.dumps(found, ensure_ascii=False),
+                expected=json.dumps(true, ensure_ascii=False),
+                hint=_HINT,
+            )
+
+
+def _colour(record: MaterialRecord) -> dict[str, Any] | None:
+    # It brings the tables of lights and observers along.
+    from .record_colour import record_colour
+
+    return record_colour(record)
+
+
+def _same_colour(found: Any, true: Any) -> bool:
+    """Equal words, and numbers within what another machine's rounding may do to the last digit."""
+    if isinstance(true, dict):
+        return (
+            isinstance(found, dict)
+            and found.keys() == true.keys()
+            and all(_same_colour(found[k], true[k]) for k in true)
+        )
+    if isinstance(true, list):
+        return isinstance(found, list) and len(found) == len(true) and all(map(_same_colour, found, true))
+    if isinstance(true, float):
+        return isinstance(found, float | int) and abs(found - true) <= 1e-3
+    return found == true
+
+
+def _figure(value: float) -> float | None:
+    # JSON has no word for what is not a number.
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def _begins(block: bytes) -> str:
+    return f"{block[:12]!r}..." if block.strip() else "an empty file" if not block else "blanks"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST_TEXT else text[: _LONGEST_TEXT - 1] + "…"
+
+
+def _bytes(values: Any) -> int:
+    import numpy as np
+
+    return sum(np.asarray(value).nbytes for value in values.values() if not isinstance(value, str))

@@ -1,0 +1,151 @@
+"""Is a catalogue what it says? Checksums, heads, and every declared error measured again.
+
+A material holds where its file is as it was written, and where its packs, looked at on the sphere of `protocol`
+against its own data, are as far off as its error says, to within `TOLERANCE` ΔE94 in mean, 95th and 99th percentile and
+maximum.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...spectral.errors import InputError, MetamerError
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.processes import usable_cores, worker_pool
+from ..factors import FitError
+from ..fluorescent import FluorescentBrdf
+from ..protocol import sphere_protocol
+from ..sphere_xyz import original_xyz, packs_xyz
+from .material import MaterialRecord
+from .query import material_files
+from .record import SUFFIX, read_record
+
+#: ΔE94: other processors round otherwise, by far less than this.
+TOLERANCE = 0.01
+_FIGURES = ("mean", "p95", "p99", "maximum")
+# What `spectral.files.written_whole` writes to before the name is taken.
+_HALF_WRITTEN = re.compile(r"\..+\.[0-9a-f]{8}(\.\w+)?|\.writable")
+
+
+@dataclass(frozen=True)
+class Verified:
+    """One material: what is wrong with it, or None; the error that it declares and the one measured now.
+
+    note : why the error was not measured, where it was not.
+    """
+
+    id: str
+    problem: InputError | None = None
+    declared: FitError | None = None
+    measured: FitError | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """All materials, sorted by id, and what half-written files an import that was killed has left behind."""
+
+    folder: Path
+    results: tuple[Verified, ...]
+    strays: tuple[Path, ...]
+
+    @property
+    def damaged(self) -> tuple[Verified, ...]:
+        """Those that do not hold."""
+        return tuple(one for one in self.results if one.problem is not None)
+
+
+def verify_catalogue(
+    folder: Path,
+    *,
+    quick: bool = False,
+    jobs: int | None = None,
+    progress: Callable[[int, int, str], None] = lambda done, total, material_id: None,
+) -> Verification:
+    """Verify every material file below `folder`.
+
+    Parameters
+    ----------
+    quick : checksums and heads (but for their colour) only; errors are not measured again.
+    jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
+    progress : called with (done, total, id) after each material.
+    """
+    files = sorted((material_id, Path(path)) for material_id, path in material_files(folder, SUFFIX))
+    found: list[Verified] = []
+    # A process takes a second to start.
+    enough = max(1, len(files) // (200 if quick else 8))
+    for one in _each(files, quick, min(jobs or usable_cores(), enough)):
+        found.append(one)
+        progress(len(found), len(files), one.id)
+    return Verification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
+
+
+def half_written(folder: Path) -> tuple[Path, ...]:
+    """Files that a killed writer has left behind; no reader ever takes them for materials."""
+    return tuple(sorted(path for path in folder.rglob(".*") if path.is_file() and _HALF_WRITTEN.fullmatch(path.name)))
+
+
+def verify_material(material_id: str, path: Path, *, quick: bool = False) -> Verified:
+    """Verify one file; what is wrong comes back in `problem`."""
+    try:
+        record = read_record(path, check_colour=not quick)
+        if record.id != material_id:
+            hint = "material files are renamed by importing them again"
+            raise InputError("file holds another material", file=path, field="id", found=record.id, hint=hint)
+        declared = record.error
+        if quick or declared is None or not record.packs:
+            return Verified(material_id, declared=declared, note="" if quick or declared is None else "no packs")
+        measured = measured_again(record)
+        if measured is None:
+            return Verified(material_id, None, declared, note=f"declared by another protocol: {declared.protocol}")
+        return Verified(material_id, _mismatch(declared, measured, path), declared, measured)
+    except InputError as reason:
+        return Verified(material_id, reason)
+    except (MetamerError, ArithmeticError, ValueError, MemoryError) as reason:
+        return Verified(material_id, InputError("cannot be measured", file=path, found=str(reason)))
+
+
+def measured_again(record: MaterialRecord) -> FitError | None:
+    """The error of a record's packs, measured as its `error` says; None where it says what this version does not do."""
+    declared = record.error
+    size = None if declared is None else re.match(r"sphere (\d+) x \1,", declared.protocol)
+    if declared is None or size is None:
+        return None
+    brdf, pixels = record.brdf(), int(size[1])
+    alone = isinstance(brdf, FluorescentBrdf)
+    isotropic = brdf.isotropic if alone else all(lobe.brdf.isotropic for lobe in brdf.lobes())
+    sphere = sphere_protocol(pixels, isotropic, light=declared.light)
+    if (sphere.text, sphere.observer) != (declared.protocol, declared.observer):
+        return None
+    light, eye = [illuminant(sphere.light)], observer(sphere.observer)
+    return sphere.compare(original_xyz(record, sphere, light, eye)[0], packs_xyz(record, sphere, light, eye)[0])
+
+
+def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:
+    off = [name for name in _FIGURES if not abs(getattr(declared, name) - getattr(measured, name)) <= TOLERANCE]
+    if not off:
+        return None
+    return InputError(
+        "the declared error does not hold",
+        file=path,
+        field="error",
+        found=", ".join(f"{name} {getattr(measured, name):.4f} measured" for name in off),
+        expected=", ".join(f"{name} {getattr(declared, name):.4f}" for name in off) + f", within {TOLERANCE:g} ΔE94",
+        hint="import the material again: metamer catalogue import",
+    )
+
+
+def _each(files: Sequence[tuple[str, Path]], quick: bool, jobs: int) -> Iterator[Verified]:
+    if jobs <= 1:
+        for material_id, path in files:
+            yield verify_material(material_id, path, quick=quick)
+        return
+    with worker_pool(jobs) as pool:
+        pending = [pool.submit(verify_material, material_id, path, quick=quick) for material_id, path in files]
+        for future in as_completed(pending):
+            yield future.result()
