@@ -9,7 +9,7 @@ from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.records.query import Query
 from metamer.spectral.errors import UnknownNameError
 
-# A source folder: spectra, `sources.toml` with the origin, licence and hash of each, and one TOML file a family.
+# A source folder: spectra, `sources.toml` with their origin, licence and hash, and one TOML file a family.
 SPECTRA = "wavelength_nm,rust\n380,0.04\n480,0.06\n560,0.12\n620,0.34\n700,0.46\n780,0.52\n"
 TABLES = """
 [swatch]
@@ -43,14 +43,11 @@ def main(folder: Path) -> None:
     (source / "fabric.toml").write_text(FAMILY)
     for _ in range(2):  # the second time there is nothing to do
         print(import_sources([source], folder / "catalogue", jobs=1, budget=1.0).sentence)
-
     catalogue = Catalogue.open(folder / "catalogue")
     for material_id in catalogue.match("fabric/*"):
         record = catalogue.load(material_id)
-        terms = sum(pack.rank for pack in record.packs)
-        print(f"{material_id}: {record.model}, terms: {terms}, ΔE94 p99 {record.error.p99:.3f}")
-        print(f"    source: {record.provenance.source}")
-    # The heads of the files alone are read: by colour (CIELAB at 45:0, D65), by error, by family ...
+        print(f"{material_id}: {record.model}, ΔE94 p99 {record.error.p99:.3f}, source: {record.provenance.source}")
+    # By colour (CIELAB at 45:0, D65), by error, by family: the heads of the files alone are read.
     for found in catalogue.query(Query(near=(50.0, 20.0, 25.0))):
         print(f"{found.id}: ΔE94 {found.distance:.1f} from the colour asked for")
     try:

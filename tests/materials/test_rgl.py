@@ -379,4 +379,4 @@ def test_record_keeps_every_field_of_the_file(tmp_path):
 
 
 def test_import_knows_what_code_its_fit_depends_on():
-    assert {"rgl", "bilinear_warp"} <= imported_by("rgl")
+    assert {"measured/rgl", "measured/bilinear_warp"} <= imported_by("measured/rgl")
