@@ -44,9 +44,8 @@ def main(folder: Path) -> None:
     for _ in range(2):  # the second time there is nothing to do
         print(import_sources([source], folder / "catalogue", jobs=1, budget=1.0).sentence)
     catalogue = Catalogue.open(folder / "catalogue")
-    for material_id in catalogue.match("fabric/*"):
-        record = catalogue.load(material_id)
-        print(f"{material_id}: {record.model}, ΔE94 p99 {record.error.p99:.3f}, source: {record.provenance.source}")
+    for record in map(catalogue.load, catalogue.match("fabric/*")):
+        print(f"{record.id}: {record.model}, ΔE94 p99 {record.error.p99:.3f}, source: {record.provenance.source}")
     # By colour (CIELAB at 45:0, D65), by error, by family: the heads of the files alone are read.
     for found in catalogue.query(Query(near=(50.0, 20.0, 25.0))):
         print(f"{found.id}: ΔE94 {found.distance:.1f} from the colour asked for")
