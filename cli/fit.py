@@ -150,7 +150,7 @@ def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
         f"\nTogether {found.rank} terms ({frames}): {_figures(found.error)}",
         f"Lowest shading {found.error.most_negative:.1e} (a white diffuser facing the light is 1); nothing is clipped.",
         f"Split: {split[found.candidate]}; {len(found.trials)} trials.",
-        f"Storage: {'half' if found.storage.half else 'single'}, {found.table_bytes / 1024:.0f} KiB; "
+        f"Storage: {'half' if found.storage.half else 'single'}, {found.stored_bytes / 1024:.0f} KiB; "
         f"{found.storage.reason}.",
     ]
     if args.rank is None:
@@ -181,7 +181,7 @@ def _document(material: str, found: Fit, args: argparse.Namespace) -> dict:
             for pack in found.packs
         ],
         "rank": found.rank,
-        "table_bytes": found.table_bytes,
+        "stored_bytes": found.stored_bytes,
         "storage": {"half": found.storage.half, "cost": found.storage.cost, "reason": found.storage.reason},
         "error": asdict(found.error),
         "score": found.score,

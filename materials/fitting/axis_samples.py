@@ -49,7 +49,7 @@ class AxisSamples:
         self,
         factor: Float[np.ndarray, "n R"],
         rest: Float[np.ndarray, "N R"],
-        seen: Float[np.ndarray, "N 3 R"],
+        seen: Float[np.ndarray, "N K R"],
         plain: Float[np.ndarray, " N"],
         aim: Float[np.ndarray, "N R"],
         gram: Float[np.ndarray, "R R"],
@@ -72,7 +72,7 @@ class AxisSamples:
             one = rest[rows]
             low = 1.0 - share[rows, None]
             colour = seen[rows] * one[:, None, :]
-            found = _paired(colour.reshape(-1, rank), np.repeat(low, 3, axis=0))
+            found = _paired(colour.reshape(-1, rank), np.repeat(low, seen.shape[1], axis=0))
             one = one * np.sqrt(plain[rows])[:, None]
             simple = _paired(one, low)
             diagonal[k] += found[0] + gram * simple[0]

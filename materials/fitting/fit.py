@@ -51,8 +51,8 @@ class Fit:
         return sum(pack.rank for pack in self.packs)
 
     @property
-    def table_bytes(self) -> int:
-        """Bytes of the tables that a renderer keeps: factors as they are stored, spectra in single precision."""
+    def stored_bytes(self) -> int:
+        """Bytes that a renderer keeps: factors as they are stored, spectra in single precision."""
         return sum(
             (2 if pack.precision == "half" else 4) * sum(factor.size for factor in pack.factors)
             + 4 * pack.spectral.size

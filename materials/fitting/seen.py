@@ -27,7 +27,10 @@ _LEAST_COSINES = (0.003, 1e-4)
 _MIRROR, _EDGE, _LEAST_SHARE = 0.35, 0.25, 0.01
 # What the spectra's common basis may lose, root mean square, in L*.
 _LOST = 0.005
-# How much an error counts that D65 does not show: another light may.
+# What an error is seen under, and what its square counts: the light of the protocol, a warm one, one of narrow bands.
+# Without the others, spectra would be bent until D65 alone sees no difference.
+_LIGHTS = (("D65", 1.0), ("A", 0.25), ("FL11", 0.25))
+# How much an error counts that none of them shows: another light may.
 _UNSEEN = 0.1
 _BLOCK = 8192
 # CIELAB's cube root ends here.
@@ -39,7 +42,8 @@ class SeenSamples:
     """N direction pairs, and the BRDF there in a basis of S spectra common to all packs.
 
     targets : f_r cos(theta_i) as `analysis` (L,S) has it; `synthesis` (S,L) leads back; on the working wavelengths.
-    eye : turns a small error of `targets` into (ΔL*, ΔC*/S_C, ΔH*/S_H) of CIE 1994 under D65.
+    eye : turns a small error of `targets` into (ΔL*, ΔC*/S_C, ΔH*/S_H) of CIE 1994 under D65, A and FL11, one after
+        another, each times the root of what the light counts.
     plain : weight of an error whatever its colour: what it would cost in L*, times a small share.
     share : how often a picture shows the pair, against how often it was drawn.
     xyz : of the pair under D65; Y of a perfect diffuser facing the light = 1. light_weights : XYZ of each coefficient.
@@ -48,7 +52,7 @@ class SeenSamples:
     wi: Float[np.ndarray, "N 3"]
     wo: Float[np.ndarray, "N 3"]
     targets: Float[np.ndarray, "N S"]
-    eye: Float[np.ndarray, "N 3 S"]
+    eye: Float[np.ndarray, "N K S"]
     plain: Float[np.ndarray, " N"]
     share: Float[np.ndarray, " N"]
     xyz: Float[np.ndarray, "N 3"]
@@ -94,15 +98,24 @@ def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     size = max(1, int(np.sum(energy > _LOST**2 * len(wi))))
     analysis, synthesis = bright[:, None] * vectors[:, :size], vectors[:, :size].T / bright
     light_weights = synthesis @ observed
-    eye = np.einsum("nkc,sc->nks", _eye(xyz), light_weights) * np.sqrt(share)[:, None, None]
+    eye = np.concatenate([np.sqrt(counts) * _eye(spectra, synthesis, light) for light, counts in _LIGHTS], axis=1)
+    eye *= np.sqrt(share)[:, None, None]
     # Coefficients have the size of XYZ: a spectrum of length 1 in the basis is about 1 in Y.
     plain = (_UNSEEN * slope) ** 2 * share
     return SeenSamples(wi, wo, spectra @ analysis, eye, plain, share, xyz, analysis, synthesis, light_weights)
 
 
-def _eye(xyz: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3 3"]:
+def _eye(
+    spectra: Float[np.ndarray, "N L"], synthesis: Float[np.ndarray, "S L"], light: str
+) -> Float[np.ndarray, "N 3 S"]:
+    """What `SeenSamples.eye` says of one light."""
+    protocol = sphere_protocol(16, light=light)
+    observed = np.pi * protocol.weights(WORKING_WAVELENGTHS_NM)
+    return np.einsum("nkc,sc->nks", _lab_slopes(spectra @ observed, observed.sum(axis=0) / np.pi), synthesis @ observed)
+
+
+def _lab_slopes(xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]) -> Float[np.ndarray, "N 3 3"]:
     """d(L*, C*/S_C, H*/S_H)/d(XYZ) at a reference (CIE 116-1995); at grey, chroma is a* and hue b*."""
-    white = sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
     slope = np.maximum(xyz / white, _KNEE) ** (-2.0 / 3.0) / 3.0 / white
     lab = lab_from_xyz(xyz, white)
     zero = np.zeros(len(xyz))

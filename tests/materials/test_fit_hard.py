@@ -103,5 +103,5 @@ def test_packs_come_as_they_are_stored_and_are_measured_as_such():
     assert {pack.precision for pack in single.packs} == {"single"}
     assert single.error != half.error
     assert half.error.p99 == pytest.approx(single.error.p99, abs=0.1)
-    assert half.table_bytes < 0.75 * single.table_bytes
+    assert half.stored_bytes < 0.75 * single.stored_bytes
     assert half.stopped == "budget met"

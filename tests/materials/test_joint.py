@@ -69,12 +69,15 @@ def test_no_step_raises_the_objective(samples, packs):
     assert problem.objective(samples.less(problem.packed(state)).targets) == pytest.approx(left[-1], rel=1e-6)
 
 
-def test_the_objective_is_the_squared_delta_e_of_small_errors(samples):
+@pytest.mark.parametrize(("number", "light", "counts"), [(0, "D65", 1.0), (1, "A", 0.25), (2, "FL11", 0.25)])
+def test_the_objective_is_the_squared_delta_e_of_small_errors_under_three_lights(samples, number, light, counts):
     rng = np.random.default_rng(1)
     small = 1e-5 * rng.standard_normal(samples.targets.shape) * np.abs(samples.targets)
-    white = sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
-    true = delta_e_xyz(samples.xyz, samples.xyz + small @ samples.light_weights, white)
-    felt = np.linalg.norm(np.einsum("nks,ns->nk", samples.eye, small), axis=1) / np.sqrt(samples.share)
+    weights = sphere_protocol(16, light=light).weights(WORKING_WAVELENGTHS_NM)
+    xyz, error = (np.pi * values @ samples.synthesis @ weights for values in (samples.targets, small))
+    true = delta_e_xyz(xyz, xyz + error, weights.sum(axis=0))
+    eye = samples.eye[:, 3 * number : 3 * number + 3] / np.sqrt(counts)
+    felt = np.linalg.norm(np.einsum("nks,ns->nk", eye, small), axis=1) / np.sqrt(samples.share)
     seen = true > 1e-6
     np.testing.assert_allclose(felt[seen], true[seen], rtol=1e-2)
 
