@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from metamer.viewer.preview import contact_sheet, thumbnails
 from metamer.viewer.software import SoftwareRenderer
 from PIL import Image
@@ -70,15 +71,27 @@ def test_a_damaged_file_is_shown_as_one(metamer, folder, tmp_path):
     assert len(pictures(page)) == 3 and page.count("cannot be used") == 1
 
 
-def test_the_light_matters(metamer, folder, tmp_path):
+def test_the_light_matters(metamer, folder, tmp_path, write_matt):
+    write_matt(folder, "paint/red", np.where(WORKING_WAVELENGTHS_NM < 600, 0.05, 0.8))
     found = []
     for light in ("D65", "FL11"):
         html = tmp_path / f"{light}.html"
-        options = ("--html", html, "--size", 16, "--illuminant", light, "--renderer", "software")
+        options = (
+            "--html",
+            html,
+            "--size",
+            16,
+            "--illuminant",
+            light,
+            "--match",
+            "paint/red",
+            "--renderer",
+            "software",
+        )
         assert metamer("catalogue", "preview", folder, *options)[0] == 0
         assert f"under {light}" in html.read_text("utf-8")
-        found.append(pictures(html.read_text("utf-8"))[1])
-    assert found[0].shape == found[1].shape
+        found.append(pictures(html.read_text("utf-8"))[0][8, 6].astype(int))
+    assert np.abs(found[0] - found[1]).max() > 10
 
 
 def test_long_names_fit_under_their_picture(folder, load_sphere):
