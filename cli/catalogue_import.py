@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         _print_plan(console, report, args.verbose)
     else:
         _print_report(console, report, args.budget, args.verbose)
-    return 4 if report.count("failed") else 0
+    return 4 if report.count("failed") or report.stopped else 0
 
 
 def shipped_sources() -> Path:
@@ -161,25 +161,32 @@ def _table(*headings: str, numbers: tuple[str, ...] = ()) -> Any:
 
 
 def _print_plan(console: Any, report: ImportReport, verbose: bool) -> None:
-    from rich.text import Text
-
-    statuses = ("new", "unchanged", "refused")
-    table = _table("file", "format", "materials", *statuses, numbers=("materials", *statuses))
-    known = [file for file in report.files if file.materials]
-    base = _common_folder([file.name for file in known])
-    for file in known:
-        counts = [file.count(status) for status in statuses]
-        cells = [str(count) if count else "" for count in (len(file.materials), *counts)]
-        table.add_row(Text(file.name[len(base) :]), file.format or "?", *cells)
-    if base:
-        say(console, f"below {base}")
-    print_table(table)
+    statuses = ("new", "skipped", "failed")
+    counted = [
+        (file.name, file.format, len(file.materials), *(file.count(status) for status in statuses))
+        for file in report.files
+        if file.materials
+    ]
+    _print_files(console, ("materials", *statuses), counted)
     if verbose:
         for file in report.files:
             for material in file.materials:
                 say(console, f"{material.status} {material.id}")
     _say_reasons(console, report, verbose)
     say(console, report.sentence)
+
+
+def _print_files(console: Any, headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> None:
+    """A table of files: name, format, and figures, where 0 is left empty."""
+    from rich.text import Text
+
+    table = _table("file", "format", *headings, numbers=headings)
+    base = _common_folder([row[0] for row in rows])
+    for name, form, *figures in rows:
+        table.add_row(Text(name[len(base) :]), form or "?", *(str(figure or "") for figure in figures))
+    if base:
+        say(console, f"below {base}")
+    print_table(table)
 
 
 def _common_folder(names: list[str]) -> str:
@@ -192,17 +199,9 @@ def _common_folder(names: list[str]) -> str:
 
 
 def _print_report(console: Any, report: ImportReport, budget: float, verbose: bool) -> None:
-    from rich.text import Text
-
-    rows = [outcome for outcome in report.outcomes if outcome.status != "skipped" or verbose]
-    if rows:
-        table = _table("material", "status", "format", "ΔE94 mean", "p99", "s", numbers=("ΔE94 mean", "p99", "s"))
-        for outcome in sorted(rows, key=lambda outcome: (outcome.status, outcome.id)):
-            error = outcome.error
-            figures = (f"{error.mean:.3f}", f"{error.p99:.3f}") if error else ("", "")
-            seconds = f"{outcome.seconds:.1f}" if outcome.seconds else ""
-            table.add_row(Text(outcome.id), outcome.status, outcome.format, *figures, seconds)
-        print_table(table)
+    _print_files(console, ("imported", "skipped", "failed", "ΔE94 p99", "s"), _summed_by_file(report, verbose))
+    if verbose:
+        _print_materials(report)
     _say_reasons(console, report, verbose)
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
@@ -210,7 +209,37 @@ def _print_report(console: Any, report: ImportReport, budget: float, verbose: bo
         say(console, "largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
         if missed:
             say(console, f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
+    if report.stopped:
+        say(console, report.stopped)
     say(console, report.sentence)
+
+
+def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]]:
+    """A row for each file of which anything was imported or failed; of the others, too, if `verbose`."""
+    rows = []
+    for file in report.files:
+        here = [outcome for outcome in report.outcomes if outcome.file == file.name]
+        imported, skipped, failed = (
+            sum(outcome.status == status for outcome in here) for status in ("imported", "skipped", "failed")
+        )
+        if imported or failed or (skipped and verbose):
+            p99 = max((outcome.error.p99 for outcome in here if outcome.error), default=None)
+            seconds = sum(outcome.seconds for outcome in here)
+            figures = ("" if p99 is None else f"{p99:.3f}", f"{seconds:.1f}" if seconds else "")
+            rows.append((file.name, file.format, imported, skipped, failed, *figures))
+    return rows
+
+
+def _print_materials(report: ImportReport) -> None:
+    from rich.text import Text
+
+    table = _table("material", "status", "ΔE94 mean", "p99", "s", numbers=("ΔE94 mean", "p99", "s"))
+    for outcome in report.outcomes:
+        error = outcome.error
+        figures = (f"{error.mean:.3f}", f"{error.p99:.3f}") if error else ("", "")
+        seconds = f"{outcome.seconds:.1f}" if outcome.seconds else ""
+        table.add_row(Text(outcome.id), outcome.status, *figures, seconds)
+    print_table(table)
 
 
 def _say_reasons(console: Any, report: ImportReport, verbose: bool) -> None:
@@ -249,6 +278,7 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
             for file in report.files
         ],
         "not_recognised": list(report.not_recognised),
+        "stopped": report.stopped,
     }
     with written_whole(args.json) as beside:
         beside.write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -167,10 +167,7 @@ def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[
     try:
         seen_by.white(spectrum)
     except InputError as error:
-        field = f"{where}.spectrum"
-        raise InputError(
-            error.problem, file=path, field=field, found=error.found, expected=error.expected, hint=error.hint
-        ) from error
+        raise error.at(file=path, field=f"{where}.spectrum") from error
     return light
 
 

@@ -113,8 +113,4 @@ def placed(path: Path, where: str | None) -> Iterator[None]:
         if error.file is not None:
             raise
         field = ".".join(part for part in (where, error.field) if part) or None
-        if isinstance(error, UnknownNameError):
-            raise UnknownNameError(error.kind, error.name, error.known, file=path, field=field) from error
-        raise InputError(
-            error.problem, file=path, field=field, found=error.found, expected=error.expected, hint=error.hint
-        ) from error
+        raise error.at(file=path, field=field) from error

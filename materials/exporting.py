@@ -131,14 +131,7 @@ def _placed(work: Path, folder: Path) -> Iterator[None]:
     except InputError as reason:
         if reason.file is None or not Path(reason.file).is_relative_to(work):
             raise
-        raise InputError(
-            reason.problem,
-            file=folder / Path(reason.file).relative_to(work),
-            field=reason.field,
-            found=reason.found,
-            expected=reason.expected,
-            hint=reason.hint,
-        ) from None
+        raise reason.at(file=folder / Path(reason.file).relative_to(work)) from None
 
 
 @contextmanager
@@ -147,14 +140,7 @@ def _of(record: MaterialRecord) -> Iterator[None]:
     try:
         yield
     except InputError as reason:
-        raise InputError(
-            reason.problem,
-            file=reason.file,
-            field=record.id,
-            found=reason.found,
-            expected=reason.expected,
-            hint=reason.hint,
-        ) from None
+        raise reason.at(field=record.id) from None
 
 
 def _lines(record: MaterialRecord) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from copy import copy
 from pathlib import Path
 
 # So many names are given in full.
@@ -69,6 +70,26 @@ class InputError(MetamerError):
             if value is not None
         ]
         super().__init__("\n".join(lines))
+
+    def at(
+        self,
+        *,
+        file: str | Path | None = None,
+        field: str | None = None,
+        found: object = None,
+        expected: str | None = None,
+        hint: str | None = None,
+    ) -> InputError:
+        """The same failure, of the same class, with what its discoverer did not know; what is None here stays."""
+        given = {"file": file, "field": field, "found": found, "expected": expected, "hint": hint}
+        parts = {name: getattr(self, name) if value is None else value for name, value in given.items()}
+        placed = copy(self)
+        InputError.__init__(placed, self.problem, **parts)
+        return placed
+
+
+class NoRoomError(InputError):
+    """The disk takes no more, so that whatever would be written next fails as well."""
 
 
 class UnknownNameError(InputError):

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .errors import InputError
+from .errors import InputError, NoRoomError
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -19,8 +19,8 @@ def written_whole(path: str | Path) -> Iterator[Path]:
 
     Raises
     ------
-    InputError
-        The folder is missing, cannot be written to, or has no room for the file.
+    InputError, NoRoomError
+        The folder is missing or cannot be written to; it has no room for the file.
     """
     path = Path(path)
     if not path.parent.is_dir():
@@ -41,7 +41,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     except OSError as reason:
         if reason.errno not in _NO_ROOM:
             raise
-        raise InputError(
+        raise NoRoomError(
             "no room for the file",
             file=path,
             found=reason.strerror,

@@ -111,7 +111,7 @@ def test_fluorescence_shows_where_the_light_excites_it(tmp_path):
 
 def test_a_catalogue_of_two_materials(tmp_path):
     said = run("05_build_a_catalogue.py", tmp_path, "made")
-    assert "2 imported" in said and "2 unchanged" in said
+    assert "2 imported" in said and "2 skipped" in said
     assert "nearest: fabric/rust-felt" in said
     assert said.index("fabric/rust-felt: ΔE94") < said.index("fabric/grey-card: ΔE94")
     catalogue = Catalogue.open(tmp_path / "made" / "catalogue")

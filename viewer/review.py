@@ -204,14 +204,7 @@ def _check_whites(
         try:
             display.adaptation_from(lit.adopted_white())
         except InputError as error:
-            raise InputError(
-                error.problem,
-                file=scene.path,
-                field=f"illuminant {name}",
-                found=f"white {error.found}",
-                expected=error.expected,
-                hint=error.hint,
-            ) from error
+            raise error.at(file=scene.path, field=f"illuminant {name}", found=f"white {error.found}") from error
 
 
 def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[_Case]:
@@ -233,10 +226,7 @@ def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illumina
     try:
         return delta_e_statistics(difference)
     except InputError as reason:
-        where = f"{material_id} under {illuminant_name}"
-        raise InputError(
-            reason.problem, field=where, found=reason.found, expected=reason.expected, hint=reason.hint
-        ) from None
+        raise reason.at(field=f"{material_id} under {illuminant_name}") from None
 
 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:

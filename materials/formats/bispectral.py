@@ -94,11 +94,5 @@ def _placed(bispectral: Callable[[int, int], Bispectral], path: Path, row: int, 
     try:
         return bispectral(row, column)
     except InputError as reason:
-        raise InputError(
-            reason.problem,
-            file=path,
-            field=f"pixel ({row}, {column})",
-            found=reason.found,
-            expected=reason.expected,
-            hint=reason.hint or "correct the pixel in the program that wrote the picture",
-        ) from None
+        hint = reason.hint or "correct the pixel in the program that wrote the picture"
+        raise reason.at(file=path, field=f"pixel ({row}, {column})", hint=hint) from None

@@ -148,14 +148,8 @@ class _Entry:
         try:
             yield
         except InputError as reason:
-            raise InputError(
-                reason.problem,
-                file=self.path,
-                field=".".join((*within, *([reason.field] if reason.field else []))),
-                found=reason.found,
-                expected=reason.expected,
-                hint=reason.hint,
-            ) from None
+            field = ".".join((*within, *([reason.field] if reason.field else [])))
+            raise reason.at(file=self.path, field=field) from None
 
 
 def _table(name: Any, tables: Mapping[str, Table], path: Path, field: str) -> Table:

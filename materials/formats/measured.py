@@ -47,11 +47,9 @@ def placed(
     try:
         yield
     except InputError as reason:
-        raise InputError(
-            reason.problem,
+        raise reason.at(
             file=reason.file or path,
             field=reason.field or field,
-            found=reason.found,
             expected=reason.expected or expected,
             hint=reason.hint or hint,
         ) from None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ...spectral.errors import InputError
+from ...spectral.errors import InputError, NoRoomError
 from ...spectral.upsampling import DEFAULT_METHOD
 from ..factors import FitError
 from ..records.material import MaterialRecord
@@ -49,12 +49,16 @@ Progress = Callable[[int, int, ImportOutcome], None]
 
 @dataclass(frozen=True)
 class ImportReport:
-    """Outcomes in the order in which they came, how many materials were never reached, and the files looked at."""
+    """Outcomes in the order in which they came, how many materials were never reached, and the files looked at.
+
+    stopped : why the rest was not reached, where it was not Ctrl-C: the disk is full.
+    """
 
     folder: Path
     outcomes: tuple[ImportOutcome, ...]
     remaining: int = 0
     files: tuple[PlannedFile, ...] = ()
+    stopped: str = ""
 
     def count(self, status: str) -> int:
         """Materials with that status."""
@@ -68,7 +72,7 @@ class ImportReport:
     @property
     def sentence(self) -> str:
         """What was done, for a person."""
-        words = {"new": "to import", "imported": "imported", "skipped": "unchanged", "failed": "failed"}
+        words = {"new": "to import", "imported": "imported", "skipped": "skipped (already there)", "failed": "failed"}
         said = ", ".join(f"{self.count(status)} {word}" for status, word in words.items() if self.count(status))
         said = f"{self.folder}: {said or 'nothing imported'}"
         if self.not_recognised:
@@ -103,7 +107,7 @@ def import_sources(
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
     What is already there, from the same source and settings, is skipped. A material that cannot be read or fitted is
-    reported as failed and does not stop the others.
+    reported as failed and does not stop the others; a full disk does, and the report says so.
 
     Parameters
     ----------
@@ -149,6 +153,8 @@ def import_sources(
             with closing(work):
                 for material, source, fitted in work:
                     told.tell(material, _stored(folder, material, source, fitted))
+        except NoRoomError as reason:
+            return told.report(str(reason))
         except KeyboardInterrupt:
             raise ImportInterrupted(told.report()) from None
         return told.report()
@@ -179,13 +185,12 @@ class _Told:
                 if material.status == "new":
                     new.append(material)
                 else:
-                    status = "skipped" if material.status == "unchanged" else "failed"
-                    self.tell(material, ImportOutcome(material.id, status, material.reason))
+                    self.tell(material, ImportOutcome(material.id, material.status, material.reason))
         return new
 
-    def report(self) -> ImportReport:
+    def report(self, stopped: str = "") -> ImportReport:
         remaining = len(self.file_of) - len(self.outcomes)
-        return ImportReport(self.folder, tuple(self.outcomes), remaining, self.files)
+        return ImportReport(self.folder, tuple(self.outcomes), remaining, self.files, stopped)
 
 
 Work = Generator[tuple[PlannedMaterial, MaterialSource | None, Fitted], None, None]
@@ -250,6 +255,8 @@ def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | No
     )
     try:
         write_record(record, material_path(folder, material.id))
+    except NoRoomError:
+        raise
     except InputError as reason:
         return ImportOutcome(material.id, "failed", str(reason), seconds=fitted.seconds)
     return ImportOutcome(material.id, "imported", "", fitted.error, fitted.seconds)

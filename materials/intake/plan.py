@@ -15,7 +15,7 @@ from .code_version import code_hash
 from .inputs import InputFile
 from .sources import MaterialSource, Rejected, read_with
 
-Status = Literal["new", "unchanged", "refused"]
+Status = Literal["new", "skipped", "failed"]
 # Above this many bytes, a material is read again when its turn comes: a hundred measured tables fit into no memory.
 _KEPT_BYTES = 1 << 18
 
@@ -31,7 +31,8 @@ class Settings:
 
 @dataclass(frozen=True)
 class PlannedMaterial:
-    """One material of one file, and what is to be done with it; `reason` where it is refused."""
+    """One material of one file, and what is to be done with it; "skipped" is what is there already, `reason` why
+    it is that or has failed."""
 
     id: str
     status: Status
@@ -73,12 +74,12 @@ def planned(
     recognised = recognised_files(files)
     for number, (file, reader) in enumerate(recognised, 1):
         if isinstance(file, Rejected):
-            found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "refused", str(file.reason)),)))
+            found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", str(file.reason)),)))
         elif reader is not None:
             found.append(_file(file, reader, folder, settings, seen))
         elif file.named:
             reason = file.in_words_of_the_user(str(not_a_source(file.path)))
-            found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "refused", reason),)))
+            found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", reason),)))
         else:
             found.append(PlannedFile(file.name, ""))
         looked_at(number, len(recognised), file.name)
@@ -93,15 +94,15 @@ def _file(
         if isinstance(material, Rejected):
             name = file.name if material.name == file.path.name else material.name
             reason = file.in_words_of_the_user(str(material.reason))
-            materials.append(PlannedMaterial(name, "refused", reason))
+            materials.append(PlannedMaterial(name, "failed", reason))
         else:
             materials.append(_material(material, file, reader, folder, settings, seen))
-    useless = materials and all(each.status == "refused" for each in materials)
+    useless = materials and all(each.status == "failed" for each in materials)
     if useless and not file.named and guessed(reader, file.path):
         return PlannedFile(file.name, "", note=materials[0].reason.split("\n")[0].removeprefix(f"{file.name}: "))
     if not materials:
         reason = str(InputError("holds no material", file=file.name, expected="one measurement or more"))
-        materials.append(PlannedMaterial(file.name, "refused", reason))
+        materials.append(PlannedMaterial(file.name, "failed", reason))
     return PlannedFile(file.name, label(reader, file.path), tuple(materials))
 
 
@@ -125,14 +126,14 @@ def _material(
     if material.id in seen:
         name, other = seen[material.id]
         if content == other:
-            return PlannedMaterial(material.id, "unchanged", f"the same as in {name}")
+            return PlannedMaterial(material.id, "skipped", f"the same as in {name}")
         hint = "import the files one by one, each with a --family of its own, or rename one"
         reason = f"the id is used twice: {name}, {file.name}\n  try: {hint}"
-        return PlannedMaterial(material.id, "refused", reason)
+        return PlannedMaterial(material.id, "failed", reason)
     seen[material.id] = file.name, content
     source_hash = _source_hash(material, content, settings.budget)
     there = stored_hash(folder, material.id)
-    status: Status = "unchanged" if there == source_hash else "new"
+    status: Status = "skipped" if there == source_hash else "new"
     load = _loader(material, file, reader, settings) if status == "new" else None
     return PlannedMaterial(material.id, status, "", source_hash, material.size, load)
 

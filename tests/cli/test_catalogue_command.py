@@ -68,7 +68,7 @@ def test_second_import_says_that_nothing_changed(source, tmp_path, capsys):
     metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1)
     capsys.readouterr()
     assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1) == 0
-    assert "2 unchanged" in capsys.readouterr().out
+    assert "2 skipped" in capsys.readouterr().out
 
 
 def test_failure_is_said_with_its_reason_and_exit_code(source, tmp_path, capsys):

@@ -62,11 +62,29 @@ def test_report_as_json(metamer, source, tmp_path):
     assert code == 4 and "2 imported, 1 failed; 1 files not recognised" in said
     told = json.loads(file.read_text())
     assert told["counts"] == {"imported": 2, "skipped": 0, "failed": 1, "new": 0, "remaining": 0}
+    assert told["stopped"] == ""
     assert told["not_recognised"] == [f"{source}/README"]
     red = next(row for row in told["materials"] if row["id"] == "mine/red")
     assert red["status"] == "imported" and red["error"]["p99"] == 0.123 and red["seconds"] == 0.5
     assert red["file"] == f"{source}/chart.csv" and red["format"] == "table (CSV, TSV)"
     assert {row["name"]: row["materials"] for row in told["files"]}[f"{source}/chart.csv"] == ["mine/red", "mine/blue"]
+
+
+def test_the_report_has_a_row_a_file_and_verbose_one_a_material(metamer, source, tmp_path):
+    command = ("catalogue", "import", source, "--into", tmp_path / "cat", "--jobs", 1)
+    _, said, _ = metamer(*command)
+    rows = {line.split()[0]: line.split()[1:] for line in said.splitlines() if line.strip()}
+    assert rows["chart.csv"] == ["table", "(CSV,", "TSV)", "2", "0.123", "1.0"]
+    assert rows["bad.bsdf"][-1] == "1" and "chart/red" not in rows
+    _, said, _ = metamer(*command, "--verbose", "--budget", 0.4)
+    rows = {line.split()[0]: line.split()[1:] for line in said.splitlines() if line.strip()}
+    assert rows["chart/red"] == ["imported", "0.010", "0.123", "0.5"]
+
+
+def test_a_full_disk_is_the_last_thing_said(metamer, source, tmp_path, room_for):
+    with room_for(10_000):
+        code, said, _ = metamer("catalogue", "import", source / "chart.csv", "--into", tmp_path / "cat", "--jobs", 1)
+    assert code == 4 and "no room for the file" in said and "stopped with 2 to go" in said.splitlines()[-1]
 
 
 def test_addresses_reach_the_import_as_they_are(metamer, tmp_path):

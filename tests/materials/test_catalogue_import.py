@@ -165,6 +165,16 @@ def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch
     assert Catalogue.open(tmp_path / "cat").ids() == ("paint/blue-matte", "paint/red-matte")
 
 
+def test_a_full_disk_stops_the_import_and_the_next_one_goes_on(source, tmp_path, fits, room_for):
+    with room_for(10_000):
+        report = import_sources([source], tmp_path / "cat", jobs=1)
+    assert "no room for the file" in report.stopped and "make room" in report.stopped
+    assert (report.outcomes, report.remaining, len(fits)) == ((), 3, 1)
+    assert "stopped with 3 to go" in report.sentence
+    assert [path.name for path in (tmp_path / "cat").rglob("*") if path.is_file()] == [MARKER]
+    assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 3
+
+
 def test_bad_spectrum_fails_its_materials_only(tmp_path, fits):
     source = write_source(tmp_path / "source", spectra=SPECTRA)
     other = write_source(tmp_path / "other", spectra=SPECTRA.replace("0.8", "nan"))
@@ -335,7 +345,7 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
     assert not any(Catalogue.open(cat).verify().values())
     again = subprocess.run([*command, "--jobs", "2"], capture_output=True, text=True, timeout=300)
     assert again.returncode == 0, again.stderr
-    assert f"{len(before)} unchanged" in again.stdout
+    assert f"{len(before)} skipped" in again.stdout
     assert len(Catalogue.open(cat).ids()) == 8
 
 

@@ -42,7 +42,7 @@ def test_what_a_killed_write_left_is_cleared_away(importing, source, tmp_path):
     assert not any(Catalogue.open(killed).verify().values())
     assert len(Catalogue.open(killed).ids()) == 4
     said = importing.timed(importing.command(source, killed, 2))["said"]
-    assert "1 imported, 4 unchanged" in said
+    assert "1 imported, 4 skipped" in said
     assert importing.contents(killed) == importing.contents(whole)
 
 

@@ -61,7 +61,7 @@ def test_what_is_there_already_is_known_without_reading_it_whole(source, tmp_pat
     import_sources([source], tmp_path / "cat", jobs=1)
     monkeypatch.setattr("metamer.materials.records.record.read_record", lambda path: pytest.fail("read whole"))
     found = plan(source, folder=tmp_path / "cat")
-    assert [sum(file.count(status) for file in found.values()) for status in ("new", "unchanged", "refused")] == [
+    assert [sum(file.count(status) for file in found.values()) for status in ("new", "skipped", "failed")] == [
         0,
         3,
         1,
@@ -81,7 +81,7 @@ def test_files_that_belong_to_another_are_no_sources(source, tmp_path):
 def test_file_that_was_named_must_be_of_use(source, tmp_path):
     (file,) = plan(source / "report.pdf", folder=tmp_path / "cat").values()
     (material,) = file.materials
-    assert material.status == "refused" and "not a material source" in material.reason
+    assert material.status == "failed" and "not a material source" in material.reason
     assert str(source / "report.pdf") in material.reason
 
 
@@ -141,7 +141,7 @@ def test_one_id_from_two_files(source, tmp_path):
         (tmp_path / name / "chart.csv").write_text(spectra)
     found = plan(source / "chart.csv", tmp_path / "same", tmp_path / "other", folder=tmp_path / "cat")
     statuses = [[material.status for material in file.materials] for file in found.values()]
-    assert statuses == [["new", "new"], ["unchanged", "unchanged"], ["refused", "refused"]]
+    assert statuses == [["new", "new"], ["skipped", "skipped"], ["failed", "failed"]]
     reasons = [file.materials[0].reason for file in found.values()]
     assert "the same as in" in reasons[1]
     assert "used twice" in reasons[2] and "--family" in reasons[2]

@@ -58,7 +58,7 @@ def test_known_files_are_what_they_are(plan, shared_data, pattern):
         file = plan[path]
         assert name is None or file.format == name, path
         assert materials is None or len(file.materials) == materials, path
-        assert file.count("refused") == refused, [each.reason for each in file.materials]
+        assert file.count("failed") == refused, [each.reason for each in file.materials]
         assert file.count("new") == len(file.materials) - refused
 
 
@@ -66,7 +66,7 @@ def test_refusals_are_the_right_ones_and_no_others(plan):
     reasons = {}
     for name, file in plan.items():
         for material in file.materials:
-            if material.status == "refused":
+            if material.status == "failed":
                 reasons[name.rpartition("/")[2]] = material.reason
                 # Each says which file, what was found, and what would do instead.
                 assert name in material.reason and "found:" in material.reason and "expected:" in material.reason

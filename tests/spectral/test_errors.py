@@ -29,6 +29,15 @@ def test_exit_codes(kind, code):
     assert issubclass(kind, MetamerError)
 
 
+def test_whoever_knows_more_of_the_place_says_so():
+    error = InputError("too large", field="values", found=3, expected="<= 1", hint="look")
+    placed = error.at(file="a.csv", field="red")
+    assert str(placed).splitlines() == ["a.csv: red: too large", "  found: 3", "  expected: <= 1", "  try: look"]
+    assert error.file is None and "a.csv" not in str(error)
+    unknown = UnknownNameError("light", "d65", ["D65"]).at(file="b.toml")
+    assert isinstance(unknown, UnknownNameError) and unknown.nearest == ["D65"] and str(unknown).startswith("b.toml: ")
+
+
 def test_unknown_name_gives_the_nearest():
     error = UnknownNameError("illuminant", "d56", ["D50", "D55", "D65", "FL11"])
     assert error.nearest[0] in {"D55", "D65"}
