@@ -14,18 +14,18 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.basis_benchmark import point_sampled, stage
-from ..materials.brdf import Brdf, Frame
-from ..materials.factors import FactorPack
-from ..materials.fitting.fit import Fit, fit
-from ..materials.fitting.half import rounded_to_half
-from ..materials.protocol import SphereProtocol, sphere_protocol
-from ..spectral.basis import SpectralBasis
-from ..spectral.illuminants import illuminant
-from ..spectral.observers import observer
-from .factor_scenes import picture_statistics, reference_xyz, rendered_xyz
-from .factor_sphere import XYZ_FROM_RGB, brdf_xyz, folded_xyz, folds, statistics, under
-from .factor_timing import Stopwatch
+from ....calibration.basis_benchmark import point_sampled, stage
+from ....materials.brdf import Brdf, Frame
+from ....materials.factors import FactorPack
+from ....materials.fitting.fit import Fit, fit
+from ....materials.fitting.half import rounded_to_half
+from ....materials.protocol import SphereProtocol, sphere_protocol
+from ....spectral.basis import SpectralBasis
+from ....spectral.illuminants import illuminant
+from ....spectral.observers import observer
+from .scenes import picture_statistics, reference_xyz, rendered_xyz
+from .sphere import XYZ_FROM_RGB, brdf_xyz, folded_xyz, folds, statistics, under
+from .timing import Stopwatch
 
 SIZES = (3, 5, 8, 12)
 STEPS_NM = (5, 10, 20)

@@ -18,19 +18,19 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.fluorescence_benchmark import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
-from ..calibration.fluorescence_benchmark import lights as benchmark_lights
-from ..materials.factors import FactorPack
-from ..materials.fluorescent import FluorescentLambert
-from ..spectral.basis import SpectralBasis
-from ..spectral.bispectral import Bispectral
-from ..spectral.observers import observer
-from ..spectral.spectrum import Spectrum
-from .factor_cases import Case
-from .factor_scenes import picture_statistics, reference_xyz, rendered_xyz
-from .factor_sphere import XYZ_FROM_RGB
-from .factor_timing import Stopwatch
-from .renderer import Renderer
+from ....calibration.fluorescence_benchmark import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
+from ....calibration.fluorescence_benchmark import lights as benchmark_lights
+from ....materials.factors import FactorPack
+from ....materials.fluorescent import FluorescentLambert
+from ....spectral.basis import SpectralBasis
+from ....spectral.bispectral import Bispectral
+from ....spectral.observers import observer
+from ....spectral.spectrum import Spectrum
+from ...renderer import Renderer
+from .cases import Case
+from .scenes import picture_statistics, reference_xyz, rendered_xyz
+from .sphere import XYZ_FROM_RGB
+from .timing import Stopwatch
 
 #: What the rows are lit by.
 LIGHTS = ("D65", "A", UV_FREE)
