@@ -26,10 +26,10 @@ from ....spectral.basis import SpectralBasis
 from ....spectral.bispectral import Bispectral
 from ....spectral.observers import observer
 from ....spectral.spectrum import Spectrum
+from ....spectral.upsampling import xyz_from_rgb
 from ...renderer import Renderer
 from .cases import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
-from .sphere import XYZ_FROM_RGB
 from .timing import Stopwatch
 
 #: What the rows are lit by.
@@ -145,6 +145,6 @@ def _timed(brdf: FluorescentLambert) -> tuple[tuple[FactorPack, ...], float, int
 
 def _rgb_multiply(known: Spectrum, light: Spectrum) -> Float[np.ndarray, "3 3"]:
     """XYZ under `light` from XYZ under `known`, as a product of RGB values."""
-    eye = observer("1931_2")
-    ratio = np.linalg.solve(XYZ_FROM_RGB, eye.white(light)) / np.linalg.solve(XYZ_FROM_RGB, eye.white(known))
-    return XYZ_FROM_RGB @ (ratio[:, None] * np.linalg.inv(XYZ_FROM_RGB))
+    eye, to_xyz = observer("1931_2"), xyz_from_rgb()
+    ratio = np.linalg.solve(to_xyz, eye.white(light)) / np.linalg.solve(to_xyz, eye.white(known))
+    return to_xyz @ (ratio[:, None] * np.linalg.inv(to_xyz))
