@@ -36,13 +36,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _renderer() -> str:
-    from ..viewer.context import NoGL, create_context
+    from ..viewer.context import NoGL, create_context, describe
 
     try:
         context = create_context()
     except NoGL as reason:
         return f"software (numpy). {reason}"
-    name = f"OpenGL {context.version_code / 100:.1f}, {context.info['GL_RENDERER']}"
+    name = describe(context)
     context.release()
     return name
 

@@ -17,9 +17,7 @@ from ..materials.records.record_colour import record_colour
 from ..materials.records.shown import shown_spectrum, shown_trials, shown_values
 from ..materials.records.stated_colours import recomputed_colours
 from ..spectral.errors import InputError
-from ..spectral.image import ColourImage
-from .picture import display_for, display_pass
-from .png import quantise
+from .picture import display_for, display_pass, material_picture
 from .renderer import Renderer
 from .review_words import provenance_words
 
@@ -53,20 +51,14 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
 
 
 def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[UInt8[ndarray, "H W 3"], str]:
-    part = scene.review.on if scene.review else scene.parts[0].name
-    dressed = scene.with_material(part, record.id)
-    xyz, coverage = renderer.render(dressed, dressed.camera(None), {record.id: record.packs})
-    white = dressed.adopted_white()
-    display = display_for(dressed.viewing)
-    background = white * dressed.viewing.background_reflectance
-    on = display_pass(renderer, display)
-    rgb, notes = display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)
-    lights = ", ".join(light.spectrum_name or light.name for light in dressed.lights)
+    display = display_for(scene.viewing)
+    picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
+    lights = ", ".join(light.spectrum_name or light.name for light in scene.lights)
     words = [
-        f"Factor packs on a {dressed.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
+        f"Factor packs on a {scene.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
         *notes,
     ]
-    return quantise(rgb), " ".join(words)
+    return picture, " ".join(words)
 
 
 def _facts(record: MaterialRecord) -> dict[str, str]:
