@@ -104,5 +104,11 @@ def _written(script: Path, name: str) -> Brdf:
         out = Path(folder) / f"{name}.binary"
         done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)
         if done.returncode != 0:
-            raise InputError("the table was not written", file=script, field=name, found=done.stderr.strip()[-200:])
+            raise InputError(
+                "the table was not written",
+                file=script,
+                field=name,
+                found=done.stderr.strip()[-200:],
+                hint=f"see what `python {script} {name} out.binary` says",
+            )
         return _merl(out)
