@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from ...spectral.errors import InputError
-from ...spectral.files import made_folder, written_whole
-from ..records.record import MARKER, SCHEMA
+from ...spectral.files import half_written, made_folder, written_whole
+from ..records.record import MARKER, SUFFIX
+from ..records.record_head import SCHEMA
 
-# Names that `written_whole` gives to a file until it is whole, and `made_folder` to its trial.
-_UNFINISHED = re.compile(r"\.(.+\.[0-9a-f]{8}(\.h5|\.toml)|writable(\.[0-9a-f]{8})?)")
+# An import writes no other files: what else is there is not its own to clear away.
+_WRITTEN = (SUFFIX, Path(MARKER).suffix)
 
 
 @contextmanager
@@ -32,15 +32,10 @@ def writing_to(folder: Path) -> Iterator[None]:
     with (folder / MARKER).open("rb") as marker:
         alone = _lock(marker, alone=True)
         if alone:
-            for stray in unfinished(folder):
+            for stray in half_written(folder, _WRITTEN):
                 stray.unlink(missing_ok=True)
             _lock(marker, alone=False)
         yield
-
-
-def unfinished(folder: Path) -> list[Path]:
-    """Files below `folder` that were being written; where nobody writes, they are leftovers."""
-    return sorted(path for path in folder.rglob(".*") if _UNFINISHED.fullmatch(path.name) and path.is_file())
 
 
 def _mark(folder: Path) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...spectral.errors import InputError, MetamerError
+from ...spectral.files import half_written
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.processes import usable_cores, worker_pool
@@ -28,8 +29,6 @@ from .record import SUFFIX, read_record
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
 _FIGURES = ("mean", "p95", "p99", "maximum")
-# What `spectral.files.written_whole` writes to before the name is taken.
-_HALF_WRITTEN = re.compile(r"\..+\.[0-9a-f]{8}(\.\w+)?|\.writable")
 
 
 @dataclass(frozen=True)
@@ -83,11 +82,6 @@ def verify_catalogue(
         found.append(one)
         progress(len(found), len(files), one.id)
     return Verification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
-
-
-def half_written(folder: Path) -> tuple[Path, ...]:
-    """Files that a killed writer has left behind; no reader ever takes them for materials."""
-    return tuple(sorted(path for path in folder.rglob(".*") if path.is_file() and _HALF_WRITTEN.fullmatch(path.name)))
 
 
 def verify_material(material_id: str, path: Path, *, quick: bool = False) -> Verified:
