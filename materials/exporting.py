@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -143,8 +143,8 @@ def _of(record: MaterialRecord) -> Iterator[None]:
         raise reason.at(field=record.id) from None
 
 
-def _lines(record: MaterialRecord) -> list[str]:
-    return [f"{record.id}: {name}: {' '.join(text.split())}" for name, text in provenance_tags(record).items()]
+def _lines(material_id: str, tags: Mapping[str, str]) -> list[str]:
+    return [f"{material_id}: {name}: {' '.join(text.split())}" for name, text in tags.items()]
 
 
 def _beside(path: Path, lines: Sequence[str]) -> str:
@@ -153,14 +153,21 @@ def _beside(path: Path, lines: Sequence[str]) -> str:
     return f"where it comes from is in {path.name}.txt"
 
 
-def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
-    from ..spectral.formats.csv_writer import write_csv
-
-    entries, notes, lines = [], [], []
+def _spectra(records: Iterable[MaterialRecord]) -> tuple[list[SpectralEntry], list[str], list[dict[str, str]]]:
+    """The spectrum of each material, what there is to say of them, and where each comes from."""
+    entries, notes, tags = [], [], []
     for record in records:
         entries.append(exported_spectrum(record))
         notes += _notes(record, entries[-1])
-        lines += _lines(record)
+        tags.append(provenance_tags(record))
+    return entries, notes, tags
+
+
+def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
+    from ..spectral.formats.csv_writer import write_csv
+
+    entries, notes, tags = _spectra(records)
+    lines = [line for entry, said in zip(entries, tags, strict=True) for line in _lines(entry.name, said)]
     write_csv(path, entries)
     # Readers of tables look for words such as transmittance around the numbers: other words stay away from them.
     return (*notes, _beside(path, lines + notes))
@@ -169,11 +176,7 @@ def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 def _cxf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.cxf_writer import write_cxf
 
-    entries, notes, tags = [], [], []
-    for record in records:
-        entries.append(exported_spectrum(record))
-        notes += _notes(record, entries[-1])
-        tags.append(provenance_tags(record))
+    entries, notes, tags = _spectra(records)
     about = {"creator": "Metamer", "description": ", ".join(entry.name for entry in entries)[:1000]}
     about["comment"] = "Where each object comes from is in its tags, collection provenance."
     write_cxf(path, entries, about | (tags[0] if len(tags) == 1 else {}), tags)
@@ -242,7 +245,10 @@ def _merl(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
         values, notes = merl_table(record.brdf())
         write_merl(path, values)
     notes = (*notes, *_mean_only(record))
-    return (*notes, _beside(path, [*_lines(record), *(f"{record.id}: {note}" for note in notes)]))
+    return (
+        *notes,
+        _beside(path, [*_lines(record.id, provenance_tags(record)), *(f"{record.id}: {note}" for note in notes)]),
+    )
 
 
 def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
@@ -250,7 +256,8 @@ def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
     (record,) = records
     with _of(record):
-        notes = write_mitsuba(path, record.brdf(), "; ".join(_lines(record) + _mean_only(record)))
+        said = _lines(record.id, provenance_tags(record)) + _mean_only(record)
+        notes = write_mitsuba(path, record.brdf(), "; ".join(said))
     return (*notes, *_mean_only(record))
 
 
