@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -104,7 +105,7 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     return Catalogue.open(folder)
 
 
-def shows_bars(stream: TextIO) -> bool:
+def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
     """Whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
     return stream.isatty() and not os.environ.get("NO_COLOR")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,12 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.files import made_folder
+from ..spectral.files import at_work, made_folder
 from ..spectral.formats.reading import SpectralEntry
 from ..spectral.spectrum import Spectrum
 from .exported_spectrum import COMPUTED, exported_spectrum, provenance_tags
 from .records.material import MaterialRecord
 
+# Folders of this name are nobody's but ours: those of killed exports are deleted.
+_WORKPLACE = ".metamer-export."
 # Sides of the pictures that hold one colour, pixels; a fluorescent one has thousands of channels.
 _SWATCH, _FLUORESCENT_SWATCH = (16, 16), (2, 2)
 
@@ -111,16 +114,25 @@ def _check_free(folder: Path, names: Iterable[str], force: bool, how: ExportForm
 
 @contextmanager
 def _workplace(folder: Path) -> Iterator[Path]:
-    """A folder inside `folder`, on the same disk, that is gone at the end with whatever is left in it."""
+    """A folder inside `folder`, on the same disk, that is gone at the end with whatever is left in it.
+
+    What an export that was killed left behind goes, too.
+    """
     if not folder.is_dir():
         raise InputError("no such folder to write to", file=folder, hint="make the folder first, or name another")
-    try:
-        work = tempfile.TemporaryDirectory(prefix=".export.", dir=folder)
-    except OSError as reason:
-        hint = "name a folder that you may write to, on a disk with room: --out"
-        raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
-    with work as path:
-        yield Path(path)
+
+    def clear_away() -> None:
+        for left in folder.glob(f"{_WORKPLACE}????????"):
+            shutil.rmtree(left, ignore_errors=True)
+
+    with at_work(folder, clear_away):
+        try:
+            work = tempfile.TemporaryDirectory(prefix=_WORKPLACE, dir=folder)
+        except OSError as reason:
+            hint = "name a folder that you may write to, on a disk with room: --out"
+            raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
+        with work as path:
+            yield Path(path)
 
 
 @contextmanager

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import errno
+import os
 import re
 import uuid
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -75,6 +76,38 @@ def _is_half_written(name: str, suffixes: Collection[str] | None) -> bool:
     if name == _TRIAL or (beside and beside["stem"] == _TRIAL and beside["suffix"] is None):
         return True
     return beside is not None and (suffixes is None or (beside["suffix"] or "") in suffixes)
+
+
+@contextmanager
+def at_work(path: Path, clear_away: Callable[[], None]) -> Iterator[None]:
+    """Lock `path`, a file or a folder, while this process writes there; who finds nobody there first clears away.
+
+    Several may be at work at once, and none loses what it is writing: only leftovers of killed ones are there when
+    `clear_away` is called. The system frees a lock however its process ends. Where there are no such locks (Windows,
+    some network disks), nothing is cleared away; nobody reads leftovers.
+    """
+    try:
+        import fcntl
+
+        descriptor = os.open(path, os.O_RDONLY)
+    except (ImportError, OSError):
+        yield
+        return
+    try:
+        if _locked(lambda: fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)):
+            clear_away()
+        _locked(lambda: fcntl.flock(descriptor, fcntl.LOCK_SH))
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _locked(lock: Callable[[], None]) -> bool:
+    try:
+        lock()
+    except OSError:
+        return False
+    return True
 
 
 def check_writable(path: str | Path) -> None:

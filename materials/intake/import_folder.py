@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...spectral.errors import InputError
-from ...spectral.files import half_written, made_folder, written_whole
+from ...spectral.files import at_work, half_written, made_folder, written_whole
 from ..records.record import MARKER, SUFFIX
 from ..records.record_head import SCHEMA
 
@@ -29,12 +29,12 @@ def writing_to(folder: Path) -> Iterator[None]:
     """
     made_folder(folder)
     _mark(folder)
-    with (folder / MARKER).open("rb") as marker:
-        alone = _lock(marker, alone=True)
-        if alone:
-            for stray in half_written(folder, _WRITTEN):
-                stray.unlink(missing_ok=True)
-            _lock(marker, alone=False)
+
+    def clear_away() -> None:
+        for stray in half_written(folder, _WRITTEN):
+            stray.unlink(missing_ok=True)
+
+    with at_work(folder / MARKER, clear_away):
         yield
 
 
@@ -48,20 +48,3 @@ def _mark(folder: Path) -> None:
         raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
     with written_whole(folder / MARKER) as beside:
         beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")
-
-
-def _lock(marker, alone: bool) -> bool:
-    """Take the folder for this process, or share it; False where that cannot be had. The system frees it at our end."""
-    try:
-        import fcntl
-    except ImportError:
-        # No such locks on Windows: leftovers stay until somebody deletes them; nothing reads them.
-        return False
-    try:
-        fcntl.flock(marker, (fcntl.LOCK_EX | fcntl.LOCK_NB) if alone else fcntl.LOCK_SH)
-        return True
-    except OSError:
-        # Another import is at work, or the file system has no locks.
-        if alone:
-            _lock(marker, alone=False)
-        return False
