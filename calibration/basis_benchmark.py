@@ -1,4 +1,4 @@
-"""How far off colours get when spectra are thinned or written in a few numbers: the tables of docs, measured again.
+"""How far off colours get when spectra are thinned or written in a few numbers.
 
 Every figure is the largest ΔE94 over ColorChecker 24 (BabelColor averages) under the CIE 1931 2 degree observer, in
 CIELAB relative to each light's own white, with the slower and finer computation as the reference.

@@ -14,6 +14,7 @@ WHAT = ("basis", "shading", "factor", "all")
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `bench`."""
     command = subparsers.add_parser("bench", help="speed against error, measured on this machine")
     command.add_argument(
         "what",
@@ -39,6 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    """Measure and print; 0."""
     if args.what == "factor":
         return _factor(args)
     figures = {}
