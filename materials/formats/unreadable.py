@@ -228,7 +228,7 @@ FORMATS = (
         "optical constants (refractiveindex.info)",
         "n and k of a substance are not the spectrum of a surface",
         "write n and k as CSV, and beside it a family description (.toml) of a metal, with eta and k, that names it",
-        mark=re.compile(rb"^\s*-?\s*type:\s*[\"']?(?:tabulated (?:nk?|k)|formula \d)", re.MULTILINE),
+        mark=re.compile(rb"^DATA:\s*$.{0,200}?^\s*-\s*type:\s*[\"']?(?:tabulated (?:nk?|k)|formula \d)", re.M | re.S),
     ),
     Unread(
         "a packed archive",

@@ -42,8 +42,9 @@ _WORDS: tuple[tuple[re.Pattern[str], Quantity], ...] = (
     (re.compile(r"transmi(?:ssi|tt[ae])", re.I), "transmittance"),
     (re.compile(r"reflect(?!or)|r[eé]mission\b", re.I), "reflectance"),
 )
-_IDENTIFIED: dict[str, Quantity] = {"IT8.7/1": "transmittance", "IT8.7/2": "reflectance"}
-_MODE = re.compile(r"MODE|TYPE|UNIT|^MEAS")
+_TARGET = re.compile(r"IT8\.7/([12])(?!\d)", re.I)
+_TARGETS: dict[str, Quantity] = {"1": "transmittance", "2": "reflectance"}
+_MODE = re.compile(r"MODE(?!L)|TYPE|UNIT|^MEAS")
 _DESCRIPTIONS = ("DESCRIPTOR", "FILE_DESCRIPTOR", "TARGET_TYPE")
 # Who made the file and what lay below the sample say nothing of the measurement.
 _ELSEWHERE = ("ORIGINATOR", "MANUFACTURER", "CREATED", "SAMPLE_BACKING", *_DESCRIPTIONS)
@@ -78,7 +79,8 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None], path: Pat
         return Told("reflectance")
     if {"DISPLAY", "TECHNOLOGY", "LUMINANCE_XYZ_CDM2"} & set(keywords):
         return Told("emission")
-    identified = _IDENTIFIED.get(table.identifier.upper().strip())
+    target = _TARGET.match(table.identifier)
+    identified = _TARGETS[target[1]] if target else None
     said = _by_words(keywords, path)
     if identified and said and said != identified:
         raise _contradiction(path, "identifier", f"{table.identifier}, and words that say {said}")

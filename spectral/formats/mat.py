@@ -35,7 +35,7 @@ _RESPONSES = (
     ("colour-matching functions", r"xyz(?:\d\w*)?|cmfs?|colou?r[ -]?match\w*"),
     (
         "sensitivities of the eye",
-        r"cones?|lms|fundamentals?|stockman|smith[ -]?pokorny|v ?lambda|luminosity|photopic|scotopic",
+        r"cones?|lms|fundamentals|stockman|smith[ -]?pokorny|v ?lambda|luminosity|photopic|scotopic",
     ),
     ("optical densities", r"den|densit(?:y|ies)|macular"),
     ("sensitivities of a camera", r"sensitivit(?:y|ies)|responsivit(?:y|ies)|quantum efficiency|qe"),

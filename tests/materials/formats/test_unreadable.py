@@ -67,7 +67,7 @@ def test_formats_that_are_not_read_are_named(tmp_path, name, sample):
         ("a.json", b"{}"),
         ("music.spc", b"SNES-SPC700 Sound File Data"),
         ("asd.txt", b"ASD spectrum file\n400\t0.1\n"),
-        ("ci.yml", b"jobs:\n  - type: formula one\n"),
+        ("ci.yml", b"jobs:\n  - type: formula 1\n"),
         ("a.zip", b"PK\3\4"),
     ],
 )

@@ -34,6 +34,7 @@ def quantity(file):
         ('UNITS "mW/m2/nm"', "emission"),
         ('PRINT_CONDITIONS "film, transmission"', "transmittance"),
         ('MODE "Reflection"\nINSTRUMENTATION "head for emission"', "reflectance"),
+        ('INSTRUMENT_MODEL "with emission head"\nDESCRIPTOR "Reflectance of inks"', "reflectance"),
         ('ORIGINATOR "Emission Lab"\nMODE "Reflection"', "reflectance"),
         ('SAMPLE_BACKING "non-reflective black"\nMODE "Transmissive"', "transmittance"),
     ],
@@ -53,7 +54,7 @@ def test_a_light_that_is_only_named_is_said_and_held_against_the_colours(written
     assert any("colours beside are a surface's: taken as reflectance" in note for note in printed.notes)
 
 
-@pytest.mark.parametrize(("identifier", "expected"), [("IT8.7/1", "transmittance"), ("IT8.7/2", "reflectance")])
+@pytest.mark.parametrize(("identifier", "expected"), [("IT8.7/1", "transmittance"), ("IT8.7/2-1993", "reflectance")])
 def test_the_identifier_of_a_target_says_what_it_is(written, identifier, expected):
     file = read(written(chart('DESCRIPTOR "Ektachrome"', identifier=identifier), "a.it8"))
     assert quantity(file) == expected and not any("does not say" in note for note in file.notes)
