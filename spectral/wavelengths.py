@@ -63,13 +63,14 @@ def validated_wavelengths(
             "a wavelength is not a finite number", file=file, field=field, found=grid[~np.isfinite(grid)][0]
         )
     if grid.max() < 10.0:
+        metres = 0.0 < grid.max() < 1e-5
         raise InputError(
-            "wavelengths look like micrometres",
+            "wavelengths look like metres" if metres else "wavelengths look like micrometres",
             file=file,
             field=field,
             found=f"{grid.min():g} to {grid.max():g}",
             expected="nanometres, such as 380 to 780",
-            hint="multiply them by 1000",
+            hint="multiply them by 1e9" if metres else "multiply them by 1000",
         )
     if grid.min() < 10.0 or grid.min() > 20000.0:
         raise InputError(

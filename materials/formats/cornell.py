@@ -1,9 +1,9 @@
 """Reads scattered spectral BRDF measurements in the text layout of Cornell's gonioreflectometer.
 
-Words separated by any white space, `#` starting a comment that runs to the end of its line:
+Words separated by any white space, or by commas, `#` starting a comment that runs to the end of its line:
 
     L                                   number of wavelengths
-    w_1 ... w_L                         wavelengths, nm, ascending
+    w_1 ... w_L                         wavelengths, nm, ascending; descending ones are turned round with their values
     theta_i phi_i theta_o phi_o  f_1 ... f_L     one direction pair: radians, then f_r in 1/sr
 
 repeated for as many pairs as were measured, in any order. An f_r of exactly 0 is a reading that was clamped: the
@@ -35,10 +35,12 @@ _LAYOUT = "a count, that many wavelengths in nm, then rows: theta_i phi_i theta_
 _LABEL = re.compile(r"(num(ber)?\b.*)?\b(wls?|wavelengths?|theta|phi)\b", re.IGNORECASE)
 # Angles are printed with six digits or so: pi/2 may come out a hair larger.
 _ROUNDING = 1e-4
+# As Fortran prints numbers of double precision: 8.726650D-01.
+_DOUBLE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for text that begins with a count and that many ascending wavelengths, or has the name of such a file."""
+    """True for text that begins with a count and that many wavelengths in order, or has the name of such a file."""
     return path.suffix.lower() in SUFFIXES or _begins_with_wavelengths(head)
 
 
@@ -85,10 +87,12 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
     if len(numbers) < 1 + count:
         found, hint = f"{len(numbers) - 1} of {count}", "the file may be truncated: download or copy it again"
         _fail("the list of wavelengths ends early", path, field, found, f"{count} values", hint)
-    wavelengths_nm = validated_wavelengths(numbers[1 : 1 + count], file=path, field=field)
+    listed = numbers[1 : 1 + count]
+    turned = bool((np.diff(listed) < 0).all())
+    wavelengths_nm = validated_wavelengths(listed[::-1] if turned else listed, file=path, field=field)
     rows = _rows(path, numbers[1 + count :], lines[1 + count :], count)
     row_lines = lines[1 + count :: 4 + count]
-    angles, values = rows[:, :4], rows[:, 4:]
+    angles, values = rows[:, :4], rows[:, :3:-1] if turned else rows[:, 4:]
     _check_values(path, values, wavelengths_nm, row_lines)
     _check_angles(path, angles, row_lines)
     missing = values == 0
@@ -102,15 +106,16 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
         missing=missing,
         name=name,
         description=description,
-        notes=_notes(missing, angles),
+        notes=(*(["wavelengths descend in the file and are turned round"] if turned else []), *_notes(missing, angles)),
     )
 
 
 def _begins_with_wavelengths(head: bytes) -> bool:
     """The count stands alone on its line, as no table of spectra begins; a list cut off by the end of `head` counts."""
-    lines = [line.split(b"#")[0].split() for line in head.removeprefix(b"\xef\xbb\xbf").splitlines()]
+    text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    lines = [_split(line.partition("#")[0]) for line in text.splitlines()]
     lines = [line for line in lines if line]
-    if b"\0" in head or len(lines) < 2 or len(lines[0]) != 1 or not re.fullmatch(rb"\d{1,5}", lines[0][0]):
+    if b"\0" in head or len(lines) < 2 or len(lines[0]) != 1 or not re.fullmatch(r"\d{1,5}", lines[0][0], re.ASCII):
         return False
     count, words = int(lines[0][0]), [word for line in lines[1:] for word in line]
     if len(words) < count:
@@ -121,7 +126,19 @@ def _begins_with_wavelengths(head: bytes) -> bool:
     except ValueError:
         return False
     whole = len(listed) == count or (len(listed) > 0 and len(head) >= 4096)
-    return count > 1 and whole and bool(listed[0] > 100 and listed[-1] < 1e5 and (np.diff(listed) > 0).all())
+    steps = np.diff(listed)
+    in_order = bool((steps > 0).all() or (steps < 0).all())
+    return count > 1 and whole and in_order and bool(listed.min() > 100 and listed.max() < 1e5)
+
+
+def _split(line: str) -> list[str]:
+    """The words of a line, parted by white space or by commas; one comma alone within a word may be a decimal one."""
+    found: list[str] = []
+    for word in line.split():
+        inner = word.removesuffix(",")
+        parts = inner.split(",")
+        found += parts if len(parts) > 2 or "." in inner else [inner] if inner else []
+    return [_DOUBLE.sub(r"\1e\2", word) if _DOUBLE.fullmatch(word) else word for word in found]
 
 
 def _fail(
@@ -147,7 +164,7 @@ def _words(path: Path) -> tuple[list[str], np.ndarray, list[str]]:
     comments: list[str] = []
     for number, line in enumerate(text.splitlines(), 1):
         body, _, comment = line.partition("#")
-        here = body.split()
+        here = _split(body)
         words += here
         lines += [number] * len(here)
         if not words and comment.strip():

@@ -112,7 +112,10 @@ def companions(path: Path) -> Iterator[Path]:
 
 
 def local_path(node: Node, folder: Path) -> Path:
-    """The file that a `uri` names; it must be relative and lie in the folder of the glTF, or below."""
+    """The file that a `uri` names; it must be relative and lie in the folder of the glTF, or below.
+
+    Backslashes part folders where no file is called by them: programs on Windows write them, against the rule.
+    """
     uri = node.text("uri")
     name = unquote(uri)
     outside = _SCHEME.match(name) or name.startswith(("/", "\\")) or ".." in re.split(r"[/\\]", name)
@@ -120,18 +123,32 @@ def local_path(node: Node, folder: Path) -> Path:
     if not name or "\0" in name or outside:
         node.refuse("uri", "a file that is not fetched", repr(uri)[:120], expected, hint)
     path = folder / name
+    if "\\" in name and not _is_file(path):
+        path = folder / name.replace("\\", "/")
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
-        there = path.is_file()
     except (OSError, ValueError):
-        inside = there = False
-    if not there:
+        inside = False
+    if not _is_file(path):
         node.refuse(
             "uri", "no such file", repr(uri)[:120], expected, "copy the file beside the glTF, and import the folder"
         )
     if not inside:
         node.refuse("uri", "a link that leads out of the folder", repr(uri)[:120], expected, hint)
     return path
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def named_by_backslashes(node: Node, folder: Path) -> bool:
+    """Whether the file of a `uri` was only found by taking backslashes for separators."""
+    uri = node.text("uri")
+    return not uri.startswith("data:") and "\\" in unquote(uri) and "\\" not in local_path(node, folder).name
 
 
 def _json_of(path: Path) -> tuple[bytes, tuple[int, int] | None]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...spectral.errors import InputError
-from .gltf_container import GltfFile
+from .gltf_container import GltfFile, named_by_backslashes
 from .gltf_json import Node
 from .pictures.textures import Texture
 
@@ -71,6 +71,8 @@ class TextureReader:
             try:
                 texture = self.of(holder, name)
                 notes += texture.notes if texture else ()
+                if named_by_backslashes(self._image(holder, name)[1], self.gltf.path.parent):
+                    notes.append("backslashes in the names of pictures are read as separators of folders")
             except InputError as reason:
                 notes.append(f"{self._slot(holder._at(name))}: {reason.problem} ({reason.found})")
         return list(self._read.values()), notes

@@ -28,8 +28,9 @@ __all__ = ["NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
 
 NAME = "texture maps"
 MOST_BYTES = 256 << 20
+_COLOURED = ("albedo", "emission")
 # Of these, two in one set would leave open which one counts.
-_RENDERED = ("albedo", "roughness", "gloss", "metallic", "packed")
+_RENDERED = ("albedo", "roughness", "gloss", "metallic", "packed", "metallic_smoothness")
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -108,8 +109,26 @@ def _texture(role: str, file: Path) -> Texture:
         ) from None
     slot = role if map_name(file) is None or role in _RENDERED else f"{role}{_number(role, file)}"
     texture = Texture(slot, data, "sRGB", file, role)
-    coloured = role in ("albedo", "emission") and not texture.floating
+    coloured = role in _COLOURED and not texture.floating
+    if role in _COLOURED:
+        _check_space(role, file, texture.floating)
     return texture if coloured else Texture(slot, data, "linear", file, role)
+
+
+def _check_space(role: str, file: Path, floating: bool) -> None:
+    """Refuse colours that their name gives another encoding than integers (sRGB) or floats (linear) have here."""
+    name = map_name(file)
+    space = name.space if name else ""
+    fitting = ("raw", "linear", "rec709", "bt709") if floating else ("srgb",)
+    if space and space.lower() not in fitting:
+        raise InputError(
+            "colours in another space",
+            file=file,
+            field=role,
+            found=f"{space}, by its name",
+            expected="linear sRGB in floats" if floating else "sRGB in integers",
+            hint="export the map as sRGB (PNG) or linear sRGB (OpenEXR), or correct its name",
+        )
 
 
 def _number(role: str, file: Path) -> str:
@@ -150,6 +169,8 @@ def _surface(only: dict[str, Texture], uplift: str, notes: list[str]) -> tuple[s
     if albedo.floating:
         beyond = int(((albedo.values[..., :3] < 0) | (albedo.values[..., :3] > 1)).sum())
         notes += [f"{beyond} values of the albedo are below 0 or above 1, and kept so"] if beyond else []
+    if albedo.values.shape[2] in (2, 4) and np.ptp(albedo.values[..., -1]) > 0:
+        notes.append("the alpha of the albedo is kept and not rendered")
     roughness, metallic = _roughness(only, notes), _metallic(only, notes)
     maps = SurfaceMaps(base=Colour(albedo), metallic=metallic or Number(scale=0.0), roughness=roughness or Number())
     parameters, told = model_of(maps, uplift)
@@ -170,6 +191,11 @@ def _roughness(only: dict[str, Texture], notes: list[str]) -> Number | None:
     if "gloss" in only:
         notes += [*_one_channel(only["gloss"]), "roughness is 1 - gloss"]
         return Number(only["gloss"], inverted=True)
+    if "metallic_smoothness" in only:
+        if only["metallic_smoothness"].values.shape[2] in (2, 4):
+            notes.append("roughness is 1 - smoothness, the alpha of the metallic map")
+            return Number(only["metallic_smoothness"], 3, inverted=True)
+        notes.append("the map of metal and smoothness has no alpha, where smoothness would be")
     return None
 
 
@@ -180,6 +206,8 @@ def _metallic(only: dict[str, Texture], notes: list[str]) -> Number | None:
     if "packed" in only:
         notes.append("packed map: green is taken as roughness, blue as metal")
         return Number(only["packed"], 2)
+    if "metallic_smoothness" in only:
+        return Number(only["metallic_smoothness"])
     return None
 
 
@@ -191,13 +219,18 @@ def _one_channel(texture: Texture) -> list[str]:
 
 
 def _unrendered(textures: dict[str, list[Texture]]) -> list[str]:
-    rough = next((role for role in ("roughness", "packed", "gloss") if role in textures), "")
-    metal = next((role for role in ("metallic", "packed") if role in textures), "")
+    rough = next((role for role in ("roughness", "packed", "gloss", "metallic_smoothness") if role in textures), "")
+    metal = next((role for role in ("metallic", "packed", "metallic_smoothness") if role in textures), "")
     used = {"albedo", rough, metal}
     names = [role for role in textures if role not in used]
     notes = [f"kept in the record and not rendered: {', '.join(sorted(names))}"] if names else []
     if "normal" in textures:
         notes.append("the normal map does not say whether green is up (OpenGL) or down (DirectX)")
+    for several in textures.values():
+        for texture in several:
+            name = map_name(texture.file)
+            if name and name.space.lower() not in ("", "raw", "linear") and name.role not in _COLOURED:
+                notes.append(f"the {texture.slot} map is named {name.space}: its numbers are taken as they are")
     for role, words in (("normal_gl", "green up (OpenGL)"), ("normal_dx", "green down (DirectX)")):
         notes += [f"the normal map is named as one with {words}"] if role in textures else []
     return notes

@@ -19,7 +19,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_picture
-from ...spectral.formats.spectral_exr import MOST_COLOURS
+from ...spectral.formats.spectral_exr import LENGTH, MOST_COLOURS, wavelength_of
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..intake.sources import MaterialSource, Rejected
@@ -32,13 +32,7 @@ NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
 #: 2048 x 2048 of 32 wavelengths: half a gigabyte as floats.
 MOST_SAMPLES = 1 << 27
-_PLAIN = re.compile(
-    r"^(?:(?P<layer>.*)\.)?(?P<kind>S[0-3]|T)\.(?P<number>\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)"
-    r"(?P<prefix>da|[YZEPTGMkhdcmunpfazy])?(?P<unit>m|Hz)$"
-)
-_POWERS = {"Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "da": 1, "d": -1, "c": -2}
-_POWERS |= {"m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "a": -18, "z": -21, "y": -24}
-_LIGHT_M_PER_S = 299792458.0
+_PLAIN = re.compile(rf"^(?:(?P<layer>.*)\.)?(?P<kind>S[0-3]|T)\.{LENGTH}$")
 _PREVIEW = ("R", "G", "B", "A", "Y", "RY", "BY")
 _LONGEST_TEXT = 32000
 
@@ -59,14 +53,6 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
     names = channel_names(path, head)
     return not names or any(_PLAIN.match(name) for name in names)
-
-
-def wavelength_of(number: str, prefix: str | None, unit: str) -> float:
-    """Nanometres of a channel's name, such as ("550,0", "n", "m") or ("545.0", "T", "Hz")."""
-    value = float(number.replace(",", ".")) * 10.0 ** _POWERS.get(prefix or "", 0)
-    if unit == "Hz":
-        value = _LIGHT_M_PER_S / value if value > 0 else np.inf
-    return round(value * 1e9, 6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
@@ -117,7 +103,7 @@ def spectral_textures(picture: ExrPicture, path: Path) -> list[SpectralTexture]:
     for name, pixels in picture.channels.items():
         if match := _PLAIN.match(name):
             held = found.setdefault((match["layer"] or "", match["kind"]), {})
-            length = wavelength_of(match["number"], match["prefix"], match["unit"])
+            length = wavelength_of(*match.group(3, 4, 5))
             if length in held:
                 _refuse(path, name, "two channels hold the same wavelength", f"{length:g} nm", "each wavelength once")
             held[length] = pixels

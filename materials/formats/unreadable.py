@@ -6,12 +6,15 @@ The last of the readers to be asked: what another one knows never comes here.
 from __future__ import annotations
 
 import re
+import struct
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
 from ...spectral.errors import InputError
+from ..intake.archives import is_zip
 from ..intake.sources import MaterialSource, Rejected
 from .pictures.map_names import map_name, pictures_in
 
@@ -34,6 +37,8 @@ class Unread:
     hint : what to export instead, and from where.
     suffixes : what the names of such files end in.
     mark : pattern that the first bytes of such a file hold, whatever its name.
+    needs : pattern that the first bytes hold as well where only the name speaks for the format.
+    member : pattern that the name of a member begins with, where such a file is a zip container.
     beside_maps : True where such a file often lies beside a set of texture maps, which then say all that it does.
     """
 
@@ -43,10 +48,14 @@ class Unread:
     suffixes: tuple[str, ...] = ()
     mark: re.Pattern[bytes] | None = None
     beside_maps: bool = False
+    needs: re.Pattern[bytes] | None = None
+    member: re.Pattern[str] | None = None
 
-    def fits(self, path: Path, head: bytes) -> bool:
+    def fits(self, path: Path, head: bytes, members: tuple[str, ...]) -> bool:
         marked = self.mark is not None and self.mark.search(head) is not None
-        if not marked and path.suffix.lower() not in self.suffixes:
+        marked = marked or (self.member is not None and any(self.member.match(name) for name in members))
+        named = path.suffix.lower() in self.suffixes and (self.needs is None or self.needs.search(head) is not None)
+        if not marked and not named:
             return False
         return not (self.beside_maps and _lies_beside_maps(path))
 
@@ -177,8 +186,49 @@ FORMATS = (
         "an Excel workbook",
         "it is no text",
         "save the sheet as CSV",
-        (".xls", ".xlsb"),
+        (".xls", ".xlsb", ".xlsx", ".xlsm"),
         _starts(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+        member=re.compile(r"xl/workbook\."),
+    ),
+    Unread(
+        "an OpenDocument spreadsheet",
+        "it is no text",
+        "save the sheet as CSV",
+        (".ods",),
+        re.compile(rb"\APK\x03\x04.{26}mimetypeapplication/vnd\.oasis\.opendocument\.spreadsheet", re.DOTALL),
+    ),
+    Unread(
+        "JCAMP-DX",
+        "its numbers may be packed in several ways that look like a table and are none",
+        "in the program that opens it, save the spectrum as CSV: a wavelength in nm and a value in each row",
+        (".jdx",),
+        re.compile(rb"\A(?:\xef\xbb\xbf)?\s*##(?:TITLE|JCAMP-?DX)\s*=", re.IGNORECASE),
+    ),
+    Unread(
+        "Galactic SPC",
+        "it is a binary format of spectrometers",
+        "in the program that opens it (GRAMS, Spectragryph), save the spectrum as CSV or text",
+        (".spc",),
+        needs=re.compile(rb"\A.[\x4b\x4c\x4d\xcf]", re.DOTALL),
+    ),
+    Unread(
+        "a binary file of an ASD spectrometer",
+        "it is a format of one maker's programs",
+        "in ViewSpec Pro, export it as ASCII: reflectance, with a header",
+        mark=re.compile(rb"\A(?:ASD|as[2-8])[^\0]{0,157}\0"),
+    ),
+    Unread(
+        "Ocean Optics ProcSpec",
+        "it is a format of one maker's programs",
+        "in SpectraSuite or OceanView, save the spectrum as tab-delimited text",
+        (".procspec",),
+        member=re.compile(r"OOISignatures\.xml|OOIVersion\.txt"),
+    ),
+    Unread(
+        "optical constants (refractiveindex.info)",
+        "n and k of a substance are not the spectrum of a surface",
+        "write n and k as CSV, and beside it a family description (.toml) of a metal, with eta and k, that names it",
+        mark=re.compile(rb"^DATA:\s*$.{0,200}?^\s*-\s*type:\s*[\"']?(?:tabulated (?:nk?|k)|formula \d)", re.M | re.S),
     ),
     Unread(
         "a packed archive",
@@ -208,7 +258,8 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 def unread(path: Path, head: bytes) -> Unread | None:
     """Which of `FORMATS` the file is of, by its name and its first bytes; None where it is of none."""
-    return next((known for known in FORMATS if known.fits(path, head)), None)
+    members = _members(path) if is_zip(head) else ()
+    return next((known for known in FORMATS if known.fits(path, head, members)), None)
 
 
 def refuse(path: Path, head: bytes) -> NoReturn:
@@ -237,6 +288,15 @@ def _head(path: Path) -> bytes:
             expected="a readable file",
             hint="check its name and its permissions",
         ) from None
+
+
+def _members(path: Path) -> tuple[str, ...]:
+    """Names in a zip container, as far as it can be read."""
+    try:
+        with zipfile.ZipFile(path) as opened:
+            return tuple(opened.namelist())
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError, RuntimeError, struct.error):
+        return ()
 
 
 def _lies_beside_maps(path: Path) -> bool:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import glob
 import os
+import re
+import struct
 import tempfile
+import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +19,11 @@ from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpa
 from .sources import Rejected
 
 HEAD = 4096
-_DOCUMENTS = (".xlsx", ".xlsm", ".ods", ".docx", ".npz", ".usdz", ".kmz", ".jar")
+# The end of a name that says what kind of file it is; "run 1.2" has none.
+_KIND = re.compile(r"\.[a-z]\w*")
+_DOCUMENTS = (".xlsx", ".xlsm", ".xlsb", ".ods", ".docx", ".npz", ".usdz", ".kmz", ".jar", ".sbsar", ".procspec")
+# What programs put into the documents that they pack, and nobody into an archive of measurements.
+_PROGRAMS = re.compile(r"\[Content_Types\]\.xml|mimetype|META-INF/MANIFEST\.MF|OOI(?:Signatures\.xml|Version\.txt)")
 _CHUNK = 1 << 20
 
 
@@ -123,11 +130,11 @@ def _matching(pattern: str) -> Iterator[InputFile]:
 def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
     """The file itself, or what is in it where it is a zip file.
 
-    Programs pack documents of their own in this way: what is not called .zip must be named itself.
+    Programs pack documents of their own in this way: what has a name of another kind must be named itself.
     """
     suffix = file.path.suffix.lower()
-    archive = suffix == ".zip" or (file.named and suffix not in _DOCUMENTS)
-    if not archive or not is_zip(head_of(file.path)[:4]):
+    archive = suffix == ".zip" or not _KIND.fullmatch(suffix) or (file.named and suffix not in _DOCUMENTS)
+    if not archive or not is_zip(head_of(file.path)[:4]) or _is_document(file.path):
         yield file
         return
     # Files without a name of their own are named after their folder.
@@ -137,7 +144,7 @@ def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
         for member in unpacked(file.path, private):
             if isinstance(member, Rejected):
                 yield Rejected(member.name, member.reason)
-            elif is_zip(head_of(member[0])[:4]):
+            elif is_zip(head_of(member[0])[:4]) and not _is_document(member[0]):
                 hint = "unpack the outer archive, and import the inner ones"
                 reason = InputError("an archive inside an archive is not followed", field=member[1], hint=hint)
                 yield Rejected(f"{file.name}/{member[1]}", reason)
@@ -145,6 +152,17 @@ def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
                 yield InputFile(member[0], f"{file.name}/{member[1]}", False)
     except InputError as reason:
         yield Rejected(file.name, reason)
+
+
+def _is_document(path: Path) -> bool:
+    """Whether a zip container is what a program saved, such as a spreadsheet; not where it cannot be read."""
+    if path.suffix.lower() in _DOCUMENTS:
+        return True
+    try:
+        with zipfile.ZipFile(path) as opened:
+            return any(_PROGRAMS.fullmatch(name) for name in opened.namelist())
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError, RuntimeError, struct.error):
+        return False
 
 
 def _fetched(address: str, private: Path) -> Iterator[InputFile]:

@@ -15,6 +15,9 @@ from .shared.text import number, read_lines, shortened
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"?|(#.*)|([^\s"]+)')
 # What a table after the first may be called; there, another word alone is a keyword without a value.
 _IDENTIFIER = re.compile(r"CGATS|ISO ?28178|IT8|CTI\d|CCSS|CCMX|SPECT$|CMF$|CAL$|MPP$", re.I)
+# A field of two words without quotation marks: SPECTRAL_NM 380, or 380 nm.
+_BEFORE = re.compile(r"SPECTRAL_?NM|SPECTRAL|SPECTRUM|SPEC|NM|R|LAMBDA|WL", re.I)
+_LENGTH = re.compile(r"\d{3,4}(?:[.,]\d+)?")
 _NUMBER_WITH_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
 #: Fields in one format, and characters in one line.
@@ -78,7 +81,7 @@ def read_tables(path: Path) -> list[CgatsTable]:
             continue
         key = words[0].upper()
         if key == "BEGIN_DATA_FORMAT":
-            fields = _format(words[1:], lines, path, line_number)
+            fields = _joined(_format(words[1:], lines, path, line_number))
         elif key == "BEGIN_DATA":
             if not fields:
                 raise InputError(
@@ -140,6 +143,22 @@ def _format(fields: list[str], lines: Iterator[tuple[int, str]], path: Path, beg
         _check_length(following[1], following[0], path)
         fields += tokens(following[1])
     return fields[:-1]
+
+
+def _joined(fields: list[str]) -> list[str]:
+    """Fields, with those of two words that lack their quotation marks as one, where there are several."""
+    joined: list[str] = []
+    lengths = 0
+    for field in fields:
+        last = joined[-1] if joined else ""
+        if (_LENGTH.fullmatch(field) and _BEFORE.fullmatch(last)) or (
+            field.lower() == "nm" and _LENGTH.fullmatch(last)
+        ):
+            joined[-1] = f"{last} {field}"
+            lengths += 1
+        else:
+            joined.append(field)
+    return joined if lengths > 1 else fields
 
 
 def _table(

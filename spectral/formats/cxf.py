@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
-from .cxf_metadata import file_details, object_details, stated_values
+from .cxf_metadata import file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
 from .reading import SpectralFile
 from .shared.gathering import Gathering
@@ -90,7 +90,9 @@ def read(path: Path) -> SpectralFile:
     for name, (item, values, spectra) in zip(names, measured, strict=True):
         beside = [value for value in values if known.name(value) not in _SPECTRA]
         colours, other = stated_values(beside, name, specifications, known, gathered)
-        for value, label in zip(spectra, _labels(spectra, specifications), strict=True):
+        own = [_named_by(value, specifications) for value in spectra]
+        shares = shared_out(colours, spectra, own, name, gathered)
+        for value, label, (stated, left) in zip(spectra, _labels(spectra, specifications), shares, strict=True):
             called = f"{name}, {label}" if label else name
             try:
                 told = _referenced(value, specifications, path, called, gathered)
@@ -104,10 +106,10 @@ def read(path: Path) -> SpectralFile:
                 percent = percent or _percent(path, called, f"{samples.max():g}")
                 gathered.rejected.append((called, _percent(path, called, f"{samples.max():g}")))
                 continue
-            details = object_details(item, value, told, known) | other
+            details = object_details(item, value, told, known) | other | left
             if quantity == "emission":
                 details["units"] = "W/(sr m^2 nm)"
-            gathered.add(called, grid, samples, quantity, stated=colours, details=details)
+            gathered.add(called, grid, samples, quantity, stated=stated, details=details)
     if percent is not None:
         # A dark sample in percent looks like a bright one in fractions: the others tell.
         fractions = [entry for entry in gathered.entries if entry.spectrum.quantity != "emission"]
@@ -158,6 +160,12 @@ def _specifications(resources: list[Element], known: Vocabulary) -> dict[str, Sp
                 name = element.get("Id", "")
                 found[name] = None if name in found else specification(element, known)
     return found
+
+
+def _named_by(value: Element, known: Mapping[str, Specification | None]) -> Specification | None:
+    """The specification that a value names, the only one where it names none; None where there is no telling."""
+    wanted = value.get("ColorSpecification")
+    return known.get(wanted) if wanted is not None else next(iter(known.values())) if len(known) == 1 else None
 
 
 def _referenced(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,15 +19,71 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 
+# Parts of a specification by which a colour is known to be of one spectrum and not of another beside it.
+_TELLING = ("condition", "geometry", "filter", "polarisation", "backing")
+
+
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """Tristimulus values of an object: what they are, their own name, their specification, and all of it as text."""
+
+    colour: StatedColour
+    kind: str
+    name: str
+    told: Specification
+    text: str
+
+
+def shared_out(
+    stated: Sequence[Stated],
+    spectra: Sequence[Element],
+    told: Sequence[Specification | None],
+    name: str,
+    gathered: Gathering,
+) -> list[tuple[tuple[StatedColour, ...], dict[str, str]]]:
+    """The colours of an object by the spectrum that each is of, and as text by kind those that are of none.
+
+    A colour is of the spectra that have its specification; else of those that agree with it in the most parts of
+    theirs, and contradict it in none, such as the same light of the device; of these, of the one of its own name.
+    Only where nothing tells are there several, which a note says.
+    """
+    colours: list[list[StatedColour]] = [[] for _ in spectra]
+    other: dict[str, str] = {}
+    for one in stated:
+        agreement = [_agreement(one.told, each) for each in told]
+        best = max(agreement, default=-1)
+        of = [at for at, parts in enumerate(agreement) if parts == best] if best >= 0 else []
+        of = [at for at in of if one.name and spectra[at].get("Name") == one.name] or of
+        if not of:
+            gathered.note(f"{one.kind} is of another measurement than the spectra of its object, kept as text", name)
+            other[one.kind] = one.text
+        elif len(of) > 1:
+            gathered.note(f"{one.kind} does not say which spectrum of its object it is of: beside each", name)
+        for at in of:
+            colours[at].append(one.colour)
+    return [(tuple(found), other) for found in colours]
+
+
+def _agreement(one: Specification, other: Specification | None) -> int:
+    """How many parts two specifications share, -1 where they contradict each other; most where they are one."""
+    if other is one:
+        return len(_TELLING) + 1
+    if other is None:
+        return -1
+    both = [part for part in _TELLING if one.details.get(part) and other.details.get(part)]
+    same = [part for part in both if one.details[part] == other.details[part]]
+    return len(same) if len(same) == len(both) else -1
+
+
 def stated_values(
     values: list[Element],
     name: str,
     specifications: Mapping[str, Specification | None],
     known: Vocabulary,
     gathered: Gathering,
-) -> tuple[tuple[StatedColour, ...], dict[str, str]]:
+) -> tuple[list[Stated], dict[str, str]]:
     """What an object states beside its spectra: tristimulus values, and `values` of other kinds as text by kind."""
-    colours: list[StatedColour] = []
+    colours: list[Stated] = []
     other: dict[str, str] = {}
     for value in values:
         kind = known.name(value) or ""
@@ -39,11 +96,11 @@ def stated_values(
                 colour = _colour(kind, value, told, known, gathered.path, name)
             except InputError as reason:
                 gathered.note(f"{kind} is not used: {reason.problem}", name)
-        if colour is None:
+        if colour is None or told is None:
             other[kind] = words(value)
         else:
-            colours.append(colour)
-    return tuple(colours), kept(other)
+            colours.append(Stated(colour, kind, value.get("Name", ""), told, words(value)))
+    return colours, kept(other)
 
 
 def _colour(

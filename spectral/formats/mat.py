@@ -1,8 +1,9 @@
 """Spectra in MATLAB files: a vector of wavelengths, and arrays that are as long one way or the other.
 
 Wavelengths are called `wavelength`, `wave`, `wl`, `lambda` or alike, or stand as [first, step, count] in an `S_...`
-beside a `sur_...` or `spd_...`, as the Psychophysics Toolbox has them. What was measured is told by the names of the
-variables, their comments, and the name of the file, in this order.
+beside a `sur_...` or `spd_...`, as the Psychophysics Toolbox has them; in a struct, they are of its own fields. What
+was measured is told by the names of the variables, their comments, and the name of the file, in this order; what is no
+spectrum of a colour (colour-matching functions, sensitivities, densities) is refused by these names.
 """
 
 from __future__ import annotations
@@ -23,11 +24,23 @@ from .shared.words import measured, names_light, quantity_in, unit_in
 NAME = "MATLAB"
 SUFFIXES = (".mat",)
 
-_AXIS = re.compile(r"(?:.*[._])?(?:wave(?:length|len)?s?|wl|wls|wvl|lambdas?|lam|nm)(?:_?nm)?", re.I)
+_AXIS = re.compile(r"(?:.*[._])?(?:wave(?:length|len)?s?|wl|wls|wvl|lambdas?|lam|nm)(?:_?nm)?(?:_?\d)?", re.I)
 _STEPS = re.compile(r"S_(\w+)")
 _KIND = {"sur": "reflectance", "srf": "reflectance", "spd": "emission", "refl": "reflectance", "spec": None}
 _NAMES = re.compile(r"(?:.*[._])?(?:names?|labels?|samples?|ids?|titles?|chips?|patch(?:es)?)", re.I)
-_NOT_SPECTRA = re.compile(r"(?:T|B|basis|coeffs?|xyz|lab|rgb|srgb|mean|std|sigma)(?:_\w+)?", re.I)
+_NOT_SPECTRA = re.compile(r"(?:\w*basis|\w*coeff?s?|xyz|lab|rgb|srgb|mean|std|sigma)(?:_\w+)?", re.I)
+# At the top of a file of the Psychophysics Toolbox: sensitivities and bases.
+_TOOLBOX = re.compile(r"[TB](?:_\w+)?", re.I)
+_RESPONSES = (
+    ("colour-matching functions", r"xyz(?:\d\w*)?|cmfs?|colou?r[ -]?match\w*"),
+    (
+        "sensitivities of the eye",
+        r"cones?|lms|fundamentals|stockman|smith[ -]?pokorny|v ?lambda|luminosity|photopic|scotopic",
+    ),
+    ("optical densities", r"den|densit(?:y|ies)|macular"),
+    ("sensitivities of a camera", r"sensitivit(?:y|ies)|responsivit(?:y|ies)|quantum efficiency|qe"),
+)
+_ILLUM = re.compile(r"(?<![a-z])illums?(?![a-z])", re.I)
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -54,46 +67,103 @@ def read(path: Path) -> SpectralFile:
     numbers = {name: value for name, value in variables.items() if isinstance(value, np.ndarray)}
     words = {name: value for name, value in variables.items() if isinstance(value, list) and not _NAMES.fullmatch(name)}
     said = " ".join(" ".join(value) for value in words.values())[:8000]
-    axis_name, grid = _axis(numbers, variables, path, gathering)
-    arrays = {
-        name: value
-        for name, value in numbers.items()
-        if name != axis_name and value.ndim == 2 and grid.size in value.shape and not _NOT_SPECTRA.fullmatch(name)
-    }
-    if not arrays:
+    axes = _axes(numbers, variables, path, gathering)
+    arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes, path)) is not None}
+    responses = {name: what for name in arrays if (what := _response(name))}
+    left = {name: axis for name, axis in arrays.items() if name not in responses and not _is_no_spectrum(name)}
+    if not left:
+        if responses:
+            raise _no_colour(*next((what, name) for name, what in responses.items()), path)
+        sizes = " or ".join(str(size) for size in sorted({grid.size for grid in axes.values()}))
         raise InputError(
             "no spectra beside the wavelengths",
             file=path,
-            field=axis_name,
+            field=next(iter(axes)),
             found=_listed(variables),
-            expected=f"an array with {grid.size} rows or columns",
+            expected=f"an array with {sizes} rows or columns",
             hint="save the spectra as a matrix of two dimensions; a spectral image is not a set of samples",
         )
+    for name in [each for each in arrays if each not in left]:
+        gathering.note(f"{name} is left out: {responses.get(name, 'no spectrum, by its name')}")
     details = {name: shortened("; ".join(value), 400) for name, value in words.items()}
-    for name, values in arrays.items():
-        _gather(name, values, grid, said, variables, len(arrays) > 1, gathering, path)
+    for name, axis in left.items():
+        _gather(name, numbers[name], axes[axis], said, variables, len(left) > 1, gathering, path)
     return gathering.finish(details)
 
 
-def _axis(
+def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray], path: Path) -> str | None:
+    """Which of the wavelengths an array goes with: those of its own struct, else the only ones of its size."""
+    vector = value.ndim == 2 and min(value.shape) == 1
+    if name in axes or value.ndim != 2 or _AXIS.fullmatch(name):
+        return None
+    if vector and any(np.array_equal(value.ravel(), grid) for grid in axes.values()):
+        return None
+    fitting = [axis for axis, grid in axes.items() if grid.size in value.shape]
+    own = [axis for axis in fitting if axis.rpartition(".")[0] == name.rpartition(".")[0]]
+    own = [axis for axis in fitting if _STEPS.fullmatch(axis) and name.endswith(axis[1:])] or own
+    chosen = own or fitting
+    if any(not np.array_equal(axes[chosen[0]], axes[axis]) for axis in chosen[1:]):
+        raise InputError(
+            "two vectors of wavelengths",
+            file=path,
+            field=name,
+            found=" and ".join(chosen[:4]),
+            expected="one vector of wavelengths beside the spectra, or one in each struct",
+            hint="save the spectra of each in a file of their own",
+        )
+    return chosen[0] if chosen else None
+
+
+def _is_no_spectrum(name: str) -> bool:
+    return bool(_NOT_SPECTRA.fullmatch(name.rpartition(".")[2]) or _TOOLBOX.fullmatch(name))
+
+
+def _response(words: str) -> str | None:
+    """What is no spectrum of a colour by these words, such as "colour-matching functions"; None where it may be one."""
+    words = words.rpartition(".")[2].replace("_", " ")
+    if _KIND.get(words.partition(" ")[0].casefold()) or measured(quantity_in(words)):
+        return None
+    return next(
+        (what for what, pattern in _RESPONSES if re.search(rf"(?<![a-z])(?:{pattern})(?![a-z])", words, re.I)), None
+    )
+
+
+def _no_colour(what: str, field: str, path: Path) -> InputError:
+    return InputError(
+        "not the spectrum of a colour",
+        file=path,
+        field=field,
+        found=f"{what}, by its name or comment",
+        expected="reflectance, transmittance or emission",
+        hint="where it is one, call the variable reflectance, transmittance or spd",
+    )
+
+
+def _axes(
     numbers: dict[str, np.ndarray], variables: dict[str, Variable], path: Path, gathering: Gathering
-) -> tuple[str, np.ndarray]:
-    """Name and values (L,) of the wavelengths."""
-    for name, value in numbers.items():
-        if value.size > 1 and value.size == max(value.shape) and _AXIS.fullmatch(name):
-            return name, value.ravel()
+) -> dict[str, np.ndarray]:
+    """Every vector of wavelengths (L,), by name."""
+    found = {
+        name: value.ravel()
+        for name, value in numbers.items()
+        if value.size > 1 and value.size == max(value.shape) and _AXIS.fullmatch(name)
+    }
+    if found:
+        return found
     for name, value in numbers.items():
         if _STEPS.fullmatch(name) and value.size == 3:
             first, step, count = (float(number) for number in value.ravel())
             if step > 0 and 2 <= count <= 100_000 and count == int(count):
-                return name, first + step * np.arange(int(count))
+                found[name] = first + step * np.arange(int(count))
+    if found:
+        return found
     for name, value in numbers.items():
         flat = value.ravel()
         if flat.size > 3 and flat.size == max(value.shape) and 150 <= flat[0] <= 2600 and (np.diff(flat) > 0).all():
             gathering.note(
                 f"no variable is called wavelength; {name} ascends from {flat[0]:g} to {flat[-1]:g} and is taken"
             )
-            return name, flat
+            return {name: flat}
     raise InputError(
         "no wavelengths in this MATLAB file",
         file=path,
@@ -140,19 +210,26 @@ def _gather(
         divisor, note = reflective_divisor(float(finite.min()), float(finite.max()), unit, path, told=told)
         if note:
             gathering.note(note)
-    labels = next(
-        (value for key, value in variables.items() if isinstance(value, list) and len(value) == len(spectra) > 1), None
-    )
+    labels = _labels(name, len(spectra), variables)
     stem = f"{path.stem} {name}" if several else path.stem
     for index, row in enumerate(spectra):
         label = labels[index] if labels and labels[index] else f"{stem} {index + 1}" if len(spectra) > 1 else stem
         gathering.add(label, grid, row, quantity, divisor=divisor, details={"variable": name, "column": str(index + 1)})
 
 
+def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str] | None:
+    """As many words as there are spectra, of one those beside it in its struct."""
+    struct = name.rpartition(".")[0]
+    for key, value in variables.items():
+        beside = struct and key.rpartition(".")[0] == struct and _NAMES.fullmatch(key)
+        if isinstance(value, list) and len(value) == count and (count > 1 or beside):
+            return value
+    return None
+
+
 def _quantity(name: str, said: str, path: Path, gathering: Gathering) -> tuple[Quantity, bool]:
     """What a variable holds, and whether anything says so."""
-    last = name.rpartition(".")[2]
-    told = _KIND.get(last.partition("_")[0].casefold()) or quantity_in(last.replace("_", " ")) or quantity_in(said)
+    told = _told(name) or quantity_in(said)
     if told in ("absorbance", "index"):
         raise InputError(
             f"{told} is not the spectrum of a colour",
@@ -162,8 +239,20 @@ def _quantity(name: str, said: str, path: Path, gathering: Gathering) -> tuple[Q
         )
     if quantity := measured(told):
         return quantity, True
-    if names_light(path.stem) or names_light(said) or names_light(last):
+    for words in (said, path.stem):
+        if what := _response(words):
+            raise _no_colour(what, name, path)
+    words = name.replace(".", " ").replace("_", " ")
+    if names_light(path.stem) or names_light(said) or names_light(words) or _ILLUM.search(words):
         gathering.note(f"{name} is taken as emission, after its name or comment")
         return "emission", True
     gathering.note("the file does not say what was measured; taken as reflectance")
     return "reflectance", False
+
+
+def _told(name: str) -> str | None:
+    """What the name of a variable says, its own before that of the struct that it is in."""
+    for part in reversed(name.split(".")):
+        if told := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
+            return told
+    return None

@@ -25,6 +25,7 @@ Variable = np.ndarray | list[str]
 
 _KINDS = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 _CELLS = 100_000
+_STRUCTS = 2000
 
 
 class TooLarge(Exception):
@@ -37,7 +38,7 @@ def is_hdf5(head: bytes) -> bool:
 
 
 def variables(path: Path, most: int) -> dict[str, Variable]:
-    """Arrays of numbers and words by name; those of a 1 x 1 struct as "struct.field"."""
+    """Arrays of numbers and words by name; those of a struct as "struct.field" or "struct(2).field"."""
     with path.open("rb") as file:
         head = file.read(1024)
     return _hdf5(path, most) if is_hdf5(head) else _classic(path, most)
@@ -65,9 +66,11 @@ def _keep(found: dict[str, Variable], name: str, value: Any, depth: int = 0) -> 
     """Numbers, words, cells of words and the fields of a struct; anything else is passed over."""
     if not isinstance(value, np.ndarray):
         return
-    if value.dtype.names and value.size == 1 and depth < 3:
-        for field in value.dtype.names[:100]:
-            _keep(found, f"{name}.{field}", value.ravel()[0][field], depth + 1)
+    if value.dtype.names and value.size <= _STRUCTS and depth < 3:
+        for number, struct in enumerate(value.ravel(), 1):
+            place = name if value.size == 1 else f"{name}({number})"
+            for field in value.dtype.names[:100]:
+                _keep(found, f"{place}.{field}", struct[field], depth + 1)
     elif value.dtype.kind in "US":
         found[name] = [str(words).strip() for words in value.ravel()[:_CELLS]]
     elif value.dtype.kind in "fiub":

@@ -26,7 +26,7 @@ _PATIENCE = 60.0
 
 
 def read_variables(path: Path) -> dict[str, Variable]:
-    """Arrays of numbers and words by name; those of a 1 x 1 struct as "struct.field".
+    """Arrays of numbers and words by name; those of a struct as "struct.field" or "struct(2).field".
 
     Raises
     ------

@@ -1,7 +1,8 @@
 """Spectral OpenEXR images in the layout of Fichet, Pacanowski and Wilkie (JCGT 10(3), 2021).
 
 Channels `S0.<wavelength>` carry emission, `T.<wavelength>` reflectance, `T.<in>.<out>` re-radiation of a fluorescent
-surface; wavelengths are written as `550,000000nm`, with a comma for the decimal mark.
+surface; wavelengths are written as `550,000000nm`, with a comma for the decimal mark, in any unit of metres, or as
+frequencies in hertz.
 """
 
 from __future__ import annotations
@@ -30,12 +31,16 @@ SUFFIXES = (".exr",)
 # A picture of more colours than this is a texture, not a chart.
 MOST_COLOURS = 64
 
-_LENGTH = r"(\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)(n|u|m|p|)m"
-_PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{_LENGTH}$")
-_BISPECTRAL = re.compile(rf"^(?:.*\.)?T\.{_LENGTH}\.{_LENGTH}$")
-_IN_HEADER = re.compile(rb"(?:S0|T)\.\d[\d,.eE+-]*[nump]?m(?:\.\d[\d,.eE+-]*[nump]?m)?\0")
+#: A length or a frequency in the name of a channel: number, prefix and unit, as `wavelength_of` takes them.
+LENGTH = r"(\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)(da|[YZEPTGMkhdcmunpfazy])?(m|Hz)"
+_PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{LENGTH}$")
+_BISPECTRAL = re.compile(rf"^(?:.*\.)?T\.{LENGTH}\.{LENGTH}$")
+_UNIT = rb"(?:da|[YZEPTGMkhdcmunpfazy])?(?:m|Hz)"
+_IN_HEADER = re.compile(rb"(?:S0|T)\.\d[\d,.eE+-]*" + _UNIT + rb"(?:\.\d[\d,.eE+-]*" + _UNIT + rb")?\0")
 _LONGEST_HEADER = 2**20
-_NM_PER_UNIT = {"p": 1e-3, "n": 1.0, "u": 1e3, "m": 1e6, "": 1e9}
+_POWERS = {"Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "da": 1, "d": -1, "c": -2}
+_POWERS |= {"m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "a": -18, "z": -21, "y": -24}
+_LIGHT_M_PER_S = 299792458.0
 _QUANTITY: dict[str, Quantity] = {"S0": "emission", "T": "reflectance"}
 
 
@@ -208,9 +213,9 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
     plain, shifted = {}, {}
     for name, pixels in channels.items():
         if match := _PLAIN.match(name):
-            held, key = plain, (match[1], _nanometres(match[2], match[3]))
+            held, key = plain, (match[1], wavelength_of(*match.group(2, 3, 4)))
         elif match := _BISPECTRAL.match(name):
-            held, key = shifted, (_nanometres(match[1], match[2]), _nanometres(match[3], match[4]))
+            held, key = shifted, (wavelength_of(*match.group(1, 2, 3)), wavelength_of(*match.group(4, 5, 6)))
         else:
             continue
         if key in held:
@@ -288,5 +293,9 @@ def _check_shapes(path: str | Path, channels: list[np.ndarray], bands: int) -> N
         )
 
 
-def _nanometres(number: str, prefix: str) -> float:
-    return round(float(number.replace(",", ".")) * _NM_PER_UNIT[prefix], 6)
+def wavelength_of(number: str, prefix: str | None, unit: str) -> float:
+    """Nanometres of a channel's name, such as ("550,0", "n", "m") or ("545.0", "T", "Hz")."""
+    value = float(number.replace(",", ".")) * 10.0 ** _POWERS.get(prefix or "", 0)
+    if unit == "Hz":
+        value = _LIGHT_M_PER_S / value if value > 0 else np.inf
+    return round(value * 1e9, 6)

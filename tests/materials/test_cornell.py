@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from metamer.materials.directions import io_angles
+from metamer.materials.formats import cornell
 from metamer.materials.formats.cornell import read_cornell
 from metamer.spectral.errors import InputError
 
@@ -51,6 +52,38 @@ def test_lines_may_break_anywhere(written):
     words = " ".join(row.partition("#")[0] for row in ROWS).split()
     broken = read_cornell(written(rows=[" ".join(words[i : i + 5]) for i in range(0, len(words), 5)]))
     assert np.array_equal(whole.values, broken.values) and np.array_equal(whole.wo, broken.wo)
+
+
+@pytest.mark.parametrize("separator", [", ", ",", " , "])
+def test_commas_part_numbers_too(written, separator):
+    plain = read_cornell(written())
+    rows = [separator.join(row.partition("#")[0].split()) for row in ROWS]
+    path = written(rows=rows, wavelengths=separator.join(WAVELENGTHS.split()))
+    assert cornell.recognises(path.with_suffix(".txt"), path.read_bytes())
+    found = read_cornell(path)
+    assert np.array_equal(found.values, plain.values) and np.array_equal(found.wo, plain.wo)
+
+
+def test_a_decimal_comma_is_refused(written):
+    refused(written(rows=[row.replace(".", ",") for row in ROWS]), "not a number", "line 9", "'0,5'")
+
+
+def test_exponents_of_fortran(written):
+    plain = read_cornell(written())
+    found = read_cornell(written(rows=[ROWS[0].replace("0.01", "1.0D-02").replace("0.5", ".5d0"), *ROWS[1:]]))
+    assert np.array_equal(found.values, plain.values) and np.array_equal(found.wi, plain.wi)
+
+
+def test_wavelengths_that_descend_are_turned_round_with_their_values(written):
+    plain = read_cornell(written())
+    turned = [" ".join([*row.split()[:4], *row.partition("#")[0].split()[:3:-1]]) for row in ROWS]
+    path = written(rows=turned, wavelengths="700 600 500 400")
+    assert cornell.recognises(path.with_suffix(".txt"), path.read_bytes())
+    found = read_cornell(path)
+    assert found.wavelengths_nm.tolist() == [400, 500, 600, 700]
+    assert np.array_equal(found.values, plain.values) and np.array_equal(found.missing, plain.missing)
+    assert any("turned round" in note for note in found.notes)
+    assert not any("turned round" in note for note in plain.notes)
 
 
 def test_carriage_returns_and_a_byte_order_mark(written):
@@ -149,7 +182,7 @@ def test_micrometres(written):
 
 
 def test_descending_wavelengths(written):
-    refused(written(wavelengths="700 600 500 400"), "do not ascend")
+    refused(written(wavelengths="700 500 600 400"), "do not ascend")
 
 
 def test_duplicated_wavelengths(written):

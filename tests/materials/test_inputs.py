@@ -114,6 +114,32 @@ def test_zip_is_known_by_content(tmp_path):
     assert list(found(archive).values()) == [SPECTRA]
 
 
+@pytest.mark.parametrize("name", ["set", "run 1.2"])
+def test_a_zip_file_without_a_kind_in_its_name_is_looked_into_in_a_folder_too(tmp_path, name):
+    archive = zipped(tmp_path / name, [("a.csv", SPECTRA)])
+    assert found(tmp_path) == found(archive) == {f"{archive}/a.csv": SPECTRA}
+
+
+@pytest.mark.parametrize(
+    ("name", "member"),
+    [
+        ("a.xlsx", "x"),
+        ("a.zip", "[Content_Types].xml"),
+        ("a", "mimetype"),
+        ("a.dat", "OOISignatures.xml"),
+        ("a.sbsar", "x"),
+    ],
+)
+def test_what_a_program_packed_is_one_file(tmp_path, name, member):
+    archive = zipped(tmp_path / name, [(member, "<x/>"), ("a.csv", SPECTRA)])
+    for place in (archive, tmp_path):
+        with inputs_of([place]) as files:
+            assert [file.name for file in files] == [str(archive)]
+    outer = zipped(tmp_path / "outer.zip", [(name, archive.read_bytes())])
+    with inputs_of([outer]) as files:
+        assert [file.name for file in files] == [f"{outer}/{name}"]
+
+
 def test_nothing_that_was_unpacked_stays(tmp_path):
     archive = zipped(tmp_path / "set.zip", [("a.csv", SPECTRA)])
     with inputs_of([archive]) as (file,):

@@ -1,7 +1,8 @@
 """Which property of a material a picture holds, by its name: "rock_wall_nor_gl_2k.png" is a normal map of rock_wall_2k.
 
 Names end in the property, in any case, with the resolution and the kind of file before or after it: as Poly Haven,
-ambientCG, Quixel and Substance write them.
+ambientCG, Quixel, Unity and Substance write them, the last with a colour space behind. Unreal has single capitals,
+which count only in a name that begins with T_, as its textures do.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".tga", ".bmp", ".webp", ".exr")
 _ROLES = {
-    "albedo": "albedo alb basecolor basecolour diffuse diff color colour col",
+    "albedo": "albedo alb basecolor basecolour diffuse diff color colour col albedotransparency",
     "roughness": "roughness rough rgh",
     "gloss": "gloss glossiness glossy smoothness",
     "metallic": "metallic metalness metal",
@@ -23,6 +24,7 @@ _ROLES = {
     "occlusion": "ao occlusion ambientocclusion occ ambient",
     "height": "height displacement disp bump",
     "packed": "arm orm metallicroughness occlusionroughnessmetallic",
+    "metallic_smoothness": "metallicsmoothness metalsmoothness",
     "specular": "specular spec reflection",
     "opacity": "opacity alpha transparency",
     "emission": "emission emissive emit",
@@ -31,15 +33,35 @@ _ROLES = {
     "sheen": "sheen fuzz",
 }
 _ROLE_OF = {word: role for role, words in _ROLES.items() for word in words.split()}
-_BESIDES = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|png|jpe?g|tiff?|exr|(8|16|32)bit")
+# T_Stone_BC.png; M is left out, a mask as often as a metal.
+_UNREAL = {
+    "BC": "albedo",
+    "B": "albedo",
+    "D": "albedo",
+    "N": "normal",
+    "R": "roughness",
+    "H": "height",
+    "E": "emission",
+}
+_SPACE_NAMES = (
+    "srgb raw linear acescg acescct acescc aces2065 ap0 ap1 adobergb displayp3 p3 rec709 rec2020 bt709 bt2020 prophoto"
+)
+_SPACES = frozenset(_SPACE_NAMES.split())
+_BESIDES = re.compile(
+    rf"\d{{1,2}}k|\d{{3,5}}(x\d{{3,5}})?|png|jpe?g|tiff?|exr|(8|16|32)bit|{_SPACE_NAMES.replace(' ', '|')}"
+)
 
 
 @dataclass(frozen=True)
 class MapName:
-    """role : one of the properties above. stem : the rest of the name, which all maps of a set share."""
+    """role : one of the properties above. stem : the rest of the name, which all maps of a set share.
+
+    space : the colour space that the name ends in, as written; "" where it says none.
+    """
 
     role: str
     stem: str
+    space: str = ""
 
 
 def map_name(path: Path) -> MapName | None:
@@ -49,11 +71,15 @@ def map_name(path: Path) -> MapName | None:
     words = [word for word in re.split(r"[_\-\s.]+", path.stem) if word]
     at = max((i for i, word in enumerate(words) if not _BESIDES.fullmatch(word.lower())), default=-1)
     for count in (3, 2, 1):
-        joined = "".join(words[max(at - count + 1, 0) : at + 1]).lower()
-        if at - count + 1 >= 0 and joined in _ROLE_OF:
-            rest = words[: at - count + 1] + [word for word in words[at + 1 :] if _tells_sets_apart(word)]
-            rest = [word for word in rest if _tells_sets_apart(word)]
-            return MapName(_ROLE_OF[joined], "_".join(rest))
+        joined = "".join(words[max(at - count + 1, 0) : at + 1])
+        role = _ROLE_OF.get(joined.lower()) or (
+            _UNREAL.get(joined) if count == 1 and at > 1 and words[0] == "T" else None
+        )
+        if at - count + 1 >= 0 and role:
+            behind = [word for word in words[at + 1 :] if word.lower() not in _SPACES]
+            space = next((word for word in words[at + 1 :] if word.lower() in _SPACES), "")
+            rest = [word for word in words[: at - count + 1] + behind if _tells_sets_apart(word)]
+            return MapName(role, "_".join(rest), space)
     return None
 
 

@@ -7,6 +7,7 @@ import pytest
 from metamer.materials.formats import gltf
 from metamer.materials.formats.gltf_container import open_gltf
 from metamer.spectral.errors import InputError
+from PIL import Image
 
 
 def glb(document, binary=b"", version=2):
@@ -100,3 +101,53 @@ def test_bytes_after_the_file_s_own_length_are_left_alone(tmp_path):
     path = tmp_path / "a.glb"
     path.write_bytes(one_material() + b"a signature")
     assert [material.text("name") for material in open_gltf(path).root.children("materials")] == ["paint"]
+
+
+def windows_file(folder, uri):
+    """A .gltf as exporters on Windows write it, whose one picture is called `uri`."""
+    pbr = {"baseColorTexture": {"index": 0}}
+    made = {"asset": {"version": "2.0"}, "materials": [{"name": "paint", "pbrMetallicRoughness": pbr}]}
+    path = folder / "a.gltf"
+    path.write_text(json.dumps(made | {"textures": [{"source": 0}], "images": [{"uri": uri}]}))
+    return path
+
+
+@pytest.mark.parametrize("uri", ["textures\\x.png", ".\\textures/x.png", "textures%5Cx.png"])
+def test_backslashes_part_folders_and_that_is_said(tmp_path, uri):
+    (tmp_path / "textures").mkdir()
+    picture = tmp_path / "textures" / "x.png"
+    Image.new("RGB", (2, 2), (200, 100, 50)).save(picture)
+    path = windows_file(tmp_path, uri)
+    (found,) = gltf.read_sources(path, "mallett-yuksel")
+    assert found.original["maps.pbrMetallicRoughness.baseColorTexture"].tobytes() == picture.read_bytes()
+    assert "backslashes in the names of pictures" in found.provenance.notes
+    assert [one.resolve() for one in gltf.companions(path)] == [picture]
+
+
+def test_a_file_that_is_called_by_its_backslash_is_taken_as_it_is(tmp_path):
+    (tmp_path / "textures").mkdir()
+    Image.new("RGB", (2, 2)).save(tmp_path / "textures" / "x.png")
+    Image.new("RGB", (2, 2), (255, 255, 255)).save(tmp_path / "textures\\x.png")
+    (found,) = gltf.read_sources(windows_file(tmp_path, "textures\\x.png"), "mallett-yuksel")
+    whole = (tmp_path / "textures\\x.png").read_bytes()
+    assert found.original["maps.pbrMetallicRoughness.baseColorTexture"].tobytes() == whole
+    assert "backslashes" not in found.provenance.notes
+
+
+@pytest.mark.parametrize(
+    ("uri", "problem"),
+    [
+        ("..\\secret.png", "not fetched"),
+        ("textures\\..\\..\\secret.png", "not fetched"),
+        ("\\secret.png", "not fetched"),
+        ("textures\\link.png", "leads out of the folder"),
+        ("textures\\none.png", "no such file"),
+    ],
+)
+def test_backslashes_lead_nowhere_else(tmp_path, uri, problem):
+    inner = tmp_path / "in"
+    (inner / "textures").mkdir(parents=True)
+    Image.new("RGB", (2, 2)).save(tmp_path / "secret.png")
+    (inner / "textures" / "link.png").symlink_to(tmp_path / "secret.png")
+    (found,) = gltf.read_sources(windows_file(inner, uri), "mallett-yuksel")
+    assert problem in found.reason.problem

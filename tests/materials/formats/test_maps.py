@@ -80,6 +80,17 @@ def read(path, uplift="mallett-yuksel"):
         ("car_metallicRoughness.png", "packed", "car"),
         ("paint_GLOSS_16bit.png", "gloss", "paint"),
         ("albedo.exr", "albedo", ""),
+        ("Stone_AlbedoTransparency.png", "albedo", "Stone"),
+        ("Stone_MetallicSmoothness.png", "metallic_smoothness", "Stone"),
+        ("T_Stone_BC.png", "albedo", "T_Stone"),
+        ("T_Stone_vg_2K_B.png", "albedo", "T_Stone_vg_2K"),
+        ("T_Stone_D.png", "albedo", "T_Stone"),
+        ("T_Stone_N.png", "normal", "T_Stone"),
+        ("T_Stone_R.png", "roughness", "T_Stone"),
+        ("T_Stone_ORM.png", "packed", "T_Stone"),
+        ("Wood_BaseColor_sRGB.png", "albedo", "Wood"),
+        ("Wood_Roughness_Raw.png", "roughness", "Wood"),
+        ("Wood_basecolor_ACEScg.exr", "albedo", "Wood"),
     ],
 )
 def test_names_of_the_usual_libraries(tmp_path, name, role, stem):
@@ -87,7 +98,22 @@ def test_names_of_the_usual_libraries(tmp_path, name, role, stem):
     assert (found.role, found.stem) == (role, stem)
 
 
-@pytest.mark.parametrize("name", ["holiday.jpg", "wood_color.txt", "colorful.png", "rough_sketch.png"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "holiday.jpg",
+        "wood_color.txt",
+        "colorful.png",
+        "rough_sketch.png",
+        "plan_B.png",
+        "vitamin D.jpg",
+        "t_shirt_d.png",
+        "T_B.png",
+        "T_Stone_d.png",
+        "T_Stone_M.png",
+        "scan_raw.tif",
+    ],
+)
 def test_other_pictures_are_no_maps(tmp_path, name):
     assert map_name(tmp_path / name) is None
 
@@ -111,6 +137,47 @@ def test_a_set_is_one_material_and_the_albedo_stands_for_it(tmp_path):
         assert found.original[f"maps.{slot}"].tobytes() == path.read_bytes()
         assert found.original[f"maps.{slot}.file"] == path.name
     assert "green up" in found.provenance.notes
+
+
+@pytest.mark.parametrize("space", ["ACEScg", "Raw", "linear", "AdobeRGB"])
+def test_integers_of_another_colour_space_are_refused(tmp_path, space):
+    with pytest.raises(InputError, match="colours in another space") as caught:
+        read(save(tmp_path / f"wood_basecolor_{space}.png", np.full((2, 2, 3), 99)))
+    assert space in caught.value.found and "sRGB" in caught.value.hint
+
+
+@pytest.mark.parametrize("space", ["ACEScg", "sRGB"])
+def test_floats_of_another_colour_space_are_refused(tmp_path, space):
+    path = tmp_path / f"wood_basecolor_{space}.exr"
+    write_exr(path, {}, {name: np.full((2, 3), 0.5, np.float32) for name in "RGB"})
+    with pytest.raises(InputError, match="colours in another space"):
+        read(path)
+    path.rename(tmp_path / "wood_basecolor_Raw.exr")
+    assert read(tmp_path / "wood_basecolor_Raw.exr").original["maps.albedo.encoding"] == "linear"
+
+
+def test_maps_named_with_the_space_that_they_have(tmp_path):
+    albedo = save(tmp_path / "wood_basecolor_sRGB.png", np.full((2, 2, 3), 188))
+    rough = save(tmp_path / "wood_roughness_Raw.png", np.full((2, 2), 128))
+    save(tmp_path / "wood_height_sRGB.png", np.full((2, 2), 128))
+    assert rough in maps.companions(albedo)
+    found = read(albedo)
+    assert found.parameters["alpha"] == pytest.approx((128 / 255) ** 2)
+    np.testing.assert_allclose(colour(found.parameters["diffuse"]), linear_from_srgb(np.array(188 / 255)), rtol=2e-3)
+    assert "the height map is named sRGB" in found.provenance.notes
+    assert "the roughness map is named" not in found.provenance.notes
+
+
+def test_metal_and_smoothness_of_unity(tmp_path):
+    albedo = save(tmp_path / "a_AlbedoTransparency.png", [[[255, 255, 255, 255], [255, 255, 255, 128]]])
+    packed = save(tmp_path / "a_MetallicSmoothness.png", np.broadcast_to([255, 0, 0, 204], (1, 2, 4)))
+    found = read(albedo)
+    assert found.model == "metallic_roughness" and found.parameters["alpha"] == pytest.approx(0.2**2)
+    np.testing.assert_allclose(found.parameters["diffuse"], 0.0, atol=1e-12)
+    assert "1 - smoothness" in found.provenance.notes and "alpha of the albedo is kept" in found.provenance.notes
+    save(packed, np.broadcast_to([255, 0, 0], (1, 2, 3)))
+    bare = read(albedo)
+    assert bare.parameters["alpha"] == 1.0 and "no alpha, where smoothness" in bare.provenance.notes
 
 
 def test_an_albedo_alone_is_matt(tmp_path):

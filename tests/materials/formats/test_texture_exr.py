@@ -125,6 +125,19 @@ def test_few_colours_are_a_chart_of_spectra(tmp_path):
     assert len(found) == 6 and {source.model for source in found} == {"lambert"}
 
 
+@pytest.mark.parametrize(
+    "name", [lambda nm: f"{nm / 1000:g}um", lambda nm: f"{nm * 1e-9:.9e}m", lambda nm: f"{299792.458 / nm:.9f}THz"]
+)
+def test_a_chart_is_one_in_any_unit(tmp_path, name):
+    values = np.random.default_rng(1).uniform(0.1, 0.9, (2, 3, 4)).astype(np.float32)
+    path = write(tmp_path / "chart.exr", {f"T.{name(nm)}": values[..., at] for at, nm in enumerate(NM)})
+    found = read(path)
+    assert [source.id.partition("/")[0] for source in found] == ["chart"] * 6
+    for source, pixel in zip(found, values.reshape(-1, 4), strict=True):
+        np.testing.assert_allclose(source.original["wavelengths_nm"], NM, rtol=1e-8)
+        np.testing.assert_array_equal(source.original["values"], pixel)
+
+
 def test_values_out_of_range_are_kept_and_said(tmp_path):
     values, _ = texture(dtype=np.float32)
     values[0, 0, 0], values[1, 1, 1] = -0.01, 1.2

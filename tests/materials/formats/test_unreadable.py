@@ -1,5 +1,7 @@
 """Formats that are not read are named, with what to export instead."""
 
+import zipfile
+
 import pytest
 from metamer.materials.formats import unreadable
 from metamer.spectral.errors import InputError
@@ -22,6 +24,24 @@ SAMPLES = {
     "cloth.btf": (b"!6FB\1\0", "a bidirectional texture (BTF)", "RGL"),
     "pane.xml": (b"<?xml version='1.0'?><WindowElement xmlns=''>", "a BSDF of a window (WINDOW, Radiance)", "CSV"),
     "readings.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel workbook", "CSV"),
+    "readings.xlsx": (b"PK\3\4", "an Excel workbook", "CSV"),
+    "readings.ods": (b"PK\3\4", "an OpenDocument spreadsheet", "CSV"),
+    "sheet": (
+        b"PK\3\4" + b"\0" * 26 + b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
+        "an OpenDocument spreadsheet",
+        "CSV",
+    ),
+    "paint.txt": (b"##TITLE= paint\r\n##JCAMP-DX= 4.24\r\n##XUNITS= NANOMETERS\r\n", "JCAMP-DX", "CSV"),
+    "paint.dx": (b"\xef\xbb\xbf##JCAMP-DX=5.01\n", "JCAMP-DX", "CSV"),
+    "paint.spc": (b"\x00\x4b\x00\x00", "Galactic SPC", "GRAMS"),
+    "field.000": (b"as7" + b"\0" * 200, "a binary file of an ASD spectrometer", "ViewSpec"),
+    "field.asd": (b"ASDa comment".ljust(160, b"\0"), "a binary file of an ASD spectrometer", "ViewSpec"),
+    "a.ProcSpec": (b"PK\3\4", "Ocean Optics ProcSpec", "tab-delimited"),
+    "Johnson.yml": (
+        b"REFERENCES: x\nDATA:\n  - type: tabulated nk\n    data: |\n        0.36 1.0 0.1\n",
+        "optical constants (refractiveindex.info)",
+        "family",
+    ),
     "set.7z": (b"7z\xbc\xaf\x27\x1c\0\4", "a packed archive", "unpack"),
 }
 
@@ -40,7 +60,16 @@ def test_formats_that_are_not_read_are_named(tmp_path, name, sample):
 
 @pytest.mark.parametrize(
     ("name", "head"),
-    [("a.csv", b"wavelength_nm,red\n"), ("photo.jpg", b"\xff\xd8\xff"), ("read.me", b"how to"), ("a.json", b"{}")],
+    [
+        ("a.csv", b"wavelength_nm,red\n"),
+        ("photo.jpg", b"\xff\xd8\xff"),
+        ("read.me", b"how to"),
+        ("a.json", b"{}"),
+        ("music.spc", b"SNES-SPC700 Sound File Data"),
+        ("asd.txt", b"ASD spectrum file\n400\t0.1\n"),
+        ("ci.yml", b"jobs:\n  - type: formula 1\n"),
+        ("a.zip", b"PK\3\4"),
+    ],
 )
 def test_what_is_nobody_s_stays_so(tmp_path, name, head):
     path = tmp_path / name
@@ -49,6 +78,17 @@ def test_what_is_nobody_s_stays_so(tmp_path, name, head):
     with pytest.raises(InputError, match="not a format of materials") as caught:
         unreadable.refuse(path, head)
     assert "glTF" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("member", "called"), [("xl/workbook.xml", "an Excel workbook"), ("OOISignatures.xml", "Ocean Optics ProcSpec")]
+)
+def test_containers_are_known_by_what_is_in_them(tmp_path, member, called):
+    path = tmp_path / "of another name"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("[Content_Types].xml", "<x/>" * 2000)
+        archive.writestr(member, "<x/>")
+    assert unreadable.label(path) == called
 
 
 def test_a_scene_beside_its_maps_is_no_failure(tmp_path):

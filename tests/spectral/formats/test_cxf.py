@@ -223,6 +223,41 @@ def test_a_colour_that_is_no_colour_is_said_and_left_out(written):
     assert [note.partition(" ")[0] for note in file.notes] == ["ColorCIELab", "ColorCIExyY", "ColorCIEXYZ"]
 
 
+LIGHTS = {"m0": "M0_Incandescent", "m1": "M1_Daylight", "lab0": "M0_Incandescent", "lab2": "M2_UVExcluded", "bare": ""}
+
+
+def measured_twice(*colours):
+    """An object with spectra of M0 and M1, and a Lab for each of `colours`: its specification and attributes."""
+    specs = SPEC.format(kind="Spectrum_Reflectance", geometry=ANGLE)
+    specs = "".join(specs.replace("M1_Daylight", light).replace('"M1"', f'"{name}"') for name, light in LIGHTS.items())
+    spectra = RED.replace('"M1"', '"m0"') + RED.replace('"M1"', '"m1" Name="second"')
+    labs = (
+        f"<cc:ColorCIELab ColorSpecification={name}><cc:L>{50 + at}</cc:L><cc:A>1</cc:A><cc:B>2</cc:B></cc:ColorCIELab>"
+        for at, name in enumerate(colours)
+    )
+    return document(item(spectra + "".join(labs)), specs)
+
+
+@pytest.mark.parametrize(
+    ("colours", "first", "second"),
+    [
+        (['"m1"'], [], [50]),
+        (['"m1"', '"m0"'], [51], [50]),
+        (['"lab0"'], [50], []),
+        (['"bare"'], [50], [50]),
+        (['"bare" Name="second"'], [], [50]),
+        (['"lab2"'], [], []),
+    ],
+)
+def test_a_colour_stands_beside_the_spectrum_that_it_is_of(written, colours, first, second):
+    file = cxf.read(written(measured_twice(*colours)))
+    assert [[colour.values[0] for colour in entry.stated] for entry in file.entries] == [first, second]
+    shared, lost = first == second == [50], not first and not second
+    assert any("does not say which spectrum" in note for note in file.notes) == shared
+    assert any("of another measurement" in note for note in file.notes) == lost
+    assert ("L: 50" in file.entries[0].details.get("ColorCIELab", "")) == lost
+
+
 # What cannot be used
 
 

@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
+from metamer.spectral.errors import InputError
 from metamer.spectral.formats.mat import read, recognises
 from metamer.spectral.formats.reading import format_of, read_spectra
 
@@ -128,6 +129,79 @@ def test_a_variable_that_claims_to_be_huge(saved, refused):
     held[4:12] = np.array([100_000, 100_000], dtype="<i4").tobytes()
     lines = refused(read, bytes(held), "huge.mat")
     assert lines[:2] == ["huge.mat: a variable is too large", "  found: wavelength: 100000 x 100000"]
+
+
+@pytest.mark.parametrize(
+    ("name", "variables", "found"),
+    [
+        ("XYZ.mat", {"data": 3}, "colour-matching functions"),
+        ("a.mat", {"data": 3, "comment": "CIE XYZ"}, "colour-matching functions"),
+        ("a.mat", {"xyz1931": 3}, "colour-matching functions"),
+        ("stockman.mat", {"data": 3}, "sensitivities of the eye"),
+        ("a.mat", {"data": 3, "comment": "Stockman-Sharpe cone fundamentals"}, "sensitivities of the eye"),
+        ("a.mat", {"T_cones": 3}, "sensitivities of the eye"),
+        ("a.mat", {"den_lens_ssf": 1}, "optical densities"),
+        ("a.mat", {"data": 3, "comment": "Nikon D1 spectral sensitivities"}, "sensitivities of a camera"),
+    ],
+)
+def test_what_is_no_colour_is_refused_by_its_name(saved, rng, name, variables, found):
+    arrays = {key: rng.random((31, value)) if isinstance(value, int) else value for key, value in variables.items()}
+    with pytest.raises(InputError, match="not the spectrum of a colour") as caught:
+        read(saved(name, wavelength=WAVELENGTHS, **arrays))
+    assert found in str(caught.value.found) and "reflectance" in (caught.value.hint or "")
+
+
+def test_names_that_say_reflectance_count_before_others(saved, paints):
+    """Paints of a laboratory called Stockman, and the observer's functions beside them."""
+    file = read(saved("xyz.mat", wavelength=WAVELENGTHS, refl_cones=paints, xyz=paints[:, :3], comment="by Stockman"))
+    check(file, paints)
+    assert any("xyz is left out: colour-matching functions" in note for note in file.notes)
+
+
+def test_a_light_beside_reflectances(saved, paints):
+    file = read(saved(wave=WAVELENGTHS, refl_A=paints, illum=np.linspace(10, 100, 31)))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 5 + ["emission"]
+    assert file.entries[5].spectrum.samples[-1] == 100
+
+
+def test_a_scene_has_its_light_alone(saved, paints):
+    """The layout of ISETCam: coefficients of a basis a pixel, and the light in a struct with its own wavelengths."""
+    light = {"data": np.linspace(1, 2, 31), "wavelength": WAVELENGTHS}
+    basis = {"basis": paints[:, :3], "wave": WAVELENGTHS}
+    file = read(saved(mcCOEF=np.zeros((4, 4, 3)), basis=basis, comment="scene", illuminant=light))
+    (entry,) = file.entries
+    assert entry.spectrum.quantity == "emission" and entry.details["variable"] == "illuminant.data"
+    assert any("basis.basis is left out" in note for note in file.notes)
+
+
+def test_wavelengths_that_stand_twice_are_no_spectrum(saved, paints):
+    check(read(saved(wavelength=WAVELENGTHS, wave2=WAVELENGTHS, x=WAVELENGTHS, reflectance=paints)), paints)
+
+
+def test_each_struct_has_its_own_wavelengths(saved, paints):
+    both = {"a": {"wl": WAVELENGTHS, "refl": paints}, "b": {"wl": WAVELENGTHS + 5, "refl": paints}}
+    file = read(saved(**both))
+    assert [entry.spectrum.wavelengths_nm[0] for entry in file.entries] == [400] * 5 + [405] * 5
+    with pytest.raises(InputError, match="two vectors of wavelengths"):
+        read(saved(wl=WAVELENGTHS, wave=WAVELENGTHS + 5, refl=paints))
+    spaced = read(saved(sur_b=paints, S_a=np.array([300.0, 10, 31]), S_b=np.array([400.0, 10, 31])))
+    check(spaced, paints)
+
+
+def test_an_array_of_structs(saved, paints):
+    kinds = [("wl", "O"), ("R", "O"), ("name", "O")]
+    rows = np.array([(WAVELENGTHS, paints[:, 0], "red"), (WAVELENGTHS + 5, paints[:, 1], "blue")], dtype=kinds)
+    file = read(saved(samples=rows))
+    assert [entry.name for entry in file.entries] == ["red", "blue"]
+    assert [entry.spectrum.wavelengths_nm[0] for entry in file.entries] == [400, 405]
+    np.testing.assert_array_equal(file.entries[1].spectrum.samples, paints[:, 1])
+
+
+@pytest.mark.parametrize(("scale", "unit", "hint"), [(1e-9, "metres", "1e9"), (1e-3, "micrometres", "1000")])
+def test_wavelengths_in_another_unit_are_named(saved, paints, scale, unit, hint):
+    with pytest.raises(InputError, match=f"look like {unit}") as caught:
+        read(saved(wavelength=WAVELENGTHS * scale, reflectance=paints))
+    assert hint in (caught.value.hint or "")
 
 
 @pytest.mark.parametrize(
