@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..spectral.errors import visible
 from .catalogue_words import CATALOGUE_HELP, print_table, say
 from .shared import positive_count, positive_delta_e, shows_bars
 
@@ -43,6 +44,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         help="how spectra are made for RGB measurements: mallett-yuksel (default), jakob-hanika or smits",
     )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
+    bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
     bring.add_argument("--json", type=Path, metavar="F", help="write the report as JSON, too")
     bring.set_defaults(run=run)
 
@@ -71,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
                 uplift=args.uplift,
                 family=args.family,
                 apart=True,
+                again=args.again,
             )
     except ImportInterrupted as interrupted:
         _write_json(args, interrupted.report)
@@ -120,7 +123,7 @@ def import_progress(stack: ExitStack, bar: Any = None) -> Progress:
     def line(done: int, total: int, outcome: Any) -> None:
         # A skipped material took no time: a line each would bury the others.
         if outcome.status != "skipped":
-            print(f"[{done}/{total}] {outcome.status} {outcome.id}", flush=True)
+            print(f"[{done}/{total}] {outcome.status} {visible(outcome.id)}", flush=True)
 
     return line
 
@@ -181,7 +184,7 @@ def _print_files(console: Any, headings: tuple[str, ...], rows: list[tuple[Any, 
     table = _table("file", "format", *headings, numbers=headings)
     base = _common_folder([row[0] for row in rows])
     for name, form, *figures in rows:
-        table.add_row(Text(name[len(base) :]), form or "?", *(str(figure or "") for figure in figures))
+        table.add_row(Text(visible(name[len(base) :])), form or "?", *(str(figure or "") for figure in figures))
     if base:
         say(console, f"below {base}")
     print_table(table)
@@ -236,7 +239,7 @@ def _print_materials(report: ImportReport) -> None:
         error = outcome.error
         figures = (f"{error.mean:.3f}", f"{error.p99:.3f}") if error else ("", "")
         seconds = f"{outcome.seconds:.1f}" if outcome.seconds else ""
-        table.add_row(Text(outcome.id), outcome.status, *figures, seconds)
+        table.add_row(Text(visible(outcome.id)), outcome.status, *figures, seconds)
     print_table(table)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..spectral.errors import visible
 from .catalogue_words import add_catalogue_argument, columns, opened
 from .shared import add_renderer_option, renderer_for, shipped_scene
 
@@ -42,9 +43,9 @@ def run(args: argparse.Namespace) -> int:
         print(args.html)
         return 0
     for label, text in _facts(record):
-        print(f"{label:{_INDENT}}{text}")
+        print(f"{label:{_INDENT}}{visible(text, lines=True)}")
     for title, text in _parts(record):
-        print(f"\n{title}\n{text}")
+        print(f"\n{title}\n{visible(text, lines=True)}")
     return 0
 
 

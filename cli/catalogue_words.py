@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..spectral.errors import visible
+
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
 
@@ -33,8 +35,8 @@ def print_table(table: Any) -> None:
 
 
 def say(console: Any, text: str) -> None:
-    """One paragraph, as it is."""
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
+    """One paragraph, as it is but for control characters."""
+    console.print(visible(text, lines=True), markup=False, highlight=False, soft_wrap=True)
 
 
 def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:

@@ -48,18 +48,8 @@ def main(words: Sequence[str] | None = None) -> int:
         # A terminal that has no Δ gets a question mark, not a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    command = parser()
-    args = command.parse_args(words)
-    if args.version:
-        from importlib.metadata import version
-
-        print(f"metamer {version('metamer')}")
-        return 0
-    if not hasattr(args, "run"):
-        command.print_help()
-        return 64
     try:
-        code = args.run(args)
+        code = _run(words)
         # Here, and not while Python shuts down, a reader that has left can be forgiven.
         sys.stdout.flush()
         return code
@@ -77,6 +67,20 @@ def main(words: Sequence[str] | None = None) -> int:
         # A full disk, a folder where a file should go: the system's own words name the file.
         print(f"metamer: {reason}", file=sys.stderr)
         return 4
+
+
+def _run(words: Sequence[str] | None) -> int:
+    command = parser()
+    args = command.parse_args(words)
+    if args.version:
+        from importlib.metadata import version
+
+        print(f"metamer {version('metamer')}")
+        return 0
+    if not hasattr(args, "run"):
+        command.print_help()
+        return 64
+    return args.run(args)
 
 
 def _nowhere() -> io.TextIOWrapper:

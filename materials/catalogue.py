@@ -12,7 +12,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from .records.material import MaterialRecord
 from .records.models import SPECTRA, no_surface
 from .records.query import Query, Summary, material_files, summary
-from .records.record import MARKER, SUFFIX, read_record
+from .records.record import MARKER, SUFFIX, check_marker, read_record
 from .records.record_head import other_material
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ class Catalogue:
                 hint = "name the folder that an import has made: metamer catalogue import --into FOLDER"
             expected = f"a folder that holds {MARKER}"
             raise InputError("not a catalogue", file=folder, found=found, expected=expected, hint=hint)
+        check_marker(folder)
         return cls(folder)
 
     def ids(self) -> tuple[str, ...]:

@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from copy import copy
 from pathlib import Path
 
 # So many names are given in full.
 _FEW = 8
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+_CONTROL_IN_LINES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def visible(text: str, *, lines: bool = False) -> str:
+    """Text with control characters as their codes: what stands in a file must not steer a terminal.
+
+    `lines`: tabs and line feeds are left as they are.
+
+    >>> visible("red\x1b[31m")
+    'red\\x1b[31m'
+    """
+    pattern = _CONTROL_IN_LINES if lines else _CONTROL
+    return pattern.sub(lambda found: repr(found[0])[1:-1], text)
 
 
 class MetamerError(Exception):
@@ -62,10 +77,10 @@ class InputError(MetamerError):
     ) -> None:
         self.problem, self.file, self.field = problem, file, field
         self.found, self.expected, self.hint = found, expected, hint
-        where = ": ".join(str(part) for part in (file, field) if part is not None)
+        where = ": ".join(visible(str(part)) for part in (file, field) if part is not None)
         lines = [f"{where}: {problem}" if where else problem]
         lines += [
-            f"  {label}: {value}"
+            f"  {label}: {visible(str(value), lines=True)}"
             for label, value in (("found", found), ("expected", expected), ("try", hint))
             if value is not None
         ]

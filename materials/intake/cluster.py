@@ -7,6 +7,7 @@ another one, three times at most.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 # Tasks that wait at each thread of the cluster, so that none is idle while a result travels.
 _AHEAD = 2
 _PATIENCE_S = 20.0
+_ADDRESS = re.compile(r"inproc://\S+|(\w+://)?\S+:\d+/?")
 
 
 def fitted_on_cluster(
@@ -106,6 +108,10 @@ def _connected(scheduler: str) -> Client:
             expected="the extra `cluster`",
             hint="pip install metamer[cluster]",
         ) from None
+    expected = "an address such as tcp://host:8786"
+    if not _ADDRESS.fullmatch(scheduler):
+        # Dask would look for a host of that name for a long time.
+        raise InputError("not an address", field="--scheduler", found=scheduler, expected=expected)
     # Data go with their task on purpose: scattered, they would die with the one worker that holds them.
     config.set({"distributed.admin.large-graph-warning-threshold": "1TB"})
     try:
@@ -115,7 +121,7 @@ def _connected(scheduler: str) -> Client:
             "no scheduler can be reached",
             file=scheduler,
             found=str(reason).split("\n")[0] or type(reason).__name__,
-            expected="an address such as tcp://host:8786",
+            expected=expected,
             hint="start one with `dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1`",
         ) from None
 

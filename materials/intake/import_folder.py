@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...spectral.errors import InputError
 from ...spectral.files import at_work, half_written, made_folder, written_whole
-from ..records.record import MARKER, SUFFIX
+from ..records.record import MARKER, SUFFIX, check_marker
 from ..records.record_head import SCHEMA
 
 # An import writes no other files: what else is there is not its own to clear away.
@@ -40,6 +40,7 @@ def writing_to(folder: Path) -> Iterator[None]:
 
 def _mark(folder: Path) -> None:
     if (folder / MARKER).exists():
+        check_marker(folder)
         return
     # Hidden files may be another import's, at work or broken off.
     strangers = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]

@@ -103,6 +103,7 @@ def import_sources(
     uplift: str = DEFAULT_METHOD,
     family: str | None = None,
     apart: bool = False,
+    again: bool = False,
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
@@ -122,6 +123,7 @@ def import_sources(
     looked_at : called with (done, total, name) after each file that was looked at, before anything is fitted.
     uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     family : takes the place of the family of every material.
+    again : fit and write what is there already, too: the way to mend a damaged file.
 
     Raises
     ------
@@ -130,7 +132,7 @@ def import_sources(
     ImportInterrupted
         Ctrl-C: finished materials stay, no half-written file does.
     """
-    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family)
+    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family, again)
     check_uplift(uplift)
     with ExitStack() as stack:
         files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looked_at)

@@ -23,11 +23,15 @@ _KEPT_BYTES = 1 << 18
 
 @dataclass(frozen=True)
 class Settings:
-    """What a fit depends on beside its source; `family` takes the place of the one that a source names."""
+    """What a fit depends on beside its source; `family` takes the place of the one that a source names.
+
+    again : materials that are there already are fitted, too.
+    """
 
     budget: float
     uplift: str
     family: str | None = None
+    again: bool = False
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ def _material(
         return PlannedMaterial(material.id, "failed", reason)
     seen[material.id] = file.name, content
     source_hash = _source_hash(material, content, settings.budget)
-    there = stored_hash(folder, material.id)
+    there = None if settings.again else stored_hash(folder, material.id)
     status: Status = "skipped" if there == source_hash else "new"
     load = _loader(material, file, reader, settings) if status == "new" else None
     return PlannedMaterial(material.id, status, "", source_hash, material.size, load)

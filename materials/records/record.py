@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,23 @@ from .trial_table import trial_table, trials_from
 SUFFIX = ".h5"
 # What makes a folder a catalogue.
 MARKER = "catalogue.toml"
+
+
+def check_marker(folder: Path) -> None:
+    """Raises `InputError` where the catalogue in `folder` is of a schema that this version does not know."""
+    try:
+        schema = tomllib.loads((folder / MARKER).read_text(encoding="utf-8")).get("schema")
+    except (OSError, ValueError) as reason:
+        found, hint = str(reason), "import into a new folder: metamer catalogue import SOURCE --into FOLDER"
+        raise InputError(
+            "the catalogue's own file cannot be read", file=folder / MARKER, found=found, hint=hint
+        ) from None
+    if schema != SCHEMA:
+        hint = "use the metamer that made it, or import into a new folder: --into FOLDER"
+        expected = f"schema = {SCHEMA}"
+        raise InputError(
+            "a catalogue of another schema", file=folder / MARKER, found=schema, expected=expected, hint=hint
+        )
 
 
 def write_record(record: MaterialRecord, path: Path) -> None:

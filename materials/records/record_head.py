@@ -21,7 +21,7 @@ SCHEMA = 2
 HEAD_BYTES = 4096
 _HDF5 = b"\x89HDF"
 #: What to do about a file that is not what it was.
-IMPORT_AGAIN = "import the material again: metamer catalogue import"
+IMPORT_AGAIN = "import the material again: metamer catalogue import --again SOURCE"
 #: What to do about a file that is none.
 NAME_A_MATERIAL = "name the .h5 file of a material; metamer catalogue list CAT shows what is in a catalogue"
 # A head stays short; the whole text is in the content.

@@ -158,3 +158,34 @@ def test_defaults_in_the_help_are_those_of_the_importer():
     assert (args.budget, args.uplift) == (DEFAULT_BUDGET, DEFAULT_METHOD)
     words = inspect.getsource(catalogue_import.add_parser)
     assert f"(default: {DEFAULT_BUDGET:g})" in words and f"{DEFAULT_METHOD} (default)" in words
+
+
+def test_again_mends_what_is_damaged(metamer, source, tmp_path):
+    """The head alone says that a material is there; `--again` does not ask it."""
+    command = ("catalogue", "import", source / "chart.csv", "--into", tmp_path / "cat", "--jobs", 1)
+    metamer(*command)
+    path = tmp_path / "cat" / "chart" / "red.h5"
+    whole = path.read_bytes()
+    path.write_bytes(whole[:5000])
+    assert "2 skipped" in metamer(*command)[1] and path.stat().st_size == 5000
+    code, said, _ = metamer("catalogue", "verify", tmp_path / "cat", "--quick")
+    assert code == 4 and "--again" in said
+    assert "2 imported" in metamer(*command, "--again")[1]
+    assert path.read_bytes() == whole
+
+
+def test_a_catalogue_of_another_schema_is_left_alone(metamer, source, tmp_path):
+    marker = tmp_path / "cat" / "catalogue.toml"
+    marker.parent.mkdir()
+    for content, found in (("schema = 99", "99"), ("schema", "catalogue.toml")):
+        marker.write_text(content)
+        for words in (("list", tmp_path / "cat"), ("import", source / "chart.csv", "--into", tmp_path / "cat")):
+            code, _, said = metamer("catalogue", *words)
+            assert code == 4 and found in said and "--into" in said
+        assert marker.read_text() == content
+
+
+def test_names_do_not_steer_the_terminal(metamer, source, tmp_path):
+    (source / "a\x1b[31m\nb.bsdf").write_bytes(b"tensor_file\0\1\0")
+    _, said, _ = metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--dry-run", "--verbose")
+    assert "\x1b" not in said and "a\\x1b[31m\\nb.bsdf" in said

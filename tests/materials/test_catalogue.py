@@ -11,6 +11,7 @@ from metamer.materials.catalogue import Catalogue
 from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, read_record, write_record
+from metamer.materials.records.record_head import SCHEMA
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM
@@ -46,7 +47,7 @@ def record(material_id="paint/red", **changes):
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / MARKER).write_text("schema = 1\n")
+    (tmp_path / MARKER).write_text(f"schema = {SCHEMA}\n")
     return tmp_path
 
 

@@ -97,10 +97,10 @@ def test_no_scheduler_at_the_address(source, tmp_path, monkeypatch):
     assert address in str(caught.value) and "dask scheduler" in str(caught.value)
 
 
-@pytest.mark.parametrize("address", ["nonsense://x", "127.0.0.1:notaport"])
-def test_addresses_that_are_none(source, tmp_path, monkeypatch, address):
-    monkeypatch.setattr(cluster, "_PATIENCE_S", 1.0)
-    with pytest.raises(InputError, match="no scheduler can be reached"):
+@pytest.mark.parametrize("address", ["nonsense://x", "127.0.0.1:notaport", "host", "tcp://"])
+def test_addresses_that_are_none(source, tmp_path, address):
+    """Dask would look for such a host for a long time."""
+    with pytest.raises(InputError, match="not an address"):
         import_sources([source], tmp_path / "cat", scheduler=address)
 
 
