@@ -15,15 +15,16 @@ Unit = Literal["percent", "fraction"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"reflect(?!or)|geometr|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|%\s*R\b|\bR\s*[\[(]?\s?(?:%|0\W{1,4}1\b)|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint",
+    r"reflect(?!or)|\brefl\b|geometr|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
+    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint",
     re.I,
 )
-_TRANSMITTANCE = re.compile(r"transm|%\s*T\b|\bT\s*[\[(]?\s?(?:%|0\W{1,4}1\b)|\bT$|durchlicht", re.I)
+_TRANSMITTANCE = re.compile(r"transm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(
     r"irradian|radian(?:ce|t|cy)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
     r"[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|counts?\b|photon|"
-    r"cd\s?/\s?m|\bLv\b|\bCS-?[12]000A?\b|\bPR-?[67]\d\d\b|(?-i:\bLUM\b)|"
+    r"cd\s?/\s?m|(?-i:\bLv\b|\bLUM\b)|\bCS-?[12]000A?\b|\bPR-?[67]\d\d\b|"
     r"\bCCT\b|\blux\b|\[lx\]",
     re.I,
 )

@@ -125,14 +125,20 @@ def _told(columns: list[Column], path: Path) -> list[str | None]:
                 expected="a word above them that says what was measured",
                 hint='write "reflectance" or "emission" on a line above the header; sensitivities are not imported',
             )
-        bare = [
-            "sensitivity" if names_sensitivity(column.words) else quantity_in(f"{column.words} {column.unit}")
-            for column in of_table
-        ]
+        bare = [_own(column) for column in of_table]
         silent = [column for column, own in zip(of_table, bare, strict=True) if own is None]
         power = all(names_power(column.words or column.unit) for column in silent)
         told += [together or own or around or ("emission" if power else None) for own in bare]
     return told
+
+
+def _own(column: Column) -> str | None:
+    """What a column's own heading and unit say."""
+    if names_sensitivity(column.words):
+        return "sensitivity"
+    own = quantity_in(f"{column.words} {column.unit}")
+    # "a.u." behind a word for power are arbitrary units.
+    return None if own == "absorbance" and names_power(column.words) else own
 
 
 def _grid(column: Column, gathering: Gathering) -> np.ndarray:

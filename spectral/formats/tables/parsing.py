@@ -163,7 +163,7 @@ def _read(
     described = _described_header(text, start, layout, shown) if described else []
     if described:
         heads = described
-    elif not dialect.delimiter and heads:
+    elif not dialect.delimiter and heads and layout.first < len(shown):
         heads = _spaced_header(heads, len(shown[layout.first][1]))
     above = shown[: layout.first if layout.header is None else layout.header]
     preamble, words = _preamble(above, remarks)
@@ -239,9 +239,10 @@ def _as_before(before: _Section, words: str, shown: Sequence[Row], layout: Layou
 def _told_apart(sections: Sequence[_Section], notes: list[str]) -> None:
     """Put beside each column what is said of its table; what the first one's lines alone say holds on, and is noted."""
     first = sections[0]
+    titles = [_title(section) for section in sections]
     alike: dict[tuple[str, ...], int] = {}
     for number, section in enumerate(sections):
-        title = _title(section) if len(sections) > 1 else ""
+        title = titles[number] if len(sections) > 1 and titles.count(titles[number]) == 1 else ""
         same = alike.setdefault(tuple(section.heads), number)
         around = section.words
         if number and quantity_in(around) is None and (above := quantity_in(first.words)) is not None:
@@ -257,10 +258,15 @@ def _told_apart(sections: Sequence[_Section], notes: list[str]) -> None:
 
 
 def _title(section: _Section) -> str:
-    """The sample that the lines above a table name, "" where they name none."""
-    named = (value for key, value in section.preamble.items() if key != "title" and is_name_header(key))
-    title = next(named, "") or section.preamble.get("title", "") or section.preamble.get("comments", "")
-    return "" if quantity_in(title) or is_generic(title) else title
+    """The sample that the lines above a table name, "" where they name none: by a key, or right above the header."""
+    named = next((value for key, value in section.preamble.items() if key != "title" and is_name_header(key)), "")
+    layout = section.layout
+    above = section.shown[: layout.first if layout.header is None else layout.header]
+    cells = [cell for cell in above[-1][1] if cell] if above else []
+    alone = cells[0] if len(cells) == 1 else ""
+    comment_alone = section.preamble.get("comments", "") if not above else ""
+    title = named or alone or ("" if ";" in comment_alone else comment_alone)
+    return "" if ":" in title or quantity_in(title) or is_generic(title) else shortened(title)
 
 
 def _preamble(above: Sequence[Row], remarks: Sequence[str]) -> tuple[dict[str, str], str]:

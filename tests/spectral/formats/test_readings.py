@@ -58,6 +58,7 @@ def test_an_observer_without_a_header_is_known_by_the_name_of_its_file(refused):
         "Power",
         "Relative power",
         "Intensity",
+        "Intensity [a.u.]",
         "Relative intensity (%)",
         "Normalized intensity",
         "Energy",

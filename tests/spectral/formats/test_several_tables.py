@@ -51,6 +51,16 @@ def test_titles_above_the_tables_are_their_names(written, mark):
         assert [entry.spectrum.samples[-1] for entry in file.entries] == [0.5, 0.6]
 
 
+def test_lines_above_all_tables_are_no_names(written):
+    file = read(written("My laboratory\n\n" + "".join(f"Sample {n}\n" + down("nm,%R\n", (9,) * 5) for n in "AB")))
+    assert [entry.name for entry in file.entries] == ["Sample A", "Sample B"]
+    file = read(written(("Exported by me\n" + down("nm,%R\n", (9,) * 5)) * 2, "two.csv"))
+    assert [entry.name for entry in file.entries] == ["two", "two (2)"]
+    keys = "Sample,{}\nMode,{}\nnm,Value\n"
+    file = read(written(down(keys.format("A", "Reflectance")) + "\n" + down(keys.format("B", "Transmittance"))))
+    assert said(file) == [("A", "reflectance", 400, 0.1), ("B", "transmittance", 400, 0.1)]
+
+
 def test_a_title_alone_keeps_the_columns_of_the_table_before(written, refused):
     file = read(written(down("nm,Reflectance\n") + "\nTransmittance\n" + down(""), "leaf.csv"))
     assert [quantity for _, quantity, *_ in said(file)] == ["reflectance", "transmittance"]
