@@ -151,10 +151,14 @@ def _grid(column: Column, gathering: Gathering) -> np.ndarray:
 
 
 def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values that say on which scale a column is: those in the visible where it has any, less flags and empty cells."""
+    """Values that say on which scale a column is: less flags, empty cells, and noise beyond the visible."""
     values = np.where(values <= DELETED, np.nan, values)
-    seen = values[in_visible(grid) & ~np.isnan(values)]
-    return seen if seen.size else values[~np.isnan(values)]
+    there = ~np.isnan(values)
+    seen = values[in_visible(grid) & there]
+    if seen.size:
+        most = float(seen.max())
+        there &= in_visible(grid) | ((values >= -0.01 * abs(most)) & (values <= 2.0 * most))
+    return values[there]
 
 
 def _check_no_light(name: str, path: Path) -> None:

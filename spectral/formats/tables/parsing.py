@@ -170,6 +170,8 @@ def _read(
     between = shown[layout.header + 1 : layout.first] if layout.header is not None else []
     if before is not None and not heads:
         heads = _as_before(before, words, shown, layout, path)
+        if any(heads):
+            notes.append("further down, numbers without a header are read under the one above them in the file")
     numbered = ((line, dialect.cells(row)) for line, row in _from(text.rows, start + layout.first))
     if layout.way == "across":
         reader = AcrossReader(layout, heads, dialect, path)
@@ -221,7 +223,9 @@ def _as_before(before: _Section, words: str, shown: Sequence[Row], layout: Layou
     cells, heads = shown[layout.first][1], before.heads
     told = quantity_in(words)
     contradicted = told is not None and any(quantity_in(head) not in (None, told) for head in heads)
-    if len(cells) == len(before.shown[before.layout.first][1]) and layout.axes == before.layout.axes:
+    above = shown[layout.first - 1][1] if layout.first else []
+    unread = len(above) == len(cells) > 2  # as wide as a header, and not understood as one
+    if len(cells) == len(before.shown[before.layout.first][1]) and layout.axes == before.layout.axes and not unread:
         if not contradicted:
             return heads
         if all(is_generic(head) for at, head in enumerate(heads) if at not in layout.axes):

@@ -66,9 +66,12 @@ def test_a_title_alone_keeps_the_columns_of_the_table_before(written, refused):
     assert [quantity for _, quantity, *_ in said(file)] == ["reflectance", "transmittance"]
     file = read(written(down("nm,Reflectance\n") + "\nSample B\n" + down(""), "leaf.csv"))
     assert said(file)[1] == ("Sample B", "reflectance", 400, 0.1)
+    assert "further down, numbers without a header are read under the one above them in the file" in file.notes
     wider = "".join(f"{nm},0.1,0.2\n" for nm in NM)
     lines = refused(read, down("nm,Reflectance\n") + "\nSample B\n" + wider)
     assert lines[0] == "paints.csv: line 9: another table without a header"
+    lines = refused(read, "nm,A,B\n" + wider + "Probe,1,2\n" + wider)
+    assert lines[0] == "paints.csv: line 8: another table without a header"
 
 
 def test_comments_part_tables_too(written):
