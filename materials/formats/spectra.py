@@ -8,13 +8,18 @@ else the file says) is in the record's `original`, so that nothing is lost to th
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from ...spectral.errors import InputError
 from ...spectral.formats import csv
 from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, readers
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..analytic.lambert import Lambert
 from ..intake.sources import MaterialSource, Rejected
@@ -24,6 +29,8 @@ from .naming import id_word
 
 NAME = "measured spectra"
 SUFFIXES = tuple(dict.fromkeys(suffix for reader in readers() for suffix in reader.SUFFIXES))
+# End values are held beyond a measured range; of a surface's X, Y or Z under D65, no more may come from there.
+_MOST_MISSED = 0.15
 _DIFFUSE = "taken to be perfectly diffuse"
 
 
@@ -77,8 +84,9 @@ def _free(word: str, taken: set[str]) -> str:
 
 
 def _reader(path: Path) -> ModuleType:
-    by_name = (reader for reader in readers() if path.suffix.lower() in reader.SUFFIXES)
-    reader = format_of(path) or next(by_name, None)
+    by_name = [reader for reader in readers() if path.suffix.lower() in reader.SUFFIXES]
+    # Any text may be called .txt: what nobody recognises is no table, rather than CGATS cut short.
+    reader = format_of(path) or (csv if csv in by_name else next(iter(by_name), None))
     if reader is None:
         raise InputError("not a file of spectra", file=path, expected=", ".join(known.NAME for known in readers()))
     return reader
@@ -117,9 +125,27 @@ def _diffuse(spectrum: Spectrum, path: Path, name: str) -> tuple[dict[str, Any],
             expected=f"two or more, some within {grid[0]:g} to {grid[-1]:g} nm",
             hint="export the visible part of the measurement",
         )
+    if (missed := _missed(float(nm[0]), float(nm[-1]))) > _MOST_MISSED:
+        raise InputError(
+            "too little of the visible light was measured for a colour",
+            file=path,
+            field=name,
+            found=f"{nm[0]:g} to {nm[-1]:g} nm; beyond lies {100 * missed:.0f} % of X, Y or Z under D65",
+            expected=f"at most {100 * _MOST_MISSED:.0f} %, as with 430 to 650 nm",
+            hint="export the whole visible range; what was not measured is not made up",
+        )
     beyond = spectrum.range_note(grid)
     brdf = Lambert(spectrum.resampled(grid))
     return {"wavelengths_nm": grid, **brdf.parameters()}, [beyond] if beyond else []
+
+
+@cache
+def _missed(low: float, high: float) -> float:
+    """The largest part of X, Y or Z of a white surface under D65 that comes from beyond a range in nm."""
+    grid = np.arange(360.0, 831.0)
+    weights = observer("1931_2").weights(illuminant("D65"), grid)
+    beyond = (grid < low) | (grid > high)
+    return float((weights[:, beyond].sum(axis=1) / weights.sum(axis=1)).max())
 
 
 def _original(path: Path, entry: SpectralEntry, file: SpectralFile) -> dict[str, Any]:

@@ -18,7 +18,8 @@ from ..files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
 from .reading import HEAD, SpectralFile
-from .shared.text import head_text
+from .shared.text import head_text, is_jcamp
+from .tables.column import ragged
 from .tables.dialect import comment, dialect_of
 from .tables.entries import read_table
 from .tables.layout import layout_of
@@ -30,7 +31,7 @@ SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
 def recognises(path: Path, head: bytes) -> bool:
     """Text with a table of wavelengths and numbers in it, or one that is named .csv or .tsv."""
     text = head_text(head)
-    if text.lstrip()[:1] in ("", "<", "{"):
+    if text.lstrip()[:1] in ("", "<", "{") or is_jcamp(text):
         return False
     if path.suffix.casefold() in (".csv", ".tsv"):
         return True
@@ -87,14 +88,7 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
         raise _without_wavelengths(path, "first column", first_column)
     for line, row in body:
         if len(row) != len(header):
-            raise InputError(
-                "a row is cut short" if len(row) < len(header) else "a row is too long",
-                file=path,
-                field=f"line {line}",
-                found=f"{len(row)} cells",
-                expected=f"{len(header)} cells, as in the header",
-                hint="the file may be truncated; export it again",
-            )
+            raise ragged(path, line, len(row), len(header))
     if across:
         axis, axis_field, names = header[1:], "header", first_column
         table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body])

@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from .reading import SpectralFile
-from .shared.text import head_text
+from .shared.text import head_text, is_jcamp
 from .tables.column import Column
 from .tables.dialect import dialect_of
 from .tables.entries import gathered
@@ -31,7 +31,7 @@ _KEY = re.compile(
 def recognises(path: Path, head: bytes) -> bool:
     """Text with a marker before its spectrum, or with keys of a light meter and wavelengths that carry their unit."""
     text = head_text(head)
-    if not text or "BEGIN_DATA" in text:
+    if not text or "BEGIN_DATA" in text or is_jcamp(text):
         return False
     if _MARKER.search(text):
         return True

@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 from ..errors import InputError
-from .reading import SpectralFile
-from .shared.text import head_text
+from .reading import HEAD, SpectralFile
+from .shared.text import head_text, is_jcamp
 from .tables.entries import gathered
 from .tables.parsing import parse_table
 
@@ -26,7 +26,9 @@ def recognises(path: Path, head: bytes) -> bool:
     text = head_text(head)
     if _GLAZING.match(text):
         return True
-    return path.suffix.casefold() == ".spd" and bool(re.search(r"\d", text)) and text.lstrip()[:1] not in ("<", "{")
+    if path.suffix.casefold() != ".spd" or is_jcamp(text):
+        return False
+    return bool(re.search(r"\d", text)) and text.lstrip()[:1] not in ("<", "{")
 
 
 def read(path: Path) -> SpectralFile:
@@ -46,7 +48,7 @@ def read(path: Path) -> SpectralFile:
         )
     table = parse_table(path)
     with path.open("rb") as file:
-        head = head_text(file.read(4096))
+        head = head_text(file.read(HEAD))
     columns = table.blocks[0] if table.blocks else []
     if _GLAZING.match(head) and len(columns) == len(_SIDES):
         product = _PRODUCT.search(head)

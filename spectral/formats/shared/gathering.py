@@ -27,6 +27,17 @@ _DARK_EMISSION, _DARK = 0.05, 0.01
 _LARGEST_FACTOR = 10.0
 # No measured value in any unit in use is larger; beyond it, squares leave float64.
 _LARGEST = 1e30
+#: Values at or below this one are flags of libraries for "deleted", such as -1.23e34 of the USGS.
+DELETED = -1e30
+# Wavelengths that make a colour. Beyond them a spectrometer may read noise, over a white that gave no light either.
+_VISIBLE = (380.0, 780.0)
+# How far above 1 clear glass may read, with the error of an instrument.
+_CLEAR = 1.01
+
+
+def in_visible(grid: np.ndarray) -> np.ndarray:
+    """Which wavelengths (L,) in nm are those that make a colour."""
+    return (grid >= _VISIBLE[0]) & (grid <= _VISIBLE[1])
 
 
 class Gathering:
@@ -95,6 +106,11 @@ class Gathering:
     def _spectrum(
         self, name: str, grid: np.ndarray, samples: np.ndarray, divisor: float, quantity: Quantity, said: dict[str, str]
     ) -> Spectrum:
+        deleted = samples <= DELETED
+        if deleted.any():
+            self.note("samples that the file flags as deleted (-1.23e34) are left out", name)
+            said["deleted samples"] = f"{np.count_nonzero(deleted)} of {deleted.size}"
+            grid, samples = grid[~deleted], samples[~deleted]
         there = ~np.isnan(samples)
         if not there.all():
             self.note("samples without a value are left out", name)
@@ -120,12 +136,17 @@ class Gathering:
                 expected=f"less than {_LARGEST:g}",
             )
         grid, samples = validated_wavelengths(grid, file=self.path, field=name), samples / divisor
+        grid, samples = self._without_noise(name, grid, samples, quantity, said)
         negative = samples < 0.0
         floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
         if negative.any() and samples.min() >= -floor:
             self.note("values a little below zero, readings of nothing, are taken as zero", name)
             said["negative samples"] = f"{np.count_nonzero(negative)} of {samples.size}, down to {samples.min():.3g}"
             samples = np.maximum(samples, 0.0)
+        if quantity == "transmittance" and 1.0 < samples.max() <= _CLEAR:
+            self.note("transmittance a little above 1, within the error of a reading, is taken as 1", name)
+            said["samples above 1"] = f"{np.count_nonzero(samples > 1.0)} of {samples.size}, up to {samples.max():.4g}"
+            samples = np.minimum(samples, 1.0)
         if quantity == "reflectance" and samples.max() > _LARGEST_FACTOR:
             raise InputError(
                 "reflectance looks like percent",
@@ -135,11 +156,29 @@ class Gathering:
                 expected=f"fractions of 1; radiance factors up to {_LARGEST_FACTOR:g}",
                 hint="correct the unit or the norm that the file states",
             )
-        if quantity == "reflectance" and samples.max() > 1.0 + 1e-9:
+        if quantity == "reflectance" and samples.max() > 1.0 + 1e-9 and samples.min() >= 0.0:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"
         check_values(samples, grid, quantity, file=self.path, field=name)
         return Spectrum(samples, self._basis(grid, name), quantity)
+
+    def _without_noise(
+        self, name: str, grid: np.ndarray, samples: np.ndarray, quantity: Quantity, said: dict[str, str]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Samples less those beyond the visible that the quantity cannot be, where all visible ones can."""
+        if quantity == "emission":
+            wrong = samples < -_DARK_EMISSION * float(samples.max())
+        else:
+            limit = {"reflectance": 1.0 + 1e-9, "transmittance": _CLEAR}.get(quantity, np.inf)
+            wrong = (samples < -_DARK) | (samples > limit)
+        seen = in_visible(grid)
+        if not wrong.any() or not seen.any() or wrong[seen].any():
+            return grid, samples
+        low, high = _VISIBLE
+        self.note(f"samples beyond {low:g} to {high:g} nm that no {quantity} can be, noise, are left out", name)
+        span = f"{samples[wrong].min():.3g} to {samples[wrong].max():.3g}"
+        said["noise beyond the visible"] = f"{np.count_nonzero(wrong)} of {wrong.size} samples, {span}"
+        return grid[~wrong], samples[~wrong]
 
     def _basis(self, grid: np.ndarray, name: str) -> SpectralBasis:
         """One basis for all spectra on the same wavelengths."""
@@ -214,8 +253,9 @@ def reflective_divisor(
         they are so large or small that they need be neither.
     """
     said = f"{lowest:.4g} to {highest:.4g}"
-    # Between the blackest black that is sold as a paint and the brightest fluorescent one, in percent or fractions.
-    if unit is None and not told and not 0.002 <= highest <= 200.0:
+    # Between the blackest black that is sold as a paint and a white a little above the perfect one: a fluorescent paint
+    # reads more, but so does a lamp.
+    if unit is None and not told and not 0.002 <= highest <= 120.0:
         raise InputError(
             "what was measured?",
             file=path,

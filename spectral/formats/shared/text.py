@@ -17,6 +17,8 @@ _WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 # What no text holds: control characters other than tab, line and page ends, escape.
 _BINARY = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 
+_JCAMP = re.compile(r"\s{0,99}##\s?(?:TITLE|JCAMP-?DX)\s{0,9}=", re.I)
+
 #: How "no value here" is written in a cell.
 MISSING = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "nil", "."})
 
@@ -46,6 +48,11 @@ def head_text(head: bytes) -> str:
                 head = head[:-cut]
                 break
     return decoded(head) or ""
+
+
+def is_jcamp(text: str) -> bool:
+    """Whether a text is JCAMP-DX: packed ordinates, in units and with factors of its own, are no table."""
+    return bool(_JCAMP.match(text))
 
 
 def read_lines(path: str | Path) -> list[str]:

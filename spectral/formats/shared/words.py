@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,26 +15,58 @@ Unit = Literal["percent", "fraction"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"reflect(?!or)|geometr|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|%\s*R\b|\bR\s*[\[(]?%|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint",
+    r"reflect(?!or)|\brefl\b|geometr|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
+    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint",
     re.I,
 )
-_TRANSMITTANCE = re.compile(r"transm|%\s*T\b|\bT\s*[\[(]?%|\bT$|durchlicht", re.I)
+_TRANSMITTANCE = re.compile(r"transm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(
     r"irradian|radian(?:ce|t|cy)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
     r"[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|counts?\b|photon|"
+    r"cd\s?/\s?m|(?-i:\bLv\b|\bLUM\b)|\bCS-?[12]000A?\b|\bPR-?[67]\d\d\b|"
     r"\bCCT\b|\blux\b|\[lx\]",
     re.I,
 )
 _ABSORBANCE = re.compile(
-    r"absorb|(?:^|[\s,;|])abs\.?(?:$|\s*[\[(])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|optical density|F\(R\)",
+    r"absorb|(?:^|[\s,;|])abs\.?(?:$|\s*[\[(])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|F\(R\)|"
+    r"(?:optical|reflection|reflectance|transmission|visual)[ _]+density|^(?:OD|density)\d?\W*$",
     re.I,
 )
+_SENSITIVITY = re.compile(
+    r"colou?r[ _-]*matching|\bcmfs?\b|cone[ _]*fundamental|sensitivit|quantum[ _]*efficiency|\b[EI]QE\b|responsivit|"
+    r"spectral[ _]*response|(?:^|[\s,;|])[xyz](?:[ _-]?bar\b|\u0304|\u0305)|[\u0233]",
+    re.I,
+)
+# Headings that only say so as a whole, where nothing else says what was measured.
+_POWER = re.compile(
+    r"(?:(?:spectral|relative|rel\.?|normali[sz]ed|norm\.?|radiant|optical|total|lamp|light|luminous)[ _]*){0,3}"
+    r"(?:power|intensit(?:y|ies)|energy|flux|output|radiometric|[mµμunp]?W|lum|luminous)\W{0,2}(?:[\[(][^\[\]()]{0,30}[\])])?",
+    re.I,
+)
+_SETS = {
+    frozenset({"n", "k"}): "index",
+    frozenset({"n"}): "index",
+    frozenset({"eta", "k"}): "index",
+    frozenset({"k", "s"}): "absorbance",
+    frozenset({"x", "y", "z"}): "sensitivity",
+    frozenset({"l", "m", "s"}): "sensitivity",
+    frozenset({"r", "g", "b"}): "colours",
+    frozenset({"red", "green", "blue"}): "colours",
+}
+_OBSERVER_FILE = re.compile(r"xyz|linss|lms|cmf|colou?r.?match", re.I)
 _INDEX = re.compile(r"refractive|extinction|\.(?:eta|k)$|\bior\b", re.I)
 # What lights are called, where nothing says what was measured.
 _LIGHT = re.compile(
-    r"illumi|\blamps?\b|\bleds?\b|daylight(?! fluo)|tungsten|xenon|halogen|sunlight|skylight|incandescent|"
+    r"illumi|\billum\b|\bHMI\b|\bCFL\b|\blamps?\b|\bleds?\b|daylight(?! fluo)|tungsten|xenon|halogen|sunlight|"
+    r"skylight|incandescent|"
     r"(?<![A-Za-z0-9])D(?:50|55|65|75|93)(?![0-9])|^FL\d{1,2}$",
+    re.I,
+)
+# What lights are called, and paints as well.
+_PERHAPS_LIGHT = re.compile(
+    r"(?:CIE )?(?:FL? ?\d{1,2}|HP ?\d|(?:cool|warm|soft|bright|neutral)[ -]?white|sun|sky|fluorescent|daylight|sodium|"
+    r"mercury)\.?\d{0,2}",
     re.I,
 )
 _PERCENT = re.compile(r"%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
@@ -81,6 +113,34 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
 def measured(told: str | None) -> Quantity | None:
     """The quantity that `quantity_in` told, None where it told none or one that is no spectrum of a colour."""
     return {name: name for name in get_args(Quantity)}.get(told)
+
+
+def names_sensitivity(heading: str) -> bool:
+    """Whether a heading is that of an eye's or a sensor's sensitivity; elsewhere it may be an instrument's setting."""
+    return bool(_SENSITIVITY.search(_one_line(heading)))
+
+
+def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
+    """What headings say together, None if nothing: n and k an "index", K and S "absorbance", an observer "sensitivity".
+
+    "colours" is red, green and blue, which may be samples or the channels of a camera. Three columns without headings
+    are an observer's where the name of the `file` says so.
+    """
+    plain = [re.sub(r"\W*[\[(].*|[_ -]?bar$", "", _one_line(heading).casefold()).strip() for heading in headings]
+    if len(plain) == 3 and not any(plain) and _OBSERVER_FILE.search(file):
+        return "sensitivity"
+    capital = any(heading.startswith("N") for heading in headings)  # a sample; the index is n
+    return _SETS.get(frozenset(plain)) if len(set(plain)) == len(plain) and not capital else None
+
+
+def names_power(heading: str) -> bool:
+    """Whether a heading as a whole is a word for light that is given off, such as "Relative power" or "W"."""
+    return bool(_POWER.fullmatch(_one_line(heading)))
+
+
+def names_perhaps_light(name: str) -> bool:
+    """Whether a name is as likely that of a light as of a sample, such as "F11" or "cool white"."""
+    return bool(_PERHAPS_LIGHT.fullmatch(_one_line(name).replace("_", " ")))
 
 
 def names_light(words: str) -> bool:

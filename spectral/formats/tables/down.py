@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from ...errors import InputError
 from ..shared.gathering import MOST_SAMPLES
 from ..shared.text import is_missing, shortened
 from ..shared.words import colour_axis, quantity_in, unit_in
-from .column import Column, ragged, trimmed
+from .column import Column, NextTable, ragged, trimmed
 from .dialect import Dialect, in_percent
 from .layout import Layout, Row, is_units_row, is_wavelength_header, is_wavenumber_header, nm_per_unit
 
@@ -29,7 +30,7 @@ _READING = re.compile(
     re.I,
 )
 _RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseline)\b.*", re.I)
-_UNIT_BRACKET = re.compile(r"\s*[\[(]([^\[\]()]{0,40})[\])]\s*$")
+_UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
 _GENERIC = re.compile(
     r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|reflection|"
     r"remission|transmittance|transmission|(?:ir)?radiance|power|intensity|values?|data|emission|spd|spectrum|counts?|"
@@ -39,7 +40,11 @@ _GENERIC = re.compile(
 
 
 class DownReader:
-    """Reads a table with wavelengths down its columns; each axis column has the value columns to its right."""
+    """Reads a table with wavelengths down its columns; each axis column has the value columns to its right.
+
+    Wavelengths that start again below an empty line are one more block of the same table; below words or comments they
+    are another table, where reading ends: `next` says where.
+    """
 
     def __init__(
         self,
@@ -49,11 +54,14 @@ class DownReader:
         above: Sequence[Row],
         colours: Sequence[list[str]],
         words: str,
+        comments: Sequence[int],
         dialect: Dialect,
         path: Path,
     ) -> None:
         self.axes, self.heads, self.units, self.dialect, self.path = layout.axes, heads, units, dialect, path
-        self.colours, self.shape = colours, ""
+        self.colours, self.comments, self.shape = colours, comments, ""
+        self.last_line = self.below = 0
+        self.next: NextTable | None = None
         self.above = above[-1][1] if above and len(above[-1][1]) > 1 else []
         self.said = "\n".join(line for line in words.splitlines() if re.search("wave|λ|lambda", line, re.I))
 
@@ -69,6 +77,7 @@ class DownReader:
             found = self._wavelength(cells, self.axes[0])
             if found is None and all(self._wavelength(cells, axis) is None for axis in self.axes[1:]):
                 if columns and self._beside(columns, cells):
+                    self.last_line = self.last_line if self.colours else line
                     continue
                 if not stopped:
                     stopped, stop_cell = line, first or cells[0]
@@ -79,6 +88,10 @@ class DownReader:
             if begun and (at == begun[0] or (stopped and not _continues(begun, last, at))):
                 blocks.append(columns)
                 columns = []
+                if stopped or bisect_right(self.comments, line) > bisect_right(self.comments, self.last_line):
+                    self.next = NextTable(self.last_line, line, "down")
+                    below = 0
+                    break
             elif stopped and columns:
                 raise InputError(
                     "not a number",
@@ -96,13 +109,12 @@ class DownReader:
             if len(cells) > max(width, len(self.heads)) and len(trimmed(list(cells))) > max(width, len(self.heads)):
                 raise ragged(self.path, line, len(cells), max(width, len(self.heads)))
             samples += self._take(columns, line, cells)
-            last = at
+            last, self.last_line = at, line
             if samples > MOST_SAMPLES:
                 raise InputError("too many samples in one file", file=self.path, expected=f"at most {MOST_SAMPLES}")
         if columns:
             blocks.append(columns)
-        if below:
-            notes.append(f"{below} lines below the table are not read")
+        self.below = below
         words = {column.words for block in blocks for column in block if _empty(column) and column.bad}
         if words and any(not _empty(column) for block in blocks for column in block):
             notes.append(f"columns without numbers are left out: {', '.join(sorted(words)[:6])}")
@@ -177,7 +189,9 @@ class DownReader:
                     expected="wavelengths in nm, µm or Å",
                     hint="export over wavelength; 10,000,000 / (wavenumber in 1/cm) is the wavelength in nm",
                 )
-            columns.append(Column(name, head, unit, array("d"), array("d"), nm, place=(at, axis)))
+            called = f"{self._head(axis)} {self.units[axis] if axis < len(self.units) else ''} {self.said}"
+            is_open = nm == 1.0 and is_wavelength_header(called) and not re.search(r"nm\b|nanomet", called, re.I)
+            columns.append(Column(name, head, unit, array("d"), array("d"), nm, unit_open=is_open, place=(at, axis)))
         if aside:
             notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
         for row in self.colours:
@@ -204,6 +218,11 @@ class DownReader:
                 if place < len(self.above) and self.above[place] and not is_units_row([self.above[place]]):
                     return self.above[place]
         return "" if count == 1 else plain or f"column {at + 1}"
+
+
+def is_generic(name: str) -> bool:
+    """Whether a heading says what was measured and not of which sample."""
+    return bool(_GENERIC.fullmatch(name))
 
 
 def _continues(begun: array[float], last: float, at: float) -> bool:

@@ -99,15 +99,47 @@ def _monotone(values: Sequence[float]) -> bool:
 
 
 def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
-    """First rows with a wavelength in some column and a number in another, and rows like them below."""
-    for first in range(len(rows)):
+    """First rows with a wavelength in some column and a number in another, and rows like them below.
+
+    Numbers that no header calls wavelengths may be an instrument's keys and values; rows further down whose wavelengths
+    carry their unit go before them.
+    """
+    found = _down_from(rows, 0, dialect)
+    if found is None or _told(rows, found, dialect):
+        return found
+    heads = rows[found.header][1] if found.header is not None else []
+    if any(is_wavelength_header(heads[axis]) for axis in found.axes if axis < len(heads)):
+        return found
+    for first in range(found.first + 1, len(rows) - 2):
+        cells = rows[first][1]
+        if len(cells) > 1 and (pair := dialect.wavelength(cells[0])) is not None and pair[1]:
+            later = _down_from(rows[: first + 6], first, dialect)
+            if later is not None and later.first == first and _told(rows, later, dialect):
+                return later
+    return found
+
+
+def _told(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
+    """Whether the first wavelengths of a layout carry a unit or a word."""
+    axis = layout.axes[0]
+    cells = [cells[axis] for _, cells in rows[layout.first : layout.first + 3] if axis < len(cells)]
+    pairs = [dialect.wavelength(cell) for cell in cells]
+    return len(pairs) > 1 and all(pair is not None and pair[1] for pair in pairs)
+
+
+def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | None:
+    for first in range(start, len(rows)):
         run = [cells for _, cells in rows[first : first + 6]]
         width = len(run[0])
         if width < 2:
             continue
-        header = _header_above(rows, first, dialect)
+        header = header_above(rows, first, dialect)
         heads = rows[header][1] if header is not None else []
-        said = {column for column, cell in enumerate(heads[:width]) if is_wavelength_header(cell)}
+        said = {
+            column
+            for column, cell in enumerate(heads[:width])
+            if is_wavelength_header(cell) or (is_wavenumber_header(cell) and dialect.number(run[0][column]) > 2000.0)
+        }
         axes = []
         for column in sorted({*range(min(width, 12)), *said}):
             found = [dialect.wavelength(cells[column]) if column < len(cells) else None for cells in run]
@@ -130,7 +162,7 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     return None
 
 
-def _header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | None:
+def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | None:
     """Index of the row of names above the numbers, past rows of units and of tristimulus values.
 
     It has two cells or more. Names may be numbers where the first cell is empty or speaks of wavelengths; elsewhere a
@@ -172,6 +204,19 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         if 2 * sum(value == value for value in values) > len(run):
             return Layout("across", first, header, tuple(run))
     return None
+
+
+def told_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
+    """Columns of the wavelengths in a row that is a header of them, each with its unit or a word; () of any other."""
+    found = [dialect.wavelength(cell) for cell in cells]
+    run = _longest_run([pair[0] if pair and pair[1] and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
+    return tuple(run) if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
+
+
+def plain_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
+    """Columns of the longest run of wavelengths in a header, whether or not they carry a unit."""
+    found = [dialect.wavelength(cell) for cell in cells]
+    return tuple(_longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found]))
 
 
 def _longest_run(values: Sequence[float | None]) -> list[int]:

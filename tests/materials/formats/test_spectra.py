@@ -125,6 +125,27 @@ def test_reflectance_beyond_the_visible_is_refused(sources, nm, said):
     assert bad.name == "chart/bad" and "no spectrum of visible light" in str(bad.reason) and said in str(bad.reason)
 
 
+@pytest.mark.parametrize(("ends", "share"), [((700, 1000), "100 %"), ((550, 560), "100 %"), ((440, 650), "25 %")])
+def test_no_colour_is_made_up_for_what_was_not_measured(sources, ends, share):
+    narrow, enough = sources(entry("narrow", nm=np.linspace(*ends, 5)), entry("enough", nm=np.linspace(430, 650, 5)))
+    assert isinstance(enough, MaterialSource)
+    assert isinstance(narrow, Rejected) and "too little of the visible light was measured" in str(narrow.reason)
+    assert f"found: {ends[0]} to {ends[1]} nm; beyond lies {share}" in str(narrow.reason)
+
+
+@pytest.mark.parametrize("quantity", ["transmittance", "emission"])
+def test_a_narrow_range_that_makes_no_surface_is_kept(sources, quantity):
+    (found,) = sources(entry(quantity=quantity, nm=np.linspace(550.0, 560.0, 5)))
+    assert isinstance(found, MaterialSource)
+
+
+def test_a_text_that_nobody_recognises_is_no_table(tmp_path):
+    path = tmp_path / "notes.txt"
+    path.write_text("Spectrum from 380 to 730 nm in 36 steps\n1.0000, 1.8286, 2.6571\n")
+    with pytest.raises(InputError, match="no table of wavelengths and values"):
+        list(read_sources(path, "mallett-yuksel"))
+
+
 def test_entries_that_the_reader_rejects_are_passed_on(sources):
     found = sources(entry(), rejected=(("green", InputError("negative reflectance")),))
     assert [each.name for each in found if isinstance(each, Rejected)] == ["chart/green"]

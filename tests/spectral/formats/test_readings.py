@@ -1,0 +1,182 @@
+"""What instruments and libraries write into a table beside plain readings, and what is no colour at all."""
+
+import pytest
+from metamer.spectral.formats.csv import read, recognises
+from metamer.spectral.formats.reading import format_of, read_spectra
+
+NM = range(360, 741, 20)
+
+
+def table(header, value=lambda nm: nm / 1000, nm=NM):
+    return f"nm,{header}\n" + "".join(f"{at},{','.join([str(value(at))] * (header.count(',') + 1))}\n" for at in nm)
+
+
+def only(file):
+    (entry,) = file.entries
+    return entry
+
+
+@pytest.mark.parametrize(
+    ("header", "problem"),
+    [
+        ("n,k", "refractive index"),
+        ("n", "refractive index"),
+        ("OD", "absorbance"),
+        ("Density", "absorbance"),
+        ("Optical density", "absorbance"),
+        ("K,S", "absorbance"),
+        ("x_bar,y_bar,z_bar", "sensitivity"),
+        ("x,y,z", "sensitivity"),
+        ("l,m,s", "sensitivity"),
+        ("Quantum efficiency", "sensitivity"),
+        ("Responsivity (A/W)", "sensitivity"),
+        ("CIE 1931 colour matching functions", "sensitivity"),
+        ("red,green,blue", "channels of a camera"),
+        ("R,G,B", "channels of a camera"),
+    ],
+)
+def test_what_is_no_colour_is_refused_by_name(refused, header, problem):
+    assert problem in refused(read, table(header))[0]
+
+
+def test_words_above_decide_over_headings_that_could_be_either(written):
+    file = read(written("Reflectance of paints\n" + table("red,green,blue")))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 3
+    file = read(written("Sensitivity: High\nReflectance\n" + table("Chip 1")))
+    assert only(file).spectrum.quantity == "reflectance"
+    assert only(read(written(table("N")))).name == "N"  # a grey of a chart
+
+
+def test_an_observer_without_a_header_is_known_by_the_name_of_its_file(refused):
+    rows = "".join(f"{nm},0.1,0.2,0.3\n" for nm in NM)
+    assert "sensitivity" in refused(read, rows, "CIE_xyz_1931_2deg.csv")[0]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Power",
+        "Relative power",
+        "Intensity",
+        "Intensity [a.u.]",
+        "Relative intensity (%)",
+        "Normalized intensity",
+        "Energy",
+        "Flux",
+        "W",
+        "Radiometric",
+        "lum",
+        "HMI",
+    ],
+)
+def test_words_for_light_that_is_given_off(written, header):
+    entry = only(read(written(table(header, lambda nm: nm / 5))))
+    assert entry.spectrum.quantity == "emission" and entry.spectrum.samples[0] == 72.0
+
+
+def test_a_letter_of_power_is_a_name_beside_other_samples(written):
+    file = read(written(table("W,R,G,K")))
+    assert {entry.spectrum.quantity for entry in file.entries} == {"reflectance"}
+
+
+@pytest.mark.parametrize(
+    "above", ["Instrument,CS-2000\nLv,100.1\n", "[CS-2000]\n", "QUALITY, UNITS, LUM\n0000,0,1.234E+02\n"]
+)
+def test_spectroradiometers_by_their_keys(written, above):
+    rows = "".join(f"0{nm},{nm / 1e6}\n" for nm in NM)
+    assert only(read(written(above + rows))).spectrum.quantity == "emission"
+
+
+@pytest.mark.parametrize("name", ["F11", "HP1", "cool_white", "sun", "Fluorescent"])
+def test_a_name_of_lights_and_of_paints_alone_is_refused(refused, written, name):
+    assert "a sample, or a light?" in refused(read, table(name, lambda nm: nm / 10))[0]
+    assert only(read(written("Reflectance\n" + table(name)))).spectrum.quantity == "reflectance"
+
+
+@pytest.mark.parametrize("name", ["A", "E", "Value"])
+def test_numbers_far_above_a_white_need_a_word(refused, name):
+    assert "what was measured?" in refused(read, table(name, lambda nm: nm / 5))[0]
+
+
+def test_deleted_samples_of_a_library(written):
+    file = read(written(table("reflectance", lambda nm: "-1.23e34" if nm < 400 else 0.5)))
+    assert only(file).spectrum.wavelengths_nm[0] == 400 and only(file).details["deleted samples"] == "2 of 20"
+    assert "samples that the file flags as deleted (-1.23e34) are left out" in file.notes
+
+
+def test_a_usgs_library_in_micrometres_with_its_columns_in_words(written):
+    lines = "USGS Digital Spectral Library\n     wavelengths    reflectance   standard deviation\nGreen paint GDS333\n"
+    rows = "".join(f"      {nm / 1000:.6f}      {nm / 1000:.6f}      0.001230\n" for nm in NM)
+    file = read(written(lines + rows, "paint.asc"))
+    entry = only(file)
+    assert entry.spectrum.wavelengths_nm[[0, -1]].tolist() == pytest.approx([360, 740])
+    assert entry.spectrum.samples[0] == 0.36
+    assert "wavelengths from 0.36 to 0.74 without a unit are taken as micrometres" in file.notes
+    assert "columns beside the measurement are left out: standard deviation" in file.notes
+
+
+def test_a_stated_unit_is_not_overruled(refused):
+    rows = "".join(f"{nm / 1000},0.1\n" for nm in NM)
+    assert "look like micrometres" in refused(read, "Wavelength (nm),R\n" + rows)[0]
+
+
+def test_noise_beyond_the_visible_is_left_out_and_said(written, refused):
+    noise = {204: -0.12, 250: 1.37, 1001: -0.05}
+    content = "nm,Reflectance\n" + "".join(f"{nm},{noise.get(nm, 0.5)}\n" for nm in (204, 250, *NM, 900, 1001))
+    file = read(written(content))
+    entry = only(file)
+    assert entry.spectrum.quantity == "reflectance"
+    assert entry.spectrum.wavelengths_nm.tolist() == [*NM, 900]
+    assert entry.details["noise beyond the visible"] == "3 of 24 samples, -0.12 to 1.37"
+    assert any("beyond 380 to 780 nm that no reflectance can be" in note for note in file.notes)
+    # Never within: there it is a mistake of the whole measurement.
+    assert "negative reflectance" in refused(read, content.replace("\n500,0.5", "\n500,-0.05"))[0]
+    bright = read(written(content.replace("\n500,0.5", "\n500,1.2").replace("-0.12", "0.1").replace("-0.05", "0.1")))
+    assert only(bright).spectrum.quantity == "radiance factor" and only(bright).spectrum.samples.max() == 1.37
+
+
+def test_noise_beyond_the_visible_does_not_say_percent(written):
+    file = read(written("nm,Reflectance\n204,57.3\n" + table("", lambda nm: 0.5).partition("\n")[2]))
+    assert set(only(file).spectrum.samples) == {0.5}
+
+
+def test_clear_glass_reads_a_little_above_one(written, refused):
+    file = read(written(table("%T", lambda nm: 100.13 if nm > 700 else 92)))
+    assert only(file).spectrum.samples.tolist()[-2:] == [1.0, 1.0]
+    assert only(file).details["samples above 1"] == "2 of 20, up to 1.001"
+    assert "transmittance a little above 1, within the error of a reading, is taken as 1" in file.notes
+    assert "transmittance above 1" in refused(read, table("%T", lambda nm: 101.5 if nm > 700 else 92))[0]
+
+
+JCAMP = "##TITLE= paint\n##JCAMP-DX= 4.24\n##YFACTOR=0.01\n##XYDATA=(X++(Y..Y))\n" + "".join(
+    f"{nm} 10 11 12 13 14\n" for nm in range(400, 700, 50)
+)
+
+
+@pytest.mark.parametrize("name", ["paint.jdx", "paint.csv", "paint.txt", "paint.spd"])
+def test_jcamp_is_no_table(written, refused, name):
+    path = written(JCAMP, name)
+    assert not recognises(path, path.read_bytes()) and format_of(path) is None
+    assert "JCAMP-DX is not a table" in refused(read, JCAMP, name)[0]
+
+
+def test_a_unit_with_brackets_in_it(written):
+    header = "Wavelength [nm]\tSpectral Radiance [W/(sr*m^2*nm)]\n"
+    entry = only(read(written(header + "".join(f"{nm}\t0.1\n" for nm in NM), "jeti.txt")))
+    assert entry.name == "jeti" and entry.details["units"] == "W/(sr*m^2*nm)"
+
+
+def test_wavenumbers_above_20000_are_named(refused):
+    rows = "".join(f"{number},0.1\n" for number in range(25000, 13000, -300))
+    assert "wavenumbers in place of wavelengths" in refused(read, "Wavenumber (cm-1),Reflectance\n" + rows)[0]
+
+
+METER = "Title,A,B\nTcp [K],5632,3200\nIlluminance [lx],1230,900\nTristimulus Value X,1100.1,1\n"
+
+
+@pytest.mark.parametrize(("title", "cell"), [("Title", "Spectral Data {}[nm]"), ("Memo", "{}nm")])
+def test_wavelengths_with_their_unit_go_before_numbers_above_them(written, title, cell):
+    rows = "".join(f"{cell.format(nm)},{nm / 1e6},{nm / 1e5}\n" for nm in NM)
+    file = read_spectra(written(METER.replace("Title", title) + rows, "lights.csv"))
+    assert [(entry.name, entry.spectrum.quantity) for entry in file.entries] == [("A", "emission"), ("B", "emission")]
+    assert file.entries[1].spectrum.wavelengths_nm.tolist() == list(NM)
