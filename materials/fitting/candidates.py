@@ -3,6 +3,7 @@
 - Lobe by lobe: each of the BRDF's own lobes as a table in its own frame, with the other lobes exact.
 - Jointly: all packs at once on what is seen (`joint`), and, while the budget is not met, four more terms at a time in
   the frame in which they leave less of what the others have left. That is how a BRDF that names no lobes gets split.
+- On finer grids, where terms alone do not help: factors of twice as many nodes, which begin as what they were.
 - Everything in one frame from the start, where the BRDF's own lobes needed many terms.
 
 A candidate is dropped as soon as it can no longer win.
@@ -19,7 +20,7 @@ from ..brdf import Brdf, Frame, Lobe
 from ..factors import Axis, FactorPack
 from .decompose import PACK
 from .grids import lobe_axes
-from .joint import added, merged, refined
+from .joint import added, finer, merged, refined
 from .judging import Judge, Judged, Trial
 from .lobe_table import LobeTable, Method
 from .seen import SeenSamples, seen_samples
@@ -35,6 +36,8 @@ _PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.6, 12_000, 1.7
 _ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.98
 # Factors by which light from behind may come to count more, at once and in all.
 _MORE, _MOST = 3.0, 9.0
+# Nodes that an axis may come to have, and the share of the score that finer grids must get below.
+_MOST_NODES, _PAYS = 192, 0.9
 # Growth ends where this many steps together gained less than that share.
 _STEPS, _STEP_GAIN = 3, 0.15
 
@@ -178,7 +181,8 @@ class Search:
     def _grown(self, here: Found, rival: Found | None = None) -> Found:
         """Four terms more at a time, in the better frame, all packs refined together after each step."""
         wanted = self.wanted
-        best, scores = here, [here.judged.score]
+        best = here = self._on_finer_grids(here)
+        scores = [here.judged.score]
         while best.judged.score > wanted.budget and here.rank + PACK <= wanted.ranks[-1]:
             if rival is not None and not self._may_win(here, rival):
                 break
@@ -191,8 +195,24 @@ class Search:
             best = here if self._told(here, best.judged.score) else best
             scores.append(min(scores[-1], here.judged.score))
             if len(scores) > _STEPS and scores[-1] > (1.0 - _STEP_GAIN) * scores[-1 - _STEPS]:
-                break
+                here = self._on_finer_grids(best)
+                if here is best:
+                    break
+                best, scores = here, [here.judged.score]
         return self._ended(best)
+
+    def _on_finer_grids(self, here: Found) -> Found:
+        """The same terms with twice as many nodes an axis, for as long as that pays."""
+        best = here
+        while best.judged.score > self.wanted.budget and self.wanted.axes is None:
+            packs = tuple(finer(pack, _MOST_NODES) for pack in best.packs)
+            if all(pack.axes == before.axes for pack, before in zip(packs, best.packs, strict=True)):
+                break
+            here = self._round(best, packs)
+            if not self._told(here, _PAYS * best.judged.score):
+                break
+            best = here
+        return best
 
     def _may_win(self, here: Found, rival: Found) -> bool:
         """Fewer terms than the rival's, or a better score than its candidate had with as few."""
