@@ -57,6 +57,11 @@ class Judged:
         return max(self.error.p99, self.error.mean / MEAN_SHARE, self.back / BACK_SHARE)
 
     @property
+    def distance(self) -> float:
+        """What attempts are compared by: front and back together, so that neither is bought with much of the other."""
+        return max(self.error.p99, self.error.mean / MEAN_SHARE) + self.back / BACK_SHARE
+
+    @property
     def behind(self) -> bool:
         """Whether light from behind decides."""
         return self.back / BACK_SHARE == self.score
