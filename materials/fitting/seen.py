@@ -174,7 +174,7 @@ def seen_pairs(
     return (
         np.concatenate([np.einsum("nij,nj->ni", frame, light), wi]),
         np.concatenate([frame[:, :, 2], wo]),
-        np.concatenate([share[lit], np.full(len(wi), _LEAST_SHARE)]),
+        np.concatenate([share[lit], np.full(len(wi), 4.0 * _LEAST_SHARE)]),
     )
 
 
