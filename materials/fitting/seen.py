@@ -35,7 +35,7 @@ _LOST = 0.005
 # Without the others, spectra would be bent until D65 alone sees no difference.
 _LIGHTS = (("D65", 1.0), ("A", 0.25), ("FL11", 0.25))
 # How much an error counts that none of them shows: another light may.
-_UNSEEN = 0.1
+_UNSEEN = 0.3
 _BLOCK = 8192
 # CIELAB's cube root ends here.
 _KNEE = (24.0 / 116.0) ** 3
