@@ -28,8 +28,8 @@ from pathlib import Path
 
 import numpy as np
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.intake.import_folder import unfinished
 from metamer.materials.records.record import MARKER
+from metamer.spectral.files import half_written
 
 TABLES = """
 [chart]
@@ -171,7 +171,7 @@ def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng:
         damaged = {name: str(reason) for name, reason in opened.verify().items() if reason is not None}
         if damaged:
             raise RuntimeError(f"damaged after a kill at {moment:.3f} s: {damaged}")
-        left, done = [path.name for path in unfinished(catalogue)], len(opened.ids())
+        left, done = [path.name for path in half_written(catalogue)], len(opened.ids())
     return {
         "moment": moment,
         "hit": ("command" if victim == process.pid else "worker") if hit else "nothing",

@@ -1,4 +1,4 @@
-"""How far off colours get when spectra are thinned or written in a few numbers: the tables of docs, measured again.
+"""How far off colours get when spectra are thinned or written in a few numbers.
 
 Every figure is the largest ΔE94 over ColorChecker 24 (BabelColor averages) under the CIE 1931 2 degree observer, in
 CIELAB relative to each light's own white, with the slower and finer computation as the reference.
@@ -20,6 +20,7 @@ from ..spectral.observers import Observer, observer
 from ..spectral.shapes import Wavelengths
 from ..spectral.spectrum import Spectrum
 from ..spectral.tables import colour_science
+from ..spectral.upsampling import xyz_from_rgb
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from .text_tables import TextTable, text_tables
 
@@ -35,9 +36,8 @@ GRIDS = {
     "400-700 / 10 nm": (400, 700, 10),
 }
 FOLDED = "380-780 / 5 nm, lights folded first"
+# In linear sRGB, in which most tools multiply a light with a surface.
 RGB = "RGB multiply"
-# IEC 61966-2-1 primaries: the RGB in which most tools multiply a light with a surface.
-_XYZ_FROM_RGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _PEERCY_SCALES = (0.01, 0.1, 1.0, 10.0)
 
 
@@ -101,8 +101,8 @@ def sampling_errors(lights: Sequence[str] = SAMPLING_LIGHTS) -> dict[str, dict[s
         grid = WORKING_WAVELENGTHS_NM
         folded = chart[:, np.searchsorted(fine, grid)] @ eye.weights(illuminant(name), grid).T
         table[FOLDED][name] = worst(truth, folded, white)
-        rgb = np.linalg.solve(_XYZ_FROM_RGB, d65.T) * np.linalg.solve(_XYZ_FROM_RGB, white)[:, None]
-        table[RGB][name] = worst(truth, (_XYZ_FROM_RGB @ rgb).T, white)
+        rgb = np.linalg.solve(xyz_from_rgb(), d65.T) * np.linalg.solve(xyz_from_rgb(), white)[:, None]
+        table[RGB][name] = worst(truth, (xyz_from_rgb() @ rgb).T, white)
     return table
 
 

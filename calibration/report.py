@@ -154,7 +154,7 @@ def write_report(
     InputError : no rows, a budget that is not positive, or a folder that cannot be written to.
     """
     if not rows:
-        raise InputError("a report needs at least one material under one light", field="rows", found="none")
+        raise InputError("a report without rows", field="rows", found="none", expected="at least one material")
     if not (math.isfinite(budget) and budget > 0):
         raise InputError("the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0")
     document = {

@@ -14,6 +14,7 @@ WHAT = ("basis", "shading", "factor", "all")
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `bench`."""
     command = subparsers.add_parser("bench", help="speed against error, measured on this machine")
     command.add_argument(
         "what",
@@ -39,6 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    """Measure and print; 0."""
     if args.what == "factor":
         return _factor(args)
     figures = {}
@@ -48,20 +50,20 @@ def run(args: argparse.Namespace) -> int:
         figures["basis"] = basis_benchmark.run()
         print(basis_benchmark.report(figures["basis"]))
     if args.what in ("shading", "all"):
-        from ..viewer import shading_benchmark
+        from ..viewer.benchmarks import shading
 
-        figures["shading"] = shading_benchmark.run()
-        print(shading_benchmark.report(figures["shading"]))
+        figures["shading"] = shading.run()
+        print(shading.report(figures["shading"]))
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
 
 
 def _factor(args: argparse.Namespace) -> int:
-    from ..viewer import factor_benchmark, factor_report
+    from ..viewer.benchmarks.factor import benchmark, report
 
     data = args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
-    measured = factor_benchmark.run(
+    measured = benchmark.run(
         args.cases,
         data=data,
         picture_pixels=140 if args.html else 0,
@@ -70,11 +72,11 @@ def _factor(args: argparse.Namespace) -> int:
         growth=args.growth,
         progress=lambda line: print(line, flush=True),
     )
-    print(factor_report.report(measured))
+    print(report.report(measured))
     if args.json:
-        _write(args.json, json.dumps(factor_report.document(measured), indent=1) + "\n")
+        _write(args.json, json.dumps(report.document(measured), indent=1) + "\n")
     if args.html:
-        _write(args.html, factor_report.page(measured))
+        _write(args.html, report.page(measured))
     return 0
 
 

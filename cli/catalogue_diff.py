@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,7 +69,7 @@ def _catalogues(args: argparse.Namespace) -> Comparison:
     from ..materials.records.compare import compare_catalogues
 
     a, b = opened(Path(args.a)), opened(Path(args.b))
-    with nullcontext(lambda *_: None) if args.json else progress_bar("Comparing") as progress:
+    with progress_bar("Comparing", quiet=args.json) as progress:
         return compare_catalogues(
             a,
             b,

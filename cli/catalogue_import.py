@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .catalogue_words import CATALOGUE_HELP, print_table, say
-from .shared import positive_count, positive_delta_e
+from .shared import positive_count, positive_delta_e, shows_bars
 
 if TYPE_CHECKING:
     from ..materials.intake.importing import ImportReport, Progress
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
                 budget=args.budget,
                 dry_run=args.dry_run,
                 progress=None if args.dry_run else import_progress(stack, bar),
-                looking=looking_progress(bar),
+                looked_at=looking_progress(bar),
                 uplift=args.uplift,
                 family=args.family,
                 apart=True,
@@ -136,18 +137,15 @@ def looking_progress(bar: Any) -> Callable[[int, int, str], None]:
 
 def terminal_bar(stack: ExitStack) -> Any:
     """A bar on a terminal that lives as long as `stack`; None elsewhere."""
-    import os
-
+    if not shows_bars(sys.stdout):
+        return None
     from rich import progress
     from rich.console import Console
 
-    console = Console()
-    if not console.is_terminal or os.environ.get("NO_COLOR"):
-        return None
     text = progress.TextColumn("{task.description}", markup=False)
     columns = (text, progress.BarColumn(), progress.MofNCompleteColumn(), progress.TimeElapsedColumn())
     remaining = (progress.TextColumn("left"), progress.TimeRemainingColumn())
-    return stack.enter_context(progress.Progress(*columns, *remaining, console=console))
+    return stack.enter_context(progress.Progress(*columns, *remaining, console=Console()))
 
 
 def _table(*headings: str, numbers: tuple[str, ...] = ()) -> Any:

@@ -6,8 +6,8 @@ import argparse
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from .catalogue_query import add_query_options, query_from
-from .catalogue_words import add_catalogue_argument, columns, opened
+from .catalogue_query import add_query_options, found_by
+from .catalogue_words import add_catalogue_argument, columns
 
 if TYPE_CHECKING:
     from ..materials.records.query import Summary
@@ -28,14 +28,10 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """List; 0, or 4 where a file could not be used."""
-    from ..spectral.errors import InputError
-
-    catalogue, query = opened(args.catalogue), query_from(args)
-    unusable: list[InputError] = []
-    everything = catalogue.query(unusable=unusable)
-    found = query.of(everything)
+    asked = found_by(args)
+    folder, everything, found, unusable = asked.catalogue.folder, asked.everything, asked.fitting, asked.unusable
     if args.json:
-        _print_json(catalogue.folder, found, unusable)
+        _print_json(folder, found, unusable)
     else:
         _print_table(found, args)
         for reason in unusable:
@@ -43,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
         for conditions in sorted({f"{one.light} and the observer {one.observer}" for one in found if one.light}):
             print(f"ΔE94 p99: factored against original data, on a sphere under {conditions}; show ID says more")
         of = "" if len(found) == len(everything) else f" of {len(everything)}"
-        print(f"{catalogue.folder}: {len(found)}{of} materials")
+        print(f"{folder}: {len(found)}{of} materials")
         if everything and not found:
             print(_what_there_is(everything))
     return 4 if unusable else 0

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .catalogue_query import add_query_options, query_from
-from .catalogue_words import add_catalogue_argument, opened
+from .catalogue_query import add_query_options, found_by
+from .catalogue_words import add_catalogue_argument
 from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, shipped_scene
 
 if TYPE_CHECKING:
@@ -51,12 +51,10 @@ def run(args: argparse.Namespace) -> int:
     for path in (png, html):
         if path is not None:
             check_writable(path)
-    catalogue = opened(args.catalogue)
-    unusable: list[InputError] = []
-    everything = catalogue.query(unusable=unusable)
-    chosen = query_from(args).of(everything)
-    if not chosen:
-        found = f"{len(everything)} materials, none of which fits" if everything else "no materials"
+    asked = found_by(args)
+    catalogue, unusable = asked.catalogue, asked.unusable
+    if not asked.fitting:
+        found = f"{len(asked.everything)} materials, none of which fits" if asked.everything else "no materials"
         hint = "name fewer filters; metamer catalogue list CAT shows what there is"
         if unusable:
             found += f", and {len(unusable)} files that cannot be used"
@@ -64,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("nothing to show", file=catalogue.folder, found=found, expected="one at least", hint=hint)
     scene = lit_by(load_scene(shipped_scene()), args.illuminant)
     with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:
-        drawn = list(thumbnails(catalogue, chosen, scene, renderer, args.size, progress))
+        drawn = list(thumbnails(catalogue, asked.fitting, scene, renderer, args.size, progress))
         words = _words(scene, renderer.made_by, len(drawn))
     if png is not None:
         write_sheet(png, contact_sheet(drawn, args.columns, f"{catalogue.folder.resolve().name}: {words}"))

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..materials.records.query import SORT_KEYS, Query
+from .catalogue_words import opened
 from .shared import comma_separated, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.records.query import Query
+    from ..materials.catalogue import Catalogue
+    from ..materials.records.query import Summary
+    from ..spectral.errors import InputError
 
-_SORTS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
 _FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
 
 
@@ -34,14 +38,13 @@ def add_query_options(verb: argparse.ArgumentParser) -> None:
         "--formula", choices=_FORMULAS, default="94", help="ΔE of --near, which is its reference; default: 94"
     )
     order = verb.add_argument_group("in which order")
-    order.add_argument("--sort", choices=_SORTS, help="default: id, or near where --near is given")
+    order.add_argument("--sort", choices=SORT_KEYS, help="default: id, or near where --near is given")
     order.add_argument("--reverse", action="store_true", help="largest first")
     order.add_argument("--limit", type=_count, metavar="N", help="the first N")
 
 
 def query_from(args: argparse.Namespace) -> Query:
     """The query that the options ask for; raises `UsageError` where they do not fit together."""
-    from ..materials.records.query import Query
     from ..spectral.errors import UsageError
 
     if args.near is None and (args.within is not None or args.sort == "near"):
@@ -60,6 +63,24 @@ def query_from(args: argparse.Namespace) -> Query:
         reverse=args.reverse,
         limit=args.limit,
     )
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a catalogue holds, what of it fits, sorted, and one error for each file that cannot be used."""
+
+    catalogue: Catalogue
+    everything: tuple[Summary, ...]
+    fitting: tuple[Summary, ...]
+    unusable: list[InputError]
+
+
+def found_by(args: argparse.Namespace) -> Found:
+    """Ask the catalogue of the options for what they name; the heads of its files are read once."""
+    catalogue, query = opened(args.catalogue), query_from(args)
+    unusable: list[InputError] = []
+    everything = catalogue.query(unusable=unusable)
+    return Found(catalogue, everything, query.of(everything), unusable)
 
 
 def _lab(text: str) -> tuple[float, float, float]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .catalogue_words import add_catalogue_argument, columns, opened
+from .shared import add_renderer_option, renderer_for, shipped_scene
 
 if TYPE_CHECKING:
+    from ..materials.factors import FactorPack
     from ..materials.records.material import MaterialRecord
 
 _INDENT = 11
@@ -24,9 +27,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     show.add_argument("id", metavar="ID", help='such as "colorchecker/red-gloss"')
     add_catalogue_argument(show)
     show.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead")
-    show.add_argument(
-        "--renderer", choices=("auto", "gl", "software"), default="auto", help="of the page's picture (default: auto)"
-    )
+    add_renderer_option(show)
     show.set_defaults(run=run)
 
 
@@ -37,7 +38,6 @@ def run(args: argparse.Namespace) -> int:
     record = opened(args.catalogue).load(args.id)
     if args.html is not None:
         check_writable(args.html)
-    if args.html is not None:
         _write_page(record, args.html, args.renderer)
         print(args.html)
         return 0
@@ -92,29 +92,19 @@ def _parts(record: MaterialRecord) -> list[tuple[str, str]]:
         parts.append(("Stated colours against the spectrum (reference: stated)", stated))
     headings, trials = shown_trials(record)
     if trials:
-        rows = [[_cell(value) for value in row] for row in trials]
-        parts.append(("Speed against error: what the fit tried", columns(headings, rows, left=0)))
+        parts.append(("Speed against error: what the fit tried", columns(headings, trials, left=0)))
     return parts
 
 
 def _stated(record: MaterialRecord) -> str:
-    from ..materials.records.stated_colours import recomputed_colours
+    from ..materials.records.shown import shown_colours
     from ..spectral.errors import InputError
 
     try:
-        found = recomputed_colours(record)
+        found = shown_colours(record)
     except InputError as reason:
         return f"not recomputed: {reason}"
-    rows = [
-        [
-            f"{one.illuminant or 'the light itself'}, {one.observer}",
-            one.stated.space,
-            _three(one.stated.values),
-            _three(one.recomputed),
-            f"{one.delta_e94:.2f}",
-        ]
-        for one in found
-    ]
+    rows = [(one.conditions, one.space, one.stated, one.recomputed, one.delta_e94) for one in found]
     assumed = dict.fromkeys(clause for one in found for clause in one.assumed)
     headings = ("light, observer", "", "stated", "from the spectrum", "ΔE94")
     return "\n".join([columns(headings, rows, left=2), *(f"assumed: {clause}" for clause in assumed)]) if rows else ""
@@ -124,7 +114,6 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
     from ..lighting.scene import load_scene
     from ..spectral.files import written_whole
     from ..viewer.material_page import material_page
-    from .shared import renderer_for, shipped_scene
 
     if record.is_surface:
         with renderer_for(renderer) as drawing:
@@ -135,16 +124,18 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
         beside.write_text(text, encoding="utf-8")
 
 
-def colour_words(colour: dict) -> str:
+def colour_words(colour: Mapping[str, Any]) -> str:
     """The colour of a head, for a person."""
-    conditions = ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
-    lab = f"L*a*b* {_three(colour['Lab'])}, " if "Lab" in colour else ""
-    return f"{lab}XYZ {' '.join(f'{value:.4f}' for value in colour['XYZ'])} ({conditions})"
+    from ..materials.records.shown import shown_conditions, two_decimals
+
+    lab = f"L*a*b* {two_decimals(colour['Lab'])}, " if "Lab" in colour else ""
+    return f"{lab}XYZ {' '.join(f'{value:.4f}' for value in colour['XYZ'])} ({shown_conditions(colour)})"
 
 
-def _pack(pack) -> str:
-    grid = " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes)
-    shape = f"{grid}; {pack.basis.size} spectral coefficients; {pack.precision} precision"
+def _pack(pack: FactorPack) -> str:
+    from ..materials.records.shown import shown_grid
+
+    shape = f"{shown_grid(pack)}; {pack.basis.size} spectral coefficients; {pack.precision} precision"
     return f"{pack.rank} {'term' if pack.rank == 1 else 'terms'} in frame {pack.frame} ({shape})"
 
 
@@ -152,15 +143,3 @@ def _listed(values: dict[str, str]) -> str:
     longest = 60
     short = (f"{name} {text if len(text) <= longest else text[: longest - 1] + '…'}" for name, text in values.items())
     return ", ".join(short).replace("\n", " ") or "none"
-
-
-def _three(values) -> str:
-    return " ".join(f"{value:.2f}" for value in values)
-
-
-def _cell(value) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.3f}" if value == value else ""
-    return str(value)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from .catalogue_words import add_catalogue_argument, opened
@@ -33,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     from ..materials.records.verification import verify_catalogue
 
     catalogue = opened(args.catalogue)
-    with nullcontext(lambda *_: None) if args.json else progress_bar("Verifying") as progress:
+    with progress_bar("Verifying", quiet=args.json) as progress:
         found = verify_catalogue(catalogue.folder, quick=args.quick, jobs=args.jobs, progress=progress)
     if args.json:
         _print_json(found)
@@ -55,9 +54,14 @@ def _print(found: Verification) -> None:
         print(f"{path}: left behind by a writer that was killed; no reader uses it, and it may be deleted")
     measured = sum(one.measured is not None for one in found.results)
     if measured:
-        print(f"{measured} errors measured again; they hold where they agree within ΔE94 {TOLERANCE:g}")
+        again = (
+            "1 error measured again; it holds where both agree"
+            if measured == 1
+            else (f"{measured} errors measured again; they hold where they agree")
+        )
+        print(f"{again} within ΔE94 {TOLERANCE:g}")
     intact = len(found.results) - len(found.damaged)
-    print(f"{found.folder}: {intact} materials intact, {len(found.damaged)} damaged")
+    print(f"{found.folder}: {intact} material{'' if intact == 1 else 's'} intact, {len(found.damaged)} damaged")
 
 
 def _print_json(found: Verification) -> None:

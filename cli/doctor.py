@@ -14,12 +14,14 @@ _LIBRARIES = ("numpy", "scipy", "colour-science", "moderngl", "opencolorio", "Op
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `doctor`."""
     command = subparsers.add_parser("doctor", help="what this machine offers, and what to install")
     command.add_argument("--brief", action="store_true", help="one line for each part")
     command.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
+    """Look and print; 0, or the exit code of the last error met."""
     checks: dict[str, Callable[[], str]] = {"renderer": _renderer, "display": _display, "reference": _reference}
     code = 0
     for label, check in checks.items():
@@ -36,13 +38,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _renderer() -> str:
-    from ..viewer.context import NoGL, create_context
+    from ..viewer.context import NoGL, create_context, describe
 
     try:
         context = create_context()
     except NoGL as reason:
         return f"software (numpy). {reason}"
-    name = f"OpenGL {context.version_code / 100:.1f}, {context.info['GL_RENDERER']}"
+    name = describe(context)
     context.release()
     return name
 

@@ -11,13 +11,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
+from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e, shows_bars
 
 if TYPE_CHECKING:
     from ..materials.factors import FitError
     from ..materials.fitting.fit import Fit, Trial
 
-# As materials.lobe_table has them, which `--help` does not wait for; a test holds them together.
+# As materials.fitting.lobe_table has them, which `--help` does not wait for; a test holds them together.
 METHODS = ("joint", "weighted", "incremental", "refitted")
 _HEADER = (
     f"{'split':6s} {'step':6s} {'frame':7s}  terms  {'seconds':>7}  {'mean':>6}  {'p95':>6}  {'p99':>6}  {'max':>6}"
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
 @contextmanager
 def _shown(budget: float) -> Iterator[Callable[[Trial], None]]:
     """On a terminal a bar that is full where the budget is met, with the best so far; elsewhere a line a trial."""
-    if not sys.stdout.isatty():
+    if not shows_bars(sys.stdout):
         print(_HEADER)
         yield lambda trial: print(_line(trial), flush=True)
         return

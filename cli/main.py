@@ -16,7 +16,7 @@ from typing import NoReturn
 
 from ..spectral.errors import MetamerError
 
-# One small module a subcommand, each with `add_parser(subparsers)` and `run(args) -> int`.
+# One small module a subcommand; its `add_parser(subparsers)` sets the `run(args) -> int` of what it adds.
 COMMANDS = ("review", "render", "fit", "catalogue", "bench", "doctor")
 
 

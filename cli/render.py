@@ -10,6 +10,7 @@ from .shared import add_catalogue_option, add_renderer_option, catalogue_for, po
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `render`."""
     command = subparsers.add_parser("render", help="one picture of a scene")
     command.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
     command.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="OUT.exr (XYZ) or OUT.png")
@@ -32,6 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene import load_scene
     from ..viewer.picture import check_output, lit_by, render_picture, render_reference, render_spectral
 

@@ -20,6 +20,7 @@ from .shared import (
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `review`."""
     command = subparsers.add_parser(
         "review",
         help="render materials under several lights and report how far off they are",
@@ -41,6 +42,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    """Review; 0 where every row is within the budget, 1 where some are near it, 2 where some are over it."""
     from importlib.metadata import version
 
     from ..lighting.scene import load_scene

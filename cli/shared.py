@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import io
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
@@ -27,14 +29,14 @@ def comma_separated(text: str) -> tuple[str, ...]:
 
 
 def positive_count(text: str) -> int:
-    """A number of processes."""
+    """A whole number, at least 1."""
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"a whole number, at least 1, not {text}")
     return int(text)
 
 
 def positive_delta_e(text: str) -> float:
-    """A budget."""
+    """A ΔE94 above 0."""
     try:
         number = float(text)
     except ValueError:
@@ -103,11 +105,19 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     return Catalogue.open(folder)
 
 
+def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
+    """Whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
+    return stream.isatty() and not os.environ.get("NO_COLOR")
+
+
 @contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[int, int, str], None]]:
-    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way. On standard error: what a
-    command says on standard output goes into files and other programs."""
-    if not sys.stderr.isatty():
+def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str], None]]:
+    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way; nothing where `quiet`. On
+    standard error: what a command says on standard output goes into files and other programs."""
+    if quiet:
+        yield lambda *_: None
+        return
+    if not shows_bars(sys.stderr):
         tenths = -1
 
         def line(done: int, total: int, what: str) -> None:

@@ -84,9 +84,16 @@ class Camera:
             put(field, finite_vector(getattr(self, field), field))
         view = self.target - self.position
         if not view.any():
-            raise InputError("target is where the camera stands", field="target", found=self.target.tolist())
+            found = self.target.tolist()
+            expected = "a point apart from the position"
+            raise InputError("target is where the camera stands", field="target", found=found, expected=expected)
         if np.linalg.norm(np.cross(view, self.up)) <= 1e-9 * np.linalg.norm(view) * np.linalg.norm(self.up):
-            raise InputError("up lies along the viewing direction", field="up", found=self.up.tolist())
+            raise InputError(
+                "up lies along the viewing direction",
+                field="up",
+                found=self.up.tolist(),
+                expected="a direction across the view, such as [0, 0, -1] where the camera looks straight down",
+            )
 
     @property
     def axes(self) -> Float[np.ndarray, "3 3"]:

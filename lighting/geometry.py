@@ -2,7 +2,7 @@
 
 Policy, which rasterisers follow too. The triangle's own normal, turned towards the viewer, is the geometric normal:
 both sides of a surface scatter alike. The interpolated normal is turned with it, and where it still looks away from the
-viewer (at outlines) it is bent just enough to have a cosine of `LEAST_COSINE`. A light reaches a point if it stands
+viewer (at outlines) it is bent just enough not to (`vectors.facing_viewer`). A light reaches a point if it stands
 above the horizon of both normals and no triangle lies between.
 """
 
@@ -16,9 +16,8 @@ from jaxtyping import Bool, Float, Int
 from .camera import Camera
 from .lights import DirectionalLight, Light
 from .scene import Scene
-from .vectors import dot, orthonormal_frame, unit
+from .vectors import dot, facing_viewer, orthonormal_frame, unit
 
-LEAST_COSINE = 1e-3
 # Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
 # coordinates are scaled to the scene, and far below a pixel.
 SHADOW_OFFSET = 1e-5
@@ -159,9 +158,7 @@ def visible_geometry(
     towards = np.where(dot(geometric, to_viewer) < 0.0, -1.0, 1.0)[:, None]
     geometric = geometric * towards
     shading = unit(np.einsum("nk,nki->ni", weights, tracer.normals[corners])) * towards
-    facing = dot(shading, to_viewer)
-    bend = np.where(facing < LEAST_COSINE, LEAST_COSINE - facing, 0.0)
-    shading = unit(shading + bend[:, None] * to_viewer)
+    shading = facing_viewer(shading, to_viewer)
     frame = orthonormal_frame(shading, np.einsum("nk,nki->ni", weights, tracer.tangents[corners]))
 
     lit = []

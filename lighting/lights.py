@@ -50,7 +50,12 @@ class DirectionalLight:
         direction = finite_vector(self.direction_to_light, "direction_to_light")
         length = float(np.linalg.norm(direction))
         if length == 0.0:
-            raise InputError("a direction of no length", field="direction_to_light", found=direction.tolist())
+            raise InputError(
+                "a direction of no length",
+                field="direction_to_light",
+                found=direction.tolist(),
+                expected="three numbers that are not all 0",
+            )
         object.__setattr__(self, "direction_to_light", direction / length)
         _check_spectrum(self.spectrum)
         object.__setattr__(self, "illuminance_lux", _strength(self.illuminance_lux, "illuminance_lux", "lx"))

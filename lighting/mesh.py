@@ -60,12 +60,29 @@ class Mesh:
             )
         off = np.abs(np.linalg.norm(self.normals, axis=1) - 1.0)
         if not (off < 1e-6).all():
-            found = f"worst length off by {off.max():g}"
-            raise InputError("normals are not unit vectors", file=self.name, field="normals", found=found)
+            raise InputError(
+                "normals are not unit vectors",
+                file=self.name,
+                field="normals",
+                found=f"worst length off by {off.max():g}",
+                expected="length 1 to within 1e-6",
+            )
         if self.uv is not None and (self.uv.shape != (len(self.vertices), 2) or not np.isfinite(self.uv).all()):
-            raise InputError("texture coordinates do not fit", file=self.name, field="uv", found=self.uv.shape)
+            raise InputError(
+                "texture coordinates do not fit",
+                file=self.name,
+                field="uv",
+                found=self.uv.shape,
+                expected=f"{(len(self.vertices), 2)}, finite numbers",
+            )
         if self.face_part is not None and len(self.face_part) != len(self.faces):
-            raise InputError("one part number a triangle is needed", file=self.name, field="face_part")
+            raise InputError(
+                "one part number a triangle is needed",
+                file=self.name,
+                field="face_part",
+                found=len(self.face_part),
+                expected=str(len(self.faces)),
+            )
         thin = degenerate_faces(self.vertices, self.faces)
         if thin.any():
             raise InputError(
@@ -120,7 +137,13 @@ class Mesh:
         linear = matrix[:3, :3]
         determinant = np.linalg.det(linear)
         if not np.isfinite(matrix).all() or determinant == 0.0:
-            raise InputError("transform flattens the mesh", file=self.name, field="transform", found=matrix.tolist())
+            raise InputError(
+                "transform flattens the mesh",
+                file=self.name,
+                field="transform",
+                found=matrix.tolist(),
+                expected="finite numbers, with a determinant other than 0",
+            )
         normals = unit(self.normals @ np.linalg.inv(linear))
         faces = self.faces if determinant > 0.0 else self.faces[:, ::-1]
         return replace(self, vertices=self.vertices @ linear.T + matrix[:3, 3], normals=normals, faces=faces)
@@ -169,6 +192,8 @@ def check_arrays(vertices: np.ndarray, faces: np.ndarray, source: str | Path) ->
             file=source,
             field=f"vertex {first}",
             found=vertices[first].tolist(),
+            expected="three finite numbers",
+            hint="export the mesh again from the program that made it",
         )
 
 

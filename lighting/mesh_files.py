@@ -53,7 +53,10 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         loaded = trimesh.load(_source(path), file_type=path.suffix[1:].lower(), process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
-            "the mesh cannot be read; it may be cut short", file=path, found=f"{type(reason).__name__}: {reason}"
+            "the mesh cannot be read; it may be cut short",
+            file=path,
+            found=f"{type(reason).__name__}: {reason}",
+            hint="save or copy it again, and see whether another program opens it",
         ) from reason
 
     pieces: list[tuple[str, trimesh.Trimesh, np.ndarray]] = []

@@ -114,7 +114,13 @@ class Scene:
             names = [item.name for item in getattr(self, what)]
             repeated = sorted({name for name in names if names.count(name) > 1})
             if repeated:
-                raise InputError("two have one name", file=self.path, field=what, found=repeated[0])
+                raise InputError(
+                    f"two {what} share a name",
+                    file=self.path,
+                    field=what,
+                    found=repeated[0],
+                    hint="give each a name of its own, with the key `name`",
+                )
         if self.review is not None:
             self.part(self.review.on)
 
@@ -138,6 +144,11 @@ class Scene:
     def material_ids(self) -> tuple[str, ...]:
         """Ids of the materials on the parts, each once, in the order of the parts."""
         return tuple(dict.fromkeys(part.material_id for part in self.parts))
+
+    @property
+    def reviewed_part(self) -> str:
+        """Name of the part on which materials are shown one after the other: the review's, else the first."""
+        return self.review.on if self.review else self.parts[0].name
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:

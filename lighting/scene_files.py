@@ -22,7 +22,20 @@ from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
 from .mesh_files import load_mesh
 from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, illuminances_lux
-from .scene_keys import CAMERA, LIGHT, LIGHT_KINDS, PART, REVIEW, SCENE, SHAPES, TABLES, VIEWING, placed, taken
+from .scene_keys import (
+    CAMERA,
+    EXPECTED,
+    LIGHT,
+    LIGHT_KINDS,
+    PART,
+    REVIEW,
+    SCENE,
+    SHAPES,
+    TABLES,
+    VIEWING,
+    placed,
+    taken,
+)
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
 DEFAULT_DIRECTION = (-0.5, 0.6, 1.0)
@@ -33,7 +46,8 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
     try:
         document = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as reason:
-        raise InputError("not a TOML file", file=path, found=str(reason)) from reason
+        hint = "correct it there; docs/scene.md shows what a scene file looks like"
+        raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason
     for key, value in document.items():
         if key not in TABLES:
             raise UnknownNameError("table", key, TABLES, file=path, field=key)
@@ -158,7 +172,8 @@ def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[
         else:
             for key in ("position", "intensity_cd"):
                 if key not in got:
-                    raise InputError("a point light needs this key", field=key)
+                    expected = EXPECTED[LIGHT_KINDS[kind][key]]
+                    raise InputError("a point light needs this key", field=key, expected=expected)
             light = PointLight(got["position"], spectrum, got["intensity_cd"], **common)
     if not (spectrum.samples > 0.0).any():
         raise InputError(
@@ -189,7 +204,8 @@ def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndar
     with placed(path, where):
         if "position" not in got:
             if "target" in got:
-                raise InputError("a camera with a target needs a place", field="position")
+                hint = "give both, or neither for a camera that frames the scene"
+                raise InputError("a target but no position", field="position", hint=hint)
             return framing_camera(low, high, **got)
         got.setdefault("target", 0.5 * (low + high))
         return Camera(**got).fitted(low, high)

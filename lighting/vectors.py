@@ -9,6 +9,8 @@ from jaxtyping import Float
 
 from ..spectral.errors import InputError
 
+#: The cosine to the viewer that a shading normal has at least.
+LEAST_COSINE = 1e-3
 # What constructors take: any three numbers, kept as a (3,) float64 vector, and whole numbers for lengths and strengths.
 VectorLike = Any
 Number = float | int
@@ -34,6 +36,17 @@ def unit(vectors: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
 def dot(a: Float[np.ndarray, "*n 3"], b: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n"]:
     """Scalar products along the last axis."""
     return np.einsum("...i,...i->...", a, b)
+
+
+def facing_viewer(
+    normals: Float[np.ndarray, "*n 3"], to_viewer: Float[np.ndarray, "*n 3"]
+) -> Float[np.ndarray, "*n 3"]:
+    """The unit normals; those that look away from the viewer are bent just enough to have `LEAST_COSINE` before they
+    are unit again. Every renderer shades with these, so pictures can be compared up to the outlines.
+    """
+    facing = dot(normals, to_viewer)
+    bend = np.where(facing < LEAST_COSINE, LEAST_COSINE - facing, 0.0)
+    return unit(normals + bend[..., None] * to_viewer)
 
 
 def stated_tangents(normals: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:

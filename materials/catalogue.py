@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import InputError, UnknownNameError
+from .records.material import MaterialRecord
 from .records.models import SPECTRA, no_surface
 from .records.query import Query, Summary, material_files, summary
-from .records.record import MARKER, SUFFIX, MaterialRecord, Provenance, read_record, write_record
+from .records.record import MARKER, SUFFIX, read_record
+from .records.record_head import other_material
 
 if TYPE_CHECKING:
     from .intake.importing import ImportOutcome, ImportReport, import_sources
@@ -20,13 +22,10 @@ __all__ = [
     "Catalogue",
     "ImportOutcome",
     "ImportReport",
-    "MaterialRecord",
-    "Provenance",
     "Query",
     "Summary",
     "default_catalogue",
     "import_sources",
-    "write_record",
 ]
 
 
@@ -100,8 +99,7 @@ class Catalogue:
         path = self.path(material_id)
         record = read_record(path)
         if record.id != material_id:
-            hint = "material files are renamed by importing them again"
-            raise InputError("file holds another material", file=path, field="id", found=record.id, hint=hint)
+            raise other_material(path, record.id, material_id)
         return record
 
     def surface(self, material_id: str) -> MaterialRecord:

@@ -11,7 +11,7 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Quantity, Spectrum
 from .records.material import MaterialRecord
-from .records.record_colour import annular_45_0
+from .records.record_colour import radiance_factor_45_0
 from .records.stated_colours import stated_colours
 
 #: The tristimulus values that are written beside a spectrum.
@@ -77,7 +77,7 @@ def _computed(record: MaterialRecord) -> tuple[Spectrum, tuple[str, str]]:
         values = np.asarray(record.parameters["reflectance"], dtype=np.float64)
         measured = record.provenance.geometry or "every geometry"
         return Spectrum.sampled(brdf.wavelengths_nm, values), (measured, "reflectance of the Lambert model")
-    values = np.pi * brdf.eval(*annular_45_0()).mean(axis=0)
+    values = radiance_factor_45_0(brdf)
     lowest = float(values.min())
     if lowest < -_DARK:
         raise InputError(

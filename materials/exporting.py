@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.files import made_folder
+from ..spectral.files import at_work, made_folder
 from ..spectral.formats.reading import SpectralEntry
 from ..spectral.spectrum import Spectrum
 from .exported_spectrum import COMPUTED, exported_spectrum, provenance_tags
 from .records.material import MaterialRecord
 
+# Folders of this name are nobody's but ours: those of killed exports are deleted.
+_WORKPLACE = ".metamer-export."
 # Sides of the pictures that hold one colour, pixels; a fluorescent one has thousands of channels.
 _SWATCH, _FLUORESCENT_SWATCH = (16, 16), (2, 2)
 
@@ -111,16 +114,25 @@ def _check_free(folder: Path, names: Iterable[str], force: bool, how: ExportForm
 
 @contextmanager
 def _workplace(folder: Path) -> Iterator[Path]:
-    """A folder inside `folder`, on the same disk, that is gone at the end with whatever is left in it."""
+    """A folder inside `folder`, on the same disk, that is gone at the end with whatever is left in it.
+
+    What an export that was killed left behind goes, too.
+    """
     if not folder.is_dir():
         raise InputError("no such folder to write to", file=folder, hint="make the folder first, or name another")
-    try:
-        work = tempfile.TemporaryDirectory(prefix=".export.", dir=folder)
-    except OSError as reason:
-        hint = "name a folder that you may write to, on a disk with room: --out"
-        raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
-    with work as path:
-        yield Path(path)
+
+    def clear_away() -> None:
+        for left in folder.glob(f"{_WORKPLACE}????????"):
+            shutil.rmtree(left, ignore_errors=True)
+
+    with at_work(folder, clear_away):
+        try:
+            work = tempfile.TemporaryDirectory(prefix=_WORKPLACE, dir=folder)
+        except OSError as reason:
+            hint = "name a folder that you may write to, on a disk with room: --out"
+            raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
+        with work as path:
+            yield Path(path)
 
 
 @contextmanager
@@ -143,8 +155,8 @@ def _of(record: MaterialRecord) -> Iterator[None]:
         raise reason.at(field=record.id) from None
 
 
-def _lines(record: MaterialRecord) -> list[str]:
-    return [f"{record.id}: {name}: {' '.join(text.split())}" for name, text in provenance_tags(record).items()]
+def _lines(material_id: str, tags: Mapping[str, str]) -> list[str]:
+    return [f"{material_id}: {name}: {' '.join(text.split())}" for name, text in tags.items()]
 
 
 def _beside(path: Path, lines: Sequence[str]) -> str:
@@ -153,14 +165,21 @@ def _beside(path: Path, lines: Sequence[str]) -> str:
     return f"where it comes from is in {path.name}.txt"
 
 
-def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
-    from ..spectral.formats.csv_writer import write_csv
-
-    entries, notes, lines = [], [], []
+def _spectra(records: Iterable[MaterialRecord]) -> tuple[list[SpectralEntry], list[str], list[dict[str, str]]]:
+    """The spectrum of each material, what there is to say of them, and where each comes from."""
+    entries, notes, tags = [], [], []
     for record in records:
         entries.append(exported_spectrum(record))
         notes += _notes(record, entries[-1])
-        lines += _lines(record)
+        tags.append(provenance_tags(record))
+    return entries, notes, tags
+
+
+def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
+    from ..spectral.formats.csv_writer import write_csv
+
+    entries, notes, tags = _spectra(records)
+    lines = [line for entry, said in zip(entries, tags, strict=True) for line in _lines(entry.name, said)]
     write_csv(path, entries)
     # Readers of tables look for words such as transmittance around the numbers: other words stay away from them.
     return (*notes, _beside(path, lines + notes))
@@ -169,11 +188,7 @@ def _csv(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 def _cxf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.cxf_writer import write_cxf
 
-    entries, notes, tags = [], [], []
-    for record in records:
-        entries.append(exported_spectrum(record))
-        notes += _notes(record, entries[-1])
-        tags.append(provenance_tags(record))
+    entries, notes, tags = _spectra(records)
     about = {"creator": "Metamer", "description": ", ".join(entry.name for entry in entries)[:1000]}
     about["comment"] = "Where each object comes from is in its tags, collection provenance."
     write_cxf(path, entries, about | (tags[0] if len(tags) == 1 else {}), tags)
@@ -242,7 +257,10 @@ def _merl(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
         values, notes = merl_table(record.brdf())
         write_merl(path, values)
     notes = (*notes, *_mean_only(record))
-    return (*notes, _beside(path, [*_lines(record), *(f"{record.id}: {note}" for note in notes)]))
+    return (
+        *notes,
+        _beside(path, [*_lines(record.id, provenance_tags(record)), *(f"{record.id}: {note}" for note in notes)]),
+    )
 
 
 def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
@@ -250,7 +268,8 @@ def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
     (record,) = records
     with _of(record):
-        notes = write_mitsuba(path, record.brdf(), "; ".join(_lines(record) + _mean_only(record)))
+        said = _lines(record.id, provenance_tags(record)) + _mean_only(record)
+        notes = write_mitsuba(path, record.brdf(), "; ".join(said))
     return (*notes, *_mean_only(record))
 
 

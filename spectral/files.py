@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import errno
+import os
+import re
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import InputError, NoRoomError
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+# What `made_folder` tries to write.
+_TRIAL = ".writable"
+# What `_name_beside` makes; the trial, which has no suffix, also once it has its name.
+_BESIDE = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{8}(?P<suffix>\.[^.]+)?")
 
 
 @contextmanager
@@ -25,7 +31,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     if not path.parent.is_dir():
         raise InputError("no such folder to write to", file=path.parent, hint="make the folder first, or name another")
-    beside = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:8]}{path.suffix}")
+    beside = path.with_name(_name_beside(path))
     try:
         beside.touch()
     except OSError as reason:
@@ -50,6 +56,58 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         ) from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def _name_beside(path: Path) -> str:
+    return f".{path.stem}.{uuid.uuid4().hex[:8]}{path.suffix}"
+
+
+def half_written(folder: Path, suffixes: Collection[str] | None = None) -> tuple[Path, ...]:
+    """Files below `folder` that `written_whole` had not finished; where nobody writes, a killed process has left them.
+
+    suffixes : only files that were to end so, such as ".h5", and what `made_folder` tries; default: whatever they are.
+    """
+    found = (path for path in folder.rglob(".*") if _is_half_written(path.name, suffixes) and path.is_file())
+    return tuple(sorted(found))
+
+
+def _is_half_written(name: str, suffixes: Collection[str] | None) -> bool:
+    beside = _BESIDE.fullmatch(name)
+    if name == _TRIAL or (beside and beside["stem"] == _TRIAL and beside["suffix"] is None):
+        return True
+    return beside is not None and (suffixes is None or (beside["suffix"] or "") in suffixes)
+
+
+@contextmanager
+def at_work(path: Path, clear_away: Callable[[], None]) -> Iterator[None]:
+    """Lock `path`, a file or a folder, while this process writes there; who finds nobody there first clears away.
+
+    Several may be at work at once, and none loses what it is writing: only leftovers of killed ones are there when
+    `clear_away` is called. The system frees a lock however its process ends. Where there are no such locks (Windows,
+    some network disks), nothing is cleared away; nobody reads leftovers.
+    """
+    try:
+        import fcntl
+
+        descriptor = os.open(path, os.O_RDONLY)
+    except (ImportError, OSError):
+        yield
+        return
+    try:
+        if _locked(lambda: fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)):
+            clear_away()
+        _locked(lambda: fcntl.flock(descriptor, fcntl.LOCK_SH))
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _locked(lock: Callable[[], None]) -> bool:
+    try:
+        lock()
+    except OSError:
+        return False
+    return True
 
 
 def check_writable(path: str | Path) -> None:
@@ -111,8 +169,8 @@ def made_folder(path: str | Path) -> Path:
             found=reason.strerror,
             hint="name a folder that you may write to (--out, --into)",
         ) from None
-    with written_whole(path / ".writable"):
+    with written_whole(path / _TRIAL):
         pass
     # Another process may be asking the same of this folder.
-    (path / ".writable").unlink(missing_ok=True)
+    (path / _TRIAL).unlink(missing_ok=True)
     return path

@@ -5,11 +5,13 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
-from typing import Any
+from typing import Any, TypeVar
+
+Result = TypeVar("Result")
 
 # The processes are the parallelism; threads of their own would only contend.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -45,6 +47,17 @@ def worker_pool(
                 process.terminate()
             for process in ours:
                 process.join(timeout=5)
+
+
+def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
+    """`work(*task)` for every task, as each is done: in this process, in order, where `jobs` is 1, else in so many."""
+    if jobs <= 1:
+        for task in tasks:
+            yield work(*task)
+        return
+    with worker_pool(jobs) as pool:
+        for future in as_completed([pool.submit(work, *task) for task in tasks]):
+            yield future.result()
 
 
 def _awake() -> None:

@@ -25,7 +25,7 @@ _WHITES = [(light, angle) for light in ("D50", "D65", "A", "C", "FL2", "FL11") f
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class StatedComparison:
     """One stated colour and its recomputation.
 
     Parameters
@@ -48,7 +48,7 @@ class Comparison:
     lumens_ratio: float | None = None
 
 
-def compared(entry: SpectralEntry) -> tuple[Comparison, ...]:
+def compared(entry: SpectralEntry) -> tuple[StatedComparison, ...]:
     """Recompute every colour that stands beside a spectrum.
 
     The file's illuminant and observer are used; where it states XYZ and Lab together, but not what for, the white that
@@ -66,7 +66,7 @@ def compared(entry: SpectralEntry) -> tuple[Comparison, ...]:
     )
 
 
-def _surface(entry: SpectralEntry, stated: StatedColour) -> Comparison:
+def _surface(entry: SpectralEntry, stated: StatedColour) -> StatedComparison:
     light, angle, assumed = stated.illuminant, stated.observer, []
     if light is None or angle is None:
         implied = implied_white(entry.stated)
@@ -85,10 +85,10 @@ def _surface(entry: SpectralEntry, stated: StatedColour) -> Comparison:
     lab = lab_from_xyz(xyz, white)
     reference = lab_from_xyz(stated.values / 100.0, white) if stated.space == "XYZ" else stated.values
     recomputed = 100.0 * xyz if stated.space == "XYZ" else lab
-    return Comparison(stated, recomputed, float(delta_e(reference, lab)), light, angle, tuple(assumed))
+    return StatedComparison(stated, recomputed, float(delta_e(reference, lab)), light, angle, tuple(assumed))
 
 
-def _light(spectrum: Spectrum, stated: StatedColour) -> Comparison:
+def _light(spectrum: Spectrum, stated: StatedColour) -> StatedComparison:
     angle = stated.observer or USUAL_OBSERVER
     assumed = () if stated.observer else (f"observer {angle}, for the file names none",)
     seen = observer(angle)
@@ -104,7 +104,7 @@ def _light(spectrum: Spectrum, stated: StatedColour) -> Comparison:
     white = stated.values / stated.values[1]
     difference = delta_e(lab_from_xyz(white, white), lab_from_xyz(scaled / stated.values[1], white))
     ratio = float(stated.values[1] / (EFFICACY * xyz[1]))
-    return Comparison(stated, scaled, float(difference), None, angle, assumed, ratio)
+    return StatedComparison(stated, scaled, float(difference), None, angle, assumed, ratio)
 
 
 def _tristimulus(seen: Observer, spectrum: Spectrum) -> np.ndarray:

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
-from metamer.materials.catalogue import Catalogue, MaterialRecord, Provenance, write_record
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.fitting.fit import fit
-from metamer.materials.records.record import MARKER
+from metamer.materials.records.material import MaterialRecord, Provenance
+from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -1,5 +1,6 @@
 """The tree is what pyproject.toml and docs/architecture.md say it is."""
 
+import ast
 import fnmatch
 import os
 import re
@@ -126,6 +127,18 @@ def test_the_pattern_of_paths_knows_one():
         assert SOMEBODY_S_PATH.search(sample), sample
     for sample in ("https://example.org/home/a", "shared/work/a", "a /work b"):
         assert not SOMEBODY_S_PATH.search(sample), sample
+
+
+@pytest.mark.parametrize("folder", ["lighting", "viewer", "calibration"])
+def test_every_refusal_says_what_would_do(folder):
+    """An `InputError` that is raised says what was expected, or what to try."""
+    mute = []
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            made = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "InputError"
+            if made and not {keyword.arg for keyword in node.keywords} & {"expected", "hint"}:
+                mute.append(f"{path.relative_to(ROOT)}:{node.lineno}")
+    assert not mute, mute
 
 
 # import-linter, with the contracts of pyproject.toml.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import Any
+from dataclasses import asdict
 
 from jaxtyping import UInt8
 from numpy import ndarray
@@ -14,12 +14,17 @@ from ..materials.factors import FactorPack
 from ..materials.records.material import MaterialRecord
 from ..materials.records.models import no_surface
 from ..materials.records.record_colour import record_colour
-from ..materials.records.shown import shown_spectrum, shown_trials, shown_values
-from ..materials.records.stated_colours import recomputed_colours
+from ..materials.records.shown import (
+    shown_colours,
+    shown_conditions,
+    shown_grid,
+    shown_spectrum,
+    shown_trials,
+    shown_values,
+    two_decimals,
+)
 from ..spectral.errors import InputError
-from ..spectral.image import ColourImage
-from .picture import display_for, display_pass
-from .png import quantise
+from .picture import display_for, display_pass, material_picture
 from .renderer import Renderer
 from .review_words import provenance_words
 
@@ -43,7 +48,7 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
             picture_words=words,
             packs=tuple(_pack(pack) for pack in record.packs),
             trial_headings=headings,
-            trials=tuple(tuple(_cell(value) for value in row) for row in trials),
+            trials=trials,
             tried=_tried(record),
             stated=_stated(record),
             original=shown_values(record.original),
@@ -53,20 +58,14 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
 
 
 def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[UInt8[ndarray, "H W 3"], str]:
-    part = scene.review.on if scene.review else scene.parts[0].name
-    dressed = scene.with_material(part, record.id)
-    xyz, coverage = renderer.render(dressed, dressed.camera(None), {record.id: record.packs})
-    white = dressed.adopted_white()
-    display = display_for(dressed.viewing)
-    background = white * dressed.viewing.background_reflectance
-    on = display_pass(renderer, display)
-    rgb, notes = display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)
-    lights = ", ".join(light.spectrum_name or light.name for light in dressed.lights)
+    display = display_for(scene.viewing)
+    picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
+    lights = ", ".join(light.spectrum_name or light.name for light in scene.lights)
     words = [
-        f"Factor packs on a {dressed.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
+        f"Factor packs on a {scene.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
         *notes,
     ]
-    return quantise(rgb), " ".join(words)
+    return picture, " ".join(words)
 
 
 def _facts(record: MaterialRecord) -> dict[str, str]:
@@ -80,8 +79,7 @@ def _facts(record: MaterialRecord) -> dict[str, str]:
         facts["ΔE94 max"] = f"{error.maximum:.3f}"
     if colour is not None:
         space = "Lab" if "Lab" in colour else "XYZ"
-        conditions = ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
-        facts[space] = f"{' '.join(f'{value:.2f}' for value in colour[space])} ({conditions})"
+        facts[space] = f"{two_decimals(colour[space])} ({shown_conditions(colour)})"
     return facts
 
 
@@ -89,7 +87,7 @@ def _pack(pack: FactorPack) -> dict[str, str]:
     return {
         "Frame": pack.frame,
         "Terms": str(pack.rank),
-        "Grid": " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes),
+        "Grid": shown_grid(pack),
         "Spectral coefficients": f"{pack.basis.size} ({pack.basis.name})",
         "Precision": pack.precision,
     }
@@ -99,8 +97,7 @@ def _tried(record: MaterialRecord) -> dict[str, list[tuple[float, float]]]:
     """(terms, ΔE94 p99) of the trials, by lobe and frame."""
     found: dict[str, list[tuple[float, float]]] = defaultdict(list)
     for trial in record.trials:
-        joint = getattr(trial, "joint", False)
-        found[f"{trial.frame}, {'all packs together' if joint else f'lobe {trial.lobe + 1}'}"].append(
+        found[f"{trial.frame}, {'all packs together' if trial.joint else f'lobe {trial.lobe + 1}'}"].append(
             (float(trial.rank), trial.error.p99)
         )
     return {name: sorted(points) for name, points in found.items()}
@@ -108,22 +105,7 @@ def _tried(record: MaterialRecord) -> dict[str, list[tuple[float, float]]]:
 
 def _stated(record: MaterialRecord) -> tuple[dict[str, str], ...]:
     try:
-        found = recomputed_colours(record)
+        found = shown_colours(record)
     except InputError as reason:
         return ({"conditions": str(reason), "space": "", "stated": "", "recomputed": "", "delta_e94": ""},)
-    return tuple(
-        {
-            "conditions": "; ".join([f"{one.illuminant or 'the light itself'}, {one.observer}", *one.assumed]),
-            "space": one.stated.space,
-            "stated": " ".join(f"{value:.2f}" for value in one.stated.values),
-            "recomputed": " ".join(f"{value:.2f}" for value in one.recomputed),
-            "delta_e94": f"{one.delta_e94:.2f}",
-        }
-        for one in found
-    )
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.3f}" if isinstance(value, float) else str(value)
+    return tuple({**asdict(one), "conditions": "; ".join([one.conditions, *one.assumed])} for one in found)

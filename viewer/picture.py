@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ..lighting.reference import reference_image
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue import Catalogue
+from ..materials.records.material import MaterialRecord
 from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import UsageError
 from ..spectral.formats.spectral_exr import write_spectral_exr
@@ -21,7 +22,7 @@ from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display import DisplayTransform
 from .display_gl import DisplayPass
 from .headless import GLRenderer
-from .png import write_png
+from .png import quantise, write_png
 from .renderer import Renderer, radiance_weights
 
 SPECTRAL_UNITS = "relative, 1 for the perfect diffuser under equal energy"
@@ -56,6 +57,19 @@ def display_for(viewing: Viewing) -> DisplayTransform:
 def display_pass(renderer: Renderer, display: DisplayTransform) -> DisplayPass | None:
     """OCIO's own GLSL on the renderer's GPU; None (OCIO on the CPU) where the renderer has no GL."""
     return DisplayPass(renderer.context, display) if isinstance(renderer, GLRenderer) else None
+
+
+def material_picture(
+    record: MaterialRecord, scene: Scene, renderer: Renderer, display: DisplayTransform, on: DisplayPass | None
+) -> tuple[UInt8[np.ndarray, "H W 3"], tuple[str, ...]]:
+    """The scene from its first camera, its reviewed part in the packs of `record`, and what has to be said of it.
+
+    The picture is in 8-bit codes of `display`; `on` as of `DisplayTransform.encode`.
+    """
+    dressed = scene.with_material(scene.reviewed_part, record.id)
+    xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.packs})
+    rgb, notes = _encoded(dressed, xyz, coverage, display, on)
+    return quantise(rgb), notes
 
 
 def render_picture(
@@ -120,14 +134,26 @@ def _write(
     made_by: str,
     renderer: Renderer | None = None,
 ) -> tuple[str, ...]:
-    white = scene.adopted_white()
-    image = ColourImage(xyz, "xyz", white)
     words = {"renderer": made_by, "observer": scene.observer.name}
     if output.suffix.lower() == ".exr":
+        image = ColourImage(xyz, "xyz", scene.adopted_white())
         write_xyz_exr(output, image, np.asarray(coverage), words)
         return ()
     display = display_for(scene.viewing)
     on = None if renderer is None else display_pass(renderer, display)
-    rgb, notes = display.encode(image, coverage, white * scene.viewing.background_reflectance, on)
+    rgb, notes = _encoded(scene, xyz, coverage, display, on)
     write_png(output, rgb, display=display.display, words=[f"{name}: {value}" for name, value in words.items()])
     return notes
+
+
+def _encoded(
+    scene: Scene,
+    xyz: Float[np.ndarray, "H W 3"],
+    coverage: Float[np.ndarray, "H W"],
+    display: DisplayTransform,
+    on: DisplayPass | None,
+) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
+    """A picture of the scene over its background, display-encoded, and what was done to fit it in."""
+    white = scene.adopted_white()
+    background = white * scene.viewing.background_reflectance
+    return display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)

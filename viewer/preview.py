@@ -17,11 +17,7 @@ from ..materials.records.query import Summary
 from ..materials.records.shown import shown_spectrum
 from ..spectral.errors import InputError
 from ..spectral.files import written_whole
-from ..spectral.image import ColourImage
-from .display import DisplayTransform
-from .display_gl import DisplayPass
-from .picture import display_for, display_pass
-from .png import quantise
+from .picture import display_for, display_pass, material_picture
 from .renderer import Renderer
 
 _CAPTION_POINTS = 11
@@ -55,7 +51,6 @@ def thumbnails(
 
     A file that cannot be used gives a grey thumbnail with the reason; it holds up no other.
     """
-    part = scene.review.on if scene.review else scene.parts[0].name
     camera = replace(scene.camera(), width=pixels, height_px=pixels)
     scene = replace(scene, cameras=(camera,))
     display = display_for(scene.viewing)
@@ -64,7 +59,7 @@ def thumbnails(
         try:
             record = catalogue.load(summary.id)
             picture = (
-                _sphere(record, scene.with_material(part, record.id), renderer, display, on)
+                material_picture(record, scene, renderer, display, on)[0]
                 if record.is_surface
                 else _curve(record, pixels)
             )
@@ -123,15 +118,6 @@ def write_sheet(path: Path, sheet: UInt8[np.ndarray, "H W 3"]) -> None:
     Image.fromarray(sheet).save(held, "PNG", optimize=True)
     with written_whole(path) as beside:
         beside.write_bytes(held.getvalue())
-
-
-def _sphere(
-    record: MaterialRecord, scene: Scene, renderer: Renderer, display: DisplayTransform, on: DisplayPass | None
-) -> UInt8[np.ndarray, "H W 3"]:
-    xyz, coverage = renderer.render(scene, scene.camera(), {record.id: record.packs})
-    white = scene.adopted_white()
-    background = white * scene.viewing.background_reflectance
-    return quantise(display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)[0])
 
 
 def _curve(record: MaterialRecord, pixels: int) -> UInt8[np.ndarray, "H W 3"]:

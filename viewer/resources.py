@@ -168,7 +168,7 @@ def _halved(texels: np.ndarray) -> np.ndarray:
             field="factors",
             found=float(worst),
             expected="numbers that 16 bits hold exactly",
-            hint="materials.half.rounded_to_half makes such a pack",
+            hint="materials.fitting.half.rounded_to_half makes such a pack",
         )
     return halved
 

@@ -17,7 +17,7 @@ from ..lighting.plan import ScenePlan, plan_scene
 from ..lighting.scene import Scene
 from ..materials.brdf import Brdf
 from ..materials.catalogue import Catalogue
-from ..materials.directions import spherical
+from ..materials.records.record_colour import radiance_factor_45_0
 from ..spectral.errors import InputError
 from ..spectral.files import made_folder
 from ..spectral.formats.xyz_exr import write_xyz_exr
@@ -129,7 +129,7 @@ def review(
         pictures_xyz = renderer.render_many(case.scene, view, shown, spectra)
         timer.lap("render", len(names))
         timer.seconds["reference"] = reference_seconds / len(names)
-        curves = {material_id: _radiance_factor(records[material_id].brdf()) for material_id in case.judged}
+        curves = {material_id: _reading(records[material_id].brdf()) for material_id in case.judged}
         for index, name in enumerate(names):
             spectrum = spectra[index]
             lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
@@ -243,10 +243,9 @@ def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Floa
     return hits.reshape(geometry.rows, geometry.width) / geometry.samples
 
 
-def _radiance_factor(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
-    """pi f_r at 45:0, the geometry that most colour instruments have; 1 is the perfect diffuser."""
-    wi, wo = spherical(np.pi / 4, 0.0), spherical(0.0, 0.0)
-    return brdf.wavelengths_nm, np.pi * brdf.eval(wi, wo)
+def _reading(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
+    """Wavelengths in nm, and pi f_r at 45:0, the geometry that most colour instruments have."""
+    return brdf.wavelengths_nm, radiance_factor_45_0(brdf)
 
 
 def _swatch(

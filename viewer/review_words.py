@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ..lighting.camera import Camera
 from ..lighting.plan import ScenePlan
 from ..lighting.scene import Scene
-from ..materials.records.record import MaterialRecord
+from ..materials.records.material import MaterialRecord
 from ..spectral.spectrum import Spectrum
 from .display import DisplayTransform
 

@@ -21,7 +21,7 @@ from .surfaces import Surface, surface_samples
 
 
 @dataclass(eq=False)
-class LitSamples:
+class ShadedSamples:
     """The samples of one part that one light reaches, with their angles as they are asked for.
 
     irradiance (K,) : pi E / E_ref on a surface that faces the light, times visibility, over the samples of a pixel.
@@ -55,7 +55,7 @@ class LitSamples:
 class SoftwareTile(Tile):
     """A tile and, by part and light, the samples that are lit."""
 
-    lit: dict[tuple[int, int], LitSamples]
+    lit: dict[tuple[int, int], ShadedSamples]
 
 
 class SoftwareRenderer(Renderer):
@@ -78,7 +78,7 @@ class SoftwareRenderer(Renderer):
             part_of = np.searchsorted(geometry.first_face, surface.face[which], side="right") - 1
             for part in range(len(geometry.first_face) - 1):
                 mine = part_of == part
-                lit[part, number] = LitSamples(
+                lit[part, number] = ShadedSamples(
                     surface.pixel[which[mine]],
                     wi[mine],
                     wo[mine],
@@ -101,7 +101,7 @@ class SoftwareRenderer(Renderer):
 
 
 def _reached(geometry: SceneGeometry, number: int, light: LightGeometry, surface: Surface):
-    """Which samples the light reaches, the local direction to it, and `LitSamples.irradiance`."""
+    """Which samples the light reaches, the local direction to it, and `ShadedSamples.irradiance`."""
     above = np.flatnonzero((geometry.lit[surface.face] >> number) & 1)
     position = surface.position[above]
     if light.directional:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..lighting.geometry import LEAST_COSINE
-from ..lighting.vectors import dot, orthonormal_frame, unit
+from ..lighting.vectors import facing_viewer, orthonormal_frame, unit
 from .geometry import SceneGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles, rasterise
 
@@ -79,8 +78,5 @@ def interpolated(
         for corners in (geometry.positions, geometry.normals, geometry.tangents)
     )
     to_viewer = unit(geometry.eye - position) if geometry.perspective else np.broadcast_to(geometry.eye, position.shape)
-    normal = unit(normal)
-    facing = dot(normal, to_viewer)
-    bend = np.where(facing < LEAST_COSINE, LEAST_COSINE - facing, 0.0)
-    normal = unit(normal + bend[:, None] * to_viewer)
+    normal = facing_viewer(unit(normal), to_viewer)
     return Interpolated(position, to_viewer, orthonormal_frame(normal, tangent), whole[:, 0])

@@ -14,7 +14,7 @@ from ...spectral.formats.exr import channel_names, check_size
 from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
 from ..intake.sources import MaterialSource, Rejected
-from ..records.record import Provenance
+from ..records.material import Provenance
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 

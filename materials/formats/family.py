@@ -20,7 +20,8 @@ from ...spectral.files import read_text
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..intake.sources import MaterialSource, Rejected
 from ..intake.tables import Kind, Table, constant_spectrum, tables_from
-from ..records.record import Provenance, model_named
+from ..records.material import Provenance
+from ..records.models import model_named
 
 NAME = "family description"
 SUFFIXES = (".toml",)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from ...spectral.errors import InputError
 from ..intake.sources import MaterialSource
-from ..records.record import Provenance
+from ..records.material import Provenance
 from .naming import id_word, printable
 
 

@@ -6,10 +6,13 @@ import hashlib
 import re
 import unicodedata
 
-from ..records.record import slug
-
 # Longer names make paths that some systems refuse.
 _LONGEST_NAME = 80
+
+
+def slug(name: str) -> str:
+    """A name fit for an id: "5R 4/14" -> "5r-4-14"."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
 def id_word(name: str) -> str:

@@ -18,7 +18,7 @@ from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, forma
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..analytic.lambert import Lambert
 from ..intake.sources import MaterialSource, Rejected
-from ..records.record import Provenance
+from ..records.material import Provenance
 from .measured import sha256_of
 from .naming import id_word
 

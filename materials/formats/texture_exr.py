@@ -23,7 +23,7 @@ from ...spectral.formats.spectral_exr import MOST_COLOURS
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..intake.sources import MaterialSource, Rejected
-from ..records.record import Provenance
+from ..records.material import Provenance
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .spectra import read_sources as read_chart

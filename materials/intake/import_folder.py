@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from ...spectral.errors import InputError
-from ...spectral.files import made_folder, written_whole
-from ..records.record import MARKER, SCHEMA
+from ...spectral.files import at_work, half_written, made_folder, written_whole
+from ..records.record import MARKER, SUFFIX
+from ..records.record_head import SCHEMA
 
-# Names that `written_whole` gives to a file until it is whole, and `made_folder` to its trial.
-_UNFINISHED = re.compile(r"\.(.+\.[0-9a-f]{8}(\.h5|\.toml)|writable(\.[0-9a-f]{8})?)")
+# An import writes no other files: what else is there is not its own to clear away.
+_WRITTEN = (SUFFIX, Path(MARKER).suffix)
 
 
 @contextmanager
@@ -29,18 +29,13 @@ def writing_to(folder: Path) -> Iterator[None]:
     """
     made_folder(folder)
     _mark(folder)
-    with (folder / MARKER).open("rb") as marker:
-        alone = _lock(marker, alone=True)
-        if alone:
-            for stray in unfinished(folder):
-                stray.unlink(missing_ok=True)
-            _lock(marker, alone=False)
+
+    def clear_away() -> None:
+        for stray in half_written(folder, _WRITTEN):
+            stray.unlink(missing_ok=True)
+
+    with at_work(folder / MARKER, clear_away):
         yield
-
-
-def unfinished(folder: Path) -> list[Path]:
-    """Files below `folder` that were being written; where nobody writes, they are leftovers."""
-    return sorted(path for path in folder.rglob(".*") if _UNFINISHED.fullmatch(path.name) and path.is_file())
 
 
 def _mark(folder: Path) -> None:
@@ -53,20 +48,3 @@ def _mark(folder: Path) -> None:
         raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
     with written_whole(folder / MARKER) as beside:
         beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")
-
-
-def _lock(marker, alone: bool) -> bool:
-    """Take the folder for this process, or share it; False where that cannot be had. The system frees it at our end."""
-    try:
-        import fcntl
-    except ImportError:
-        # No such locks on Windows: leftovers stay until somebody deletes them; nothing reads them.
-        return False
-    try:
-        fcntl.flock(marker, (fcntl.LOCK_EX | fcntl.LOCK_NB) if alone else fcntl.LOCK_SH)
-        return True
-    except OSError:
-        # Another import is at work, or the file system has no locks.
-        if alone:
-            _lock(marker, alone=False)
-        return False

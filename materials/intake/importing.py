@@ -99,7 +99,7 @@ def import_sources(
     budget: float = DEFAULT_BUDGET,
     dry_run: bool = False,
     progress: Progress | None = None,
-    looking: Callable[[int, int, str], None] = lambda done, total, name: None,
+    looked_at: Callable[[int, int, str], None] = lambda done, total, name: None,
     uplift: str = DEFAULT_METHOD,
     family: str | None = None,
     apart: bool = False,
@@ -119,7 +119,7 @@ def import_sources(
     scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
-    looking : called with (done, total, name) after each file that was looked at, before anything is fitted.
+    looked_at : called with (done, total, name) after each file that was looked at, before anything is fitted.
     uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     family : takes the place of the family of every material.
 
@@ -133,7 +133,7 @@ def import_sources(
     sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family)
     check_uplift(uplift)
     with ExitStack() as stack:
-        files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looking)
+        files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looked_at)
         if not any(file.materials for file in files):
             raise nothing_to_import(", ".join(map(str, sources)), len(files))
         if not dry_run:

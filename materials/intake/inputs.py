@@ -33,7 +33,7 @@ class InputFile:
     name: str
     named: bool
 
-    def in_words_of_the_user(self, text: str) -> str:
+    def with_given_name(self, text: str) -> str:
         """`text`, with the name in place of a path that only this import knows."""
         return text if self.name == str(self.path) else text.replace(str(self.path), self.name)
 
@@ -89,7 +89,9 @@ def _local(path: Path, named: bool = True) -> Iterator[InputFile]:
         yield InputFile(path, str(path), named)
         return
     if not path.is_dir():
-        raise InputError("not a file or folder", file=path, found="a broken link" if path.is_symlink() else "a device")
+        found = "a broken link" if path.is_symlink() else "a device"
+        hint = "name the file that holds the measurements"
+        raise InputError("not a file or folder", file=path, found=found, expected="a file or a folder", hint=hint)
     if (path / MARKER).is_file():
         hint = "name the measurements that it was made from; `metamer catalogue list` shows what is in it"
         raise InputError("a catalogue, which is what an import makes", file=path, hint=hint)

@@ -10,7 +10,8 @@ from typing import Literal
 
 from ...spectral.errors import InputError
 from ..formats.registry import Format, guessed, label, not_a_source, recognised_files
-from ..records.record import SCHEMA, SUFFIX, read_head
+from ..records.record import SUFFIX
+from ..records.record_head import SCHEMA, read_head
 from .code_version import code_hash
 from .inputs import InputFile
 from .sources import MaterialSource, Rejected, read_with
@@ -78,7 +79,7 @@ def planned(
         elif reader is not None:
             found.append(_file(file, reader, folder, settings, seen))
         elif file.named:
-            reason = file.in_words_of_the_user(str(not_a_source(file.path)))
+            reason = file.with_given_name(str(not_a_source(file.path)))
             found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", reason),)))
         else:
             found.append(PlannedFile(file.name, ""))
@@ -93,7 +94,7 @@ def _file(
     for material in _materials(file, reader, settings):
         if isinstance(material, Rejected):
             name = file.name if material.name == file.path.name else material.name
-            reason = file.in_words_of_the_user(str(material.reason))
+            reason = file.with_given_name(str(material.reason))
             materials.append(PlannedMaterial(name, "failed", reason))
         else:
             materials.append(_material(material, file, reader, folder, settings, seen))
@@ -150,7 +151,8 @@ def _loader(
         for found in _materials(file, reader, settings):
             if isinstance(found, MaterialSource) and found.id == wanted:
                 return found
-        raise InputError("the file has changed since the import began", file=file.name, field=wanted)
+        problem, hint = "the file has changed since the import began", "leave it alone, and import it again"
+        raise InputError(problem, file=file.name, field=wanted, expected="a material of this id, as before", hint=hint)
 
     return read_again
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.upsampling import DEFAULT_METHOD, METHODS
-from ..records.record import Provenance
+from ..records.material import Provenance
 
 
 @dataclass(frozen=True)

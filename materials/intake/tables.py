@@ -109,7 +109,7 @@ def _table(name: str, entry: Any, file: Path) -> Table:
 def _colour_checker(chart: str, file: Path, name: str) -> dict[str, Spectrum]:
     """The patches of a chart of colour-science; a density in brackets is left out of the names."""
     from ...spectral.tables import colour_science
-    from ..records.record import slug
+    from ..formats.naming import slug
 
     charts = colour_science().SDS_COLOURCHECKERS
     if chart not in charts:

@@ -6,9 +6,9 @@ what was measured). The second is taken from the same, so that with "original" a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -18,7 +18,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import Observer, observer
-from ...spectral.processes import usable_cores, worker_pool
+from ...spectral.processes import each_done, usable_cores
 from ...spectral.spectrum import Spectrum
 from ..catalogue import Catalogue
 from ..protocol import sphere_protocol
@@ -120,8 +120,9 @@ def compare_catalogues(
             found.append(Difference(material_id, "same"))
         else:
             pending.append((one, other))
-    settings = (tuple(illuminants), observer_name, of)
-    for done, one in enumerate(_each(pending, settings, min(jobs or usable_cores(), max(1, len(pending) // 4))), 1):
+    work = partial(_compared, illuminants=tuple(illuminants), observer_name=observer_name, of=of)
+    jobs = min(jobs or usable_cores(), max(1, len(pending) // 4))
+    for done, one in enumerate(each_done(work, pending, jobs), 1):
         found.append(one)
         progress(done, len(pending), one.id)
     return Comparison(tuple(sorted(found, key=lambda one: one.id)), of, tuple(illuminants), observer_name)
@@ -187,16 +188,6 @@ def _heads(catalogue: Catalogue) -> dict[str, Any]:
         except InputError as reason:
             found[material_id] = reason
     return found
-
-
-def _each(pending: list[tuple[Summary, Summary]], settings: tuple, jobs: int) -> Iterator[Difference]:
-    if jobs <= 1:
-        for pair in pending:
-            yield _compared(*pair, *settings)
-        return
-    with worker_pool(jobs) as pool:
-        for future in as_completed([pool.submit(_compared, *pair, *settings) for pair in pending]):
-            yield future.result()
 
 
 def _compared(a: Summary, b: Summary, illuminants: tuple[str, ...], observer_name: str, of: Of) -> Difference:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ...spectral.errors import InputError, UnknownNameError
-from .record_head import read_head
+from .record_head import IMPORT_AGAIN, other_material, read_head
 
 if TYPE_CHECKING:
     from ...spectral.difference import Formula
@@ -82,13 +82,12 @@ def summary(material_id: str, file: str | Path) -> Summary:
     """The summary of one file; raises `InputError` where it has no head that can be used, or is another material."""
     head = read_head(file)
     if head.get("id") != material_id:
-        hint = "material files are renamed by importing them again"
-        raise InputError("file holds another material", file=file, field="id", found=head.get("id"), hint=hint)
+        raise other_material(file, head.get("id"), material_id)
     try:
         return _summary(head, file)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as reason:
-        hint = "import the material again: metamer catalogue import"
-        raise InputError("the head of the file is damaged", file=file, found=str(reason), hint=hint) from None
+        problem = "the head of the file is damaged"
+        raise InputError(problem, file=file, found=str(reason), hint=IMPORT_AGAIN) from None
 
 
 def _summary(head: dict[str, Any], file: str | Path) -> Summary:

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import re
 from pathlib import Path
 from typing import Any
 
@@ -34,35 +33,24 @@ from ...spectral.fluorescent_basis import FluorescentBasis
 from ..factors import Axis, FactorPack, FitError
 from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
 from .material import MaterialRecord, Provenance
-from .models import model_named, rebuild
-from .record_head import FORMAT, HEAD_BYTES, SCHEMA, check_head, head_bytes, head_of, other_schema, read_head
+from .record_head import (
+    FORMAT,
+    HEAD_BYTES,
+    IMPORT_AGAIN,
+    NAME_A_MATERIAL,
+    SCHEMA,
+    check_head,
+    head_bytes,
+    head_of,
+    no_such_file,
+    other_schema,
+    read_head,
+)
 from .trial_table import trial_table, trials_from
-
-__all__ = [
-    "FORMAT",
-    "MARKER",
-    "SCHEMA",
-    "SUFFIX",
-    "MaterialRecord",
-    "Provenance",
-    "damaged",
-    "model_named",
-    "read_head",
-    "read_record",
-    "read_source_hash",
-    "rebuild",
-    "slug",
-    "write_record",
-]
 
 SUFFIX = ".h5"
 # What makes a folder a catalogue.
 MARKER = "catalogue.toml"
-
-
-def slug(name: str) -> str:
-    """A name fit for an id: "5R 4/14" -> "5r-4-14"."""
-    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
 def write_record(record: MaterialRecord, path: Path) -> None:
@@ -114,33 +102,28 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
         checksum = _checked(tree, path)
         record = _record(tree)
     except FileNotFoundError:
-        raise InputError("no such file", file=path) from None
+        raise no_such_file(path) from None
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as reason:
         raise damaged(path, str(reason)) from None
     check_head(read_head(path), record, checksum, path, check_colour)
     return record
 
 
-def read_source_hash(path: Path) -> str | None:
-    """`source_hash` of the record in `path`, or None where there is none that can be read in full."""
-    try:
-        return read_record(path).source_hash
-    except InputError:
-        return None
-
-
 def damaged(path: Path, reason: str) -> InputError:
     """The refusal of a file that cannot be read."""
-    hint = "import the material again: metamer catalogue import"
-    return InputError(
-        "not a readable material file", file=path, found=reason.split("\n")[0], expected="HDF5", hint=hint
-    )
+    found = reason.split("\n")[0]
+    return InputError("not a readable material file", file=path, found=found, expected="HDF5", hint=IMPORT_AGAIN)
 
 
 def _check_version(file: Any, path: Path) -> None:
     if file.attrs.get("format") != FORMAT:
         raise InputError(
-            "not a material file", file=path, field="format", found=file.attrs.get("format"), expected=FORMAT
+            "not a material file",
+            file=path,
+            field="format",
+            found=file.attrs.get("format"),
+            expected=FORMAT,
+            hint=NAME_A_MATERIAL,
         )
     if file.attrs["schema"] != SCHEMA:
         raise other_schema(path, file.attrs["schema"])
@@ -155,7 +138,7 @@ def _checked(tree: Node, path: Path) -> str:
             field="checksum",
             found=found,
             expected=str(tree.attributes["checksum"]),
-            hint="import the material again: metamer catalogue import",
+            hint=IMPORT_AGAIN,
         )
     return found
 
@@ -227,7 +210,7 @@ def _halved(factor: np.ndarray) -> np.ndarray:
             field="precision",
             found="half",
             expected="factors that are exact in float16",
-            hint="round the pack first: materials.half.rounded_to_half",
+            hint="round the pack first: materials.fitting.half.rounded_to_half",
         )
     return small
 

@@ -12,6 +12,7 @@ from ...spectral.difference import lab_from_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
+from ..brdf import Brdf
 from ..directions import spherical
 from ..factors import FactorPack
 from .material import MaterialRecord
@@ -61,6 +62,11 @@ def annular_45_0() -> tuple[Float[np.ndarray, "8 3"], Float[np.ndarray, "8 3"]]:
     azimuths = np.arange(8) * np.pi / 4
     wi = spherical(np.full(azimuths.shape, np.pi / 4), azimuths)
     return wi, np.broadcast_to([0.0, 0.0, 1.0], wi.shape)
+
+
+def radiance_factor_45_0(brdf: Brdf) -> Float[np.ndarray, " L"]:
+    """pi f_r (L,) as an annular 45:0 instrument reads it, at the BRDF's own wavelengths; the perfect diffuser has 1."""
+    return np.pi * np.asarray(brdf.eval(*annular_45_0()), dtype=np.float64).mean(axis=0)
 
 
 @cache

@@ -20,7 +20,10 @@ FORMAT = "metamer-material"
 SCHEMA = 2
 HEAD_BYTES = 4096
 _HDF5 = b"\x89HDF"
-_HINT = "import the material again: metamer catalogue import"
+#: What to do about a file that is not what it was.
+IMPORT_AGAIN = "import the material again: metamer catalogue import"
+#: What to do about a file that is none.
+NAME_A_MATERIAL = "name the .h5 file of a material; metamer catalogue list CAT shows what is in a catalogue"
 # A head stays short; the whole text is in the content.
 _LONGEST_TEXT = 300
 
@@ -82,27 +85,46 @@ def read_head(path: str | Path) -> dict[str, Any]:
         with open(path, "rb", buffering=0) as file:  # noqa: PTH123  pathlib's takes half as long again
             block = file.read(HEAD_BYTES)
     except FileNotFoundError:
-        raise InputError("no such file", file=path) from None
+        raise no_such_file(path) from None
     except OSError as reason:
-        raise InputError("cannot be read", file=path, found=reason.strerror or str(reason)) from None
+        found, expected = reason.strerror or str(reason), "a file that this user may read"
+        raise InputError("cannot be read", file=path, found=found, expected=expected, hint=NAME_A_MATERIAL) from None
     try:
         head = json.loads(block.rstrip())
         if head["format"] != FORMAT:
-            raise InputError("not a material file", file=path, field="format", found=head["format"], expected=FORMAT)
+            raise InputError(
+                "not a material file",
+                file=path,
+                field="format",
+                found=head["format"],
+                expected=FORMAT,
+                hint=NAME_A_MATERIAL,
+            )
         schema = head["schema"]
     except (ValueError, TypeError, KeyError, RecursionError):
         if block.startswith(_HDF5):
             # Before heads, files began with HDF5 itself; which schema they are their content says.
             raise InputError(
-                "not a material file of this schema", file=path, found="HDF5 without a head", hint=_HINT
+                "not a material file of this schema", file=path, found="HDF5 without a head", hint=IMPORT_AGAIN
             ) from None
         expected = "a JSON head and HDF5"
         raise InputError(
-            "not a readable material file", file=path, found=_begins(block), expected=expected, hint=_HINT
+            "not a readable material file", file=path, found=_begins(block), expected=expected, hint=IMPORT_AGAIN
         ) from None
     if schema != SCHEMA:
         raise other_schema(path, schema)
     return head
+
+
+def no_such_file(path: str | Path) -> InputError:
+    """The refusal of a file that is not there."""
+    return InputError("no such file", file=path, expected="the file of a material", hint=NAME_A_MATERIAL)
+
+
+def other_material(path: str | Path, found: object, expected: str) -> InputError:
+    """The refusal of a file whose id is not the one that its place in the catalogue gives."""
+    hint = "material files are renamed by importing them again"
+    return InputError("file holds another material", file=path, field="id", found=found, expected=expected, hint=hint)
 
 
 def other_schema(path: str | Path, schema: object) -> InputError:
@@ -126,7 +148,7 @@ def check_head(head: dict[str, Any], record: MaterialRecord, checksum: str, path
                 field=name,
                 found=json.dumps(found, ensure_ascii=False),
                 expected=json.dumps(true, ensure_ascii=False),
-                hint=_HINT,
+                hint=IMPORT_AGAIN,
             )
 
 

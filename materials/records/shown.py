@@ -1,16 +1,19 @@
-"""What a page or a terminal shows of a record: its one spectrum, its trials as a table, its arrays in words."""
+"""What pages and terminals show of a record: its spectrum, trials, colours, packs and arrays, in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from ..directions import spherical
+from ..factors import FactorPack
 from .material import MaterialRecord
+from .record_colour import radiance_factor_45_0
+from .stated_colours import recomputed_colours
 from .trial_table import trial_table
 
 # Of an error, a table of trials shows these.
@@ -27,20 +30,67 @@ class ShownSpectrum:
 
 
 def shown_spectrum(record: MaterialRecord) -> ShownSpectrum:
-    """The measured spectrum where the record keeps one, else pi f_r at 45:0 of the original data."""
+    """The measured spectrum where the record keeps one, else pi f_r of the original data at annular 45:0."""
     spectrum = record.spectrum()
     if spectrum is not None and spectrum.values.ndim == 1:
         return ShownSpectrum(spectrum.wavelengths_nm, spectrum.samples, f"{spectrum.quantity}, as measured")
     brdf = record.brdf()
-    values = np.pi * brdf.eval(spherical(np.pi / 4, 0.0), spherical(0.0, 0.0))
     label = "radiance factor at 45:0" + (" without fluorescence" if record.quantity == "bispectral" else "")
-    return ShownSpectrum(brdf.wavelengths_nm, np.asarray(values, dtype=np.float64), label)
+    return ShownSpectrum(brdf.wavelengths_nm, radiance_factor_45_0(brdf), label)
 
 
-def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[Any, ...], ...]]:
+@dataclass(frozen=True)
+class ShownColour:
+    """A stated colour beside what the spectrum gives: `conditions` are light and observer, `assumed` a clause each of
+    what was not stated and was taken."""
+
+    conditions: str
+    space: str
+    stated: str
+    recomputed: str
+    delta_e94: str
+    assumed: tuple[str, ...] = ()
+
+
+def shown_colours(record: MaterialRecord) -> tuple[ShownColour, ...]:
+    """Every stated colour with its recomputation; raises `InputError` as `recomputed_colours` does."""
+    return tuple(
+        ShownColour(
+            f"{one.illuminant or 'the light itself'}, {one.observer}",
+            one.stated.space,
+            two_decimals(one.stated.values),
+            two_decimals(one.recomputed),
+            f"{one.delta_e94:.2f}",
+            one.assumed,
+        )
+        for one in recomputed_colours(record)
+    )
+
+
+def shown_conditions(colour: Mapping[str, Any]) -> str:
+    """What a colour of `record_colour` was computed for: geometry, illuminant and observer, as far as it has them."""
+    return ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
+
+
+def shown_grid(pack: FactorPack) -> str:
+    """The axes of a pack with their sizes."""
+    return " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes)
+
+
+def two_decimals(values: Iterable[float]) -> str:
+    """The numbers of a colour.
+
+    >>> two_decimals([50.0, -1.25, 0.333])
+    '50.00 -1.25 0.33'
+    """
+    return " ".join(f"{value:.2f}" for value in values)
+
+
+def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Headings and rows of what the fit tried: every plain field of `Trial`, and of its error the ΔE94.
 
-    Lobes count from 1. An import keeps no seconds, so that equal materials are equal files; no column then.
+    Lobes count from 1; numbers that a trial does not have are left empty. An import keeps no seconds, so that equal
+    materials are equal files; no column then.
     """
     trials = [replace(trial, lobe=trial.lobe + 1) for trial in record.trials]
     table = trial_table(trials)
@@ -66,6 +116,10 @@ def _words(array: np.ndarray, value: Any) -> str:
     return f"{array.dtype} {' x '.join(map(str, array.shape))}" if array.ndim else str(value)
 
 
-def _cell(value: Any) -> Any:
-    plain = value.item() if isinstance(value, np.generic) else value
-    return plain.decode("utf-8") if isinstance(plain, bytes) else plain
+def _cell(value: np.generic) -> str:
+    plain = value.item()
+    if isinstance(plain, bool):
+        return "yes" if plain else "no"
+    if isinstance(plain, float):
+        return f"{plain:.3f}" if not math.isnan(plain) else ""
+    return plain.decode("utf-8") if isinstance(plain, bytes) else str(plain)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...spectral.formats.reading import SpectralEntry, StatedColour
-from ...spectral.stated import Comparison, compared
+from ...spectral.stated import StatedComparison, compared
 from .material import MaterialRecord
 
 
@@ -28,7 +28,7 @@ def stated_colours(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
     return tuple(found)
 
 
-def recomputed_colours(record: MaterialRecord) -> tuple[Comparison, ...]:
+def recomputed_colours(record: MaterialRecord) -> tuple[StatedComparison, ...]:
     """Every stated colour of a record beside what its spectrum gives; none where it keeps no single spectrum.
 
     Raises

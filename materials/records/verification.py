@@ -8,15 +8,16 @@ maximum.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ...spectral.errors import InputError, MetamerError
+from ...spectral.files import half_written
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ...spectral.processes import usable_cores, worker_pool
+from ...spectral.processes import each_done, usable_cores
 from ..factors import FitError
 from ..fluorescent import FluorescentBrdf
 from ..protocol import sphere_protocol
@@ -24,12 +25,11 @@ from ..sphere_xyz import original_xyz, packs_xyz
 from .material import MaterialRecord
 from .query import material_files
 from .record import SUFFIX, read_record
+from .record_head import IMPORT_AGAIN, other_material
 
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
 _FIGURES = ("mean", "p95", "p99", "maximum")
-# What `spectral.files.written_whole` writes to before the name is taken.
-_HALF_WRITTEN = re.compile(r"\..+\.[0-9a-f]{8}(\.\w+)?|\.writable")
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,10 @@ def verify_catalogue(
     found: list[Verified] = []
     # A process takes a second to start.
     enough = max(1, len(files) // (200 if quick else 8))
-    for one in _each(files, quick, min(jobs or usable_cores(), enough)):
+    for one in each_done(partial(verify_material, quick=quick), files, min(jobs or usable_cores(), enough)):
         found.append(one)
         progress(len(found), len(files), one.id)
     return Verification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
-
-
-def half_written(folder: Path) -> tuple[Path, ...]:
-    """Files that a killed writer has left behind; no reader ever takes them for materials."""
-    return tuple(sorted(path for path in folder.rglob(".*") if path.is_file() and _HALF_WRITTEN.fullmatch(path.name)))
 
 
 def verify_material(material_id: str, path: Path, *, quick: bool = False) -> Verified:
@@ -95,8 +90,7 @@ def verify_material(material_id: str, path: Path, *, quick: bool = False) -> Ver
     try:
         record = read_record(path, check_colour=not quick)
         if record.id != material_id:
-            hint = "material files are renamed by importing them again"
-            raise InputError("file holds another material", file=path, field="id", found=record.id, hint=hint)
+            raise other_material(path, record.id, material_id)
         declared = record.error
         if quick or declared is None or not record.packs:
             return Verified(material_id, declared=declared, note="" if quick or declared is None else "no packs")
@@ -136,16 +130,5 @@ def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError 
         field="error",
         found=", ".join(f"{name} {getattr(measured, name):.4f} measured" for name in off),
         expected=", ".join(f"{name} {getattr(declared, name):.4f}" for name in off) + f", within {TOLERANCE:g} ΔE94",
-        hint="import the material again: metamer catalogue import",
+        hint=IMPORT_AGAIN,
     )
-
-
-def _each(files: Sequence[tuple[str, Path]], quick: bool, jobs: int) -> Iterator[Verified]:
-    if jobs <= 1:
-        for material_id, path in files:
-            yield verify_material(material_id, path, quick=quick)
-        return
-    with worker_pool(jobs) as pool:
-        pending = [pool.submit(verify_material, material_id, path, quick=quick) for material_id, path in files]
-        for future in as_completed(pending):
-            yield future.result()

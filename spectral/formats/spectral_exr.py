@@ -20,6 +20,7 @@ from ..illuminants import illuminant
 from ..observers import observer
 from ..shapes import Wavelengths
 from ..spectrum import Quantity, Spectrum, check_values
+from ..upsampling import xyz_from_rgb
 from .exr import MAGIC, MOST_SAMPLES, read_exr, write_exr
 from .reading import SpectralFile
 from .shared.gathering import Gathering
@@ -36,8 +37,6 @@ _IN_HEADER = re.compile(rb"(?:S0|T)\.\d[\d,.eE+-]*[nump]?m(?:\.\d[\d,.eE+-]*[num
 _LONGEST_HEADER = 2**20
 _NM_PER_UNIT = {"p": 1e-3, "n": 1.0, "u": 1e3, "m": 1e6, "": 1e9}
 _QUANTITY: dict[str, Quantity] = {"S0": "emission", "T": "reflectance"}
-# IEC 61966-2-1, linear, for the R, G, B preview that the layout asks for.
-_SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -159,7 +158,8 @@ def write_spectral_texture(
 ) -> None:
     """Write values as they are, reflectances below 0 and above 1 too: what a texture holds is kept, not judged."""
     light = illuminant("E" if emits else "D65")
-    preview = values @ observer("1931_2").weights(light, wavelengths_nm).T @ _SRGB_FROM_XYZ.T
+    # Linear sRGB, the preview that the layout asks for.
+    preview = values @ np.linalg.solve(xyz_from_rgb(), observer("1931_2").weights(light, wavelengths_nm)).T
     channels = {name: preview[..., index] for index, name in enumerate("RGB")}
     for index, wavelength in enumerate(wavelengths_nm):
         channels[f"{'S0' if emits else 'T'}.{_length(wavelength)}"] = values[..., index]
@@ -179,7 +179,7 @@ def write_bispectral_exr(
     """
     into, out = surface.wavelengths_in_nm, surface.wavelengths_out_nm
     xyz = surface.fold(illuminant("D65"), observer("1931_2"))
-    values = dict(zip("RGB", (_SRGB_FROM_XYZ @ xyz).tolist(), strict=True))
+    values = dict(zip("RGB", np.linalg.solve(xyz_from_rgb(), xyz).tolist(), strict=True))
     row = {wavelength: index for index, wavelength in enumerate(out.tolist())}
     for column, absorbed in enumerate(into.tolist()):
         leaving = surface.matrix[:, column]

@@ -12,20 +12,14 @@ from metamer.materials.factors import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer import (
-    factor_benchmark,
-    factor_figures,
-    factor_growth,
-    factor_methods,
-    factor_points,
-    factor_report,
-    factor_scenes,
-)
-from metamer.viewer import filtering_benchmark as filtering
-from metamer.viewer.factor_cases import analytic_cases, chosen_cases, fluorescent_cases
-from metamer.viewer.factor_measured import measured_cases
-from metamer.viewer.factor_sphere import brdf_xyz, pack_xyz
-from metamer.viewer.factor_timing import Stopwatch
+from metamer.viewer.benchmarks import filtering
+from metamer.viewer.benchmarks.factor import benchmark, figures, methods, report, scenes
+from metamer.viewer.benchmarks.factor import growth as decompositions
+from metamer.viewer.benchmarks.factor import points as configurations
+from metamer.viewer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
+from metamer.viewer.benchmarks.factor.measured import measured_cases
+from metamer.viewer.benchmarks.factor.sphere import brdf_xyz, pack_xyz
+from metamer.viewer.benchmarks.factor.timing import Stopwatch
 from metamer.viewer.software import SoftwareRenderer
 
 STATISTICS = {"mean", "p95", "p99", "max"}
@@ -74,17 +68,17 @@ def filtered(renderer, progress):
 def measured(lines):
     with pytest.MonkeyPatch.context() as patch:
         # One point of each kind is enough to keep the code alive.
-        patch.setattr(factor_points, "SIZES", (3, 8))
-        patch.setattr(factor_points, "STEPS_NM", (20,))
-        patch.setattr(factor_points, "_PICTURE_PIXELS", 24)
-        patch.setattr(factor_scenes, "_SUBDIVISIONS", 3)
+        patch.setattr(configurations, "SIZES", (3, 8))
+        patch.setattr(configurations, "STEPS_NM", (20,))
+        patch.setattr(configurations, "_PICTURE_PIXELS", 24)
+        patch.setattr(scenes, "_SUBDIVISIONS", 3)
         patch.setattr(Stopwatch, "SIZE", 64)
-        factor_scenes.sphere_scenes.cache_clear()
-        patch.setattr(factor_benchmark, "POINT_CASES", {"ashikhmin-shirley-32": factor_points.Choice((2,), ("io",), 2)})
-        patch.setattr(factor_methods, "QUICK", factor_methods.Effort((1, 2, 4), 2, (16, 16, 13), (8, 8, 9, 9)))
-        patch.setattr(factor_growth, "QUICK", ((0.1, 0.15), (2, 4), 0.1))
+        scenes.sphere_scenes.cache_clear()
+        patch.setattr(benchmark, "POINT_CASES", {"ashikhmin-shirley-32": configurations.Choice((2,), ("io",), 2)})
+        patch.setattr(methods, "QUICK", methods.Effort((1, 2, 4), 2, (16, 16, 13), (8, 8, 9, 9)))
+        patch.setattr(decompositions, "QUICK", ((0.1, 0.15), (2, 4), 0.1))
         patch.setattr(filtering, "filtering_points", filtered)
-        found = factor_benchmark.run(
+        found = benchmark.run(
             [*FITTED, DYE],
             pixels=48,
             picture_pixels=24,
@@ -92,7 +86,7 @@ def measured(lines):
             renderer=SoftwareRenderer(),
             progress=lines.append,
         )
-    factor_scenes.sphere_scenes.cache_clear()
+    scenes.sphere_scenes.cache_clear()
     return found
 
 
@@ -118,24 +112,24 @@ def test_rows_have_the_documented_shape(measured):
 
 
 def test_it_is_json_without_the_pictures(measured):
-    document = factor_report.document(measured)
+    document = report.document(measured)
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     assert "figures" not in document
     assert {"rows", "points", "packs_needed", "speed", "growth", "fluorescence"} <= set(document)
 
 
 def test_the_distribution_based_brdf_loses_in_every_row(measured):
-    assert factor_report.losses(measured["rows"]) == []
-    assert "every row" in factor_report.report(measured)
+    assert report.losses(measured["rows"]) == []
+    assert "every row" in report.report(measured)
     fluorescent = [row for row in measured["rows"] if row["case"] == DYE]
-    assert "No row" in factor_report.verdict(fluorescent)
+    assert "No row" in report.verdict(fluorescent)
 
 
 def test_a_row_that_is_lost_is_named():
     even = dict.fromkeys(("mean", "p95", "p99", "max"), 1.0)
     row = {"case": "a", "light": "D65", "delta_e94": even, "baseline": {"dbrdf_delta_e94": {**even, "mean": 2.0}}}
-    assert factor_report.losses([row]) == ["a, D65: p95", "a, D65: p99", "a, D65: max"]
-    assert "p99" in factor_report.verdict([row])
+    assert report.losses([row]) == ["a, D65: p95", "a, D65: p99", "a, D65: max"]
+    assert "p99" in report.verdict([row])
 
 
 def test_points_cover_every_kind(measured):
@@ -157,10 +151,10 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
     """The renderer is handed packs whose factors fit into 16 bits, and says so."""
     handed = []
     monkeypatch.setattr(
-        factor_points, "rendered_xyz", lambda renderer, packs, lights, pixels: handed.append(packs) or real(pixels)
+        configurations, "rendered_xyz", lambda renderer, packs, lights, pixels: handed.append(packs) or real(pixels)
     )
     real = lambda pixels: np.zeros((1, 5, pixels, pixels, 3))  # noqa: E731
-    monkeypatch.setattr(factor_points, "reference_xyz", lambda brdf, lights, pixels: real(pixels) + 0.1)
+    monkeypatch.setattr(configurations, "reference_xyz", lambda brdf, lights, pixels: real(pixels) + 0.1)
 
     class Watch(Stopwatch):
         def __init__(self):
@@ -170,10 +164,10 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
             return 1.0
 
     brdf = analytic_cases()[1].make()
-    found = factor_points.fit(brdf, budget=5.0, pixels=32, precision="single")
+    found = configurations.fit(brdf, budget=5.0, pixels=32, precision="single")
     stored = replace(found, packs=tuple(map(rounded_to_half, found.packs)))
-    fitted = factor_points.Fitted(stored, 1.0, lambda: found.packs)
-    points = factor_points.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
+    fitted = configurations.Fitted(stored, 1.0, lambda: found.packs)
+    points = configurations.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
     assert [point["configuration"] for point in points] == ["single", "half"]
     single, half = handed
     assert all(pack.precision == "single" for pack in single) and all(pack.precision == "half" for pack in half)
@@ -199,8 +193,8 @@ def test_least_number_of_packs_that_is_good_enough():
         return {"frame": "io", "method": "joint", "packs": packs, "delta_e94": {"D65": {"p99": p99}}}
 
     points = [point(4, 0.2), point(1, 3.0), point(2, 0.9), point(8, 1.5)]
-    assert factor_methods.packs_needed(points, "D65", 1.0) == {"io, joint": 2}
-    assert factor_methods.packs_needed(points, "D65", 0.1) == {"io, joint": None}
+    assert methods.packs_needed(points, "D65", 1.0) == {"io, joint": 2}
+    assert methods.packs_needed(points, "D65", 0.1) == {"io, joint": None}
 
 
 def test_fluorescent_rows_are_drawn_and_compared_with_what_else_there_is(measured):
@@ -266,7 +260,7 @@ class Page(HTMLParser):
 
 
 def test_page_is_self_contained_and_whole(measured):
-    text = factor_report.page(measured)
+    text = report.page(measured)
     page = Page()
     page.feed(text)
     assert page.open == []
@@ -281,7 +275,7 @@ def test_page_is_self_contained_and_whole(measured):
 
 def test_page_without_points_or_pictures(measured):
     bare = {"points": [], "figures": [], "packs_needed": [], "growth": [], "fluorescence": {"without": []}}
-    text = factor_report.page({**measured, **bare})
+    text = report.page({**measured, **bare})
     assert "ashikhmin-shirley-32" in text
     assert not any(words in text for words in ("Speed against error", "How a decomposition grows", "Fluorescence, and"))
 
@@ -289,18 +283,18 @@ def test_page_without_points_or_pictures(measured):
 def test_page_and_text_show_both_sides_of_the_speed_bar(measured):
     brdf = analytic_cases()[0].make()
     pytest.importorskip("tensorly")
-    row = factor_growth.speed_row("matt", brdf, (9, 10, 9, 4), 3, 4)
+    row = decompositions.speed_row("matt", brdf, (9, 10, 9, 4), 3, 4)
     assert row["times_faster"] == pytest.approx(row["tensorly_seconds"] / row["seconds"])
     assert row["error_ratio"] == pytest.approx(row["relative_error"] / row["tensorly_relative_error"])
     assert set(row["methods"]) == {"joint", "incremental", "refitted"} and row["peak_bytes"] > row["table_bytes"]
     both = {**measured, "speed": [row]}
-    assert "times faster" in factor_report.report(both) and "times faster" in factor_report.page(both)
+    assert "times faster" in report.report(both) and "times faster" in report.page(both)
 
 
 def test_xyz_of_packs_is_that_of_their_brdf():
     """Two roads to the same colours: folded terms, and spectra under every light."""
     brdf = analytic_cases()[1].make()
-    packs = factor_benchmark.fit(brdf, budget=5.0, pixels=32).packs
+    packs = benchmark.fit(brdf, budget=5.0, pixels=32).packs
     protocol = sphere_protocol(24, True)
     lights = ("D65", "FL11")
     np.testing.assert_allclose(
@@ -310,8 +304,8 @@ def test_xyz_of_packs_is_that_of_their_brdf():
 
 def test_polar_radius_is_the_root_of_what_the_formula_says():
     brdf = analytic_cases()[0].make()
-    radii = np.array(factor_figures.polar_radii(brdf))
-    angles = factor_figures.polar_angles_deg()
+    radii = np.array(figures.polar_radii(brdf))
+    angles = figures.polar_angles_deg()
     assert radii.shape == (3, len(angles))
     np.testing.assert_allclose(radii[0], radii[0][::-1], atol=2e-5)
     # Rough surfaces send more back towards the light, which is on the positive side.
@@ -343,8 +337,8 @@ def test_measured_cases_are_of_every_family(shared_data):
 def test_tensorly_row(monkeypatch):
     pytest.importorskip("tensorly")
     monkeypatch.setattr(Stopwatch, "SIZE", 64)
-    monkeypatch.setattr(factor_growth, "speed_row", partial(factor_growth.speed_row, shape=(24, 30, 24, 8), rank=8))
-    found = factor_benchmark.run(
+    monkeypatch.setattr(decompositions, "speed_row", partial(decompositions.speed_row, shape=(24, 30, 24, 8), rank=8))
+    found = benchmark.run(
         ["oren-nayar-0.52"],
         lights=("D65",),
         pixels=32,

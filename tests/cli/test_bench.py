@@ -4,7 +4,8 @@ import json
 
 import pytest
 from metamer.calibration import basis_benchmark
-from metamer.viewer import factor_benchmark, shading_benchmark
+from metamer.viewer.benchmarks import shading
+from metamer.viewer.benchmarks.factor import benchmark
 
 
 @pytest.fixture(scope="module")
@@ -24,13 +25,13 @@ def test_basis_prints_and_writes_the_same_figures(metamer, small, monkeypatch, t
 
 
 def test_all_runs_both(metamer, small, monkeypatch, gl, tmp_path):
-    shading = shading_benchmark.run(size=16, rank=2, repeats=1)
+    timed = shading.run(size=16, rank=2, repeats=1)
     monkeypatch.setattr(basis_benchmark, "run", lambda: small)
-    monkeypatch.setattr(shading_benchmark, "run", lambda: shading)
+    monkeypatch.setattr(shading, "run", lambda: timed)
     code, out, _ = metamer("bench", "--json", tmp_path / "bench.json")
     assert code == 0
     assert "Basis of J coefficients" in out and "folded / RGB" in out
-    assert json.loads((tmp_path / "bench.json").read_text())["shading"] == shading
+    assert json.loads((tmp_path / "bench.json").read_text())["shading"] == timed
 
 
 def test_shading_without_gl_is_said(metamer, monkeypatch):
@@ -75,7 +76,7 @@ def test_factor_writes_rows_at_the_top_and_a_page(metamer, monkeypatch, tmp_path
         lists = {name: [] for name in ("points", "packs_needed", "speed", "growth", "figures")}
         return {"rows": [row], **lists, "fluorescence": {"without": []}, **words}
 
-    monkeypatch.setattr(factor_benchmark, "run", run)
+    monkeypatch.setattr(benchmark, "run", run)
     monkeypatch.delenv("METAMER_DATA", raising=False)
     json_file, page = tmp_path / "f.json", tmp_path / "f.html"
     code, out, _ = metamer("bench", "factor", "--cases", "matt", "--json", json_file, "--html", page, "--no-points")
@@ -95,7 +96,7 @@ def test_factor_takes_measured_data_from_the_environment_and_the_full_sizes(meta
         asked.update(options, cases=cases)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(factor_benchmark, "run", run)
+    monkeypatch.setattr(benchmark, "run", run)
     monkeypatch.setenv("METAMER_DATA", str(tmp_path))
     metamer("bench", "factor", "--growth", "--baseline")
     assert asked["cases"] is None and asked["data"] == tmp_path and asked["growth"] and asked["baseline"]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from metamer.cli.main import main
 from metamer.materials.analytic import Lambert
-from metamer.materials.records.record import MARKER, MaterialRecord, Provenance, write_record
+from metamer.materials.records.material import MaterialRecord, Provenance
+from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.formats.reading import read_spectra
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

@@ -1,15 +1,20 @@
 """`metamer catalogue import`: the plan, the report, progress on a terminal, and words that do not fit."""
 
+import inspect
 import io
 import json
+import sys
 from contextlib import ExitStack
 
 import numpy as np
 import pytest
 from metamer.cli import catalogue_import
+from metamer.cli.main import parser
 from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.intake import importing
+from metamer.materials.intake.importing import DEFAULT_BUDGET
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.upsampling import DEFAULT_METHOD
 from rich.console import Console
 
 SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
@@ -125,7 +130,7 @@ def test_values_that_do_not_fit(metamer, source, tmp_path, option):
 
 def test_terminal_shows_a_bar_with_the_time_left(source, tmp_path, monkeypatch):
     screen = io.StringIO()
-    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setattr(catalogue_import, "shows_bars", lambda stream: True)
     monkeypatch.setattr("rich.console.Console", lambda: Console(file=screen, force_terminal=True, width=100))
     with ExitStack() as stack:
         bar = catalogue_import.terminal_bar(stack)
@@ -134,14 +139,22 @@ def test_terminal_shows_a_bar_with_the_time_left(source, tmp_path, monkeypatch):
             tmp_path / "cat",
             jobs=1,
             progress=catalogue_import.import_progress(stack, bar),
-            looking=catalogue_import.looking_progress(bar),
+            looked_at=catalogue_import.looking_progress(bar),
         )
     shown = screen.getvalue()
     assert "2/2" in shown and "left" in shown and "chart/" in shown
 
 
-def test_terminal_without_colour_gets_lines(monkeypatch):
-    monkeypatch.setenv("NO_COLOR", "1")
-    monkeypatch.setattr("rich.console.Console", lambda: Console(file=io.StringIO(), force_terminal=True))
+@pytest.mark.parametrize("shown", [True, False])
+def test_only_what_can_show_a_bar_gets_one(monkeypatch, shown):
+    monkeypatch.setattr(catalogue_import, "shows_bars", lambda stream: shown and stream is sys.stdout)
     with ExitStack() as stack:
-        assert catalogue_import.terminal_bar(stack) is None
+        assert (catalogue_import.terminal_bar(stack) is not None) == shown
+
+
+def test_defaults_in_the_help_are_those_of_the_importer():
+    """Repeated so that `--help` need not wait for the fit."""
+    args = parser().parse_args(["catalogue", "import"])
+    assert (args.budget, args.uplift) == (DEFAULT_BUDGET, DEFAULT_METHOD)
+    words = inspect.getsource(catalogue_import.add_parser)
+    assert f"(default: {DEFAULT_BUDGET:g})" in words and f"{DEFAULT_METHOD} (default)" in words

@@ -1,9 +1,13 @@
 """`metamer catalogue verify` and `diff`: words, figures, exit codes."""
 
+import inspect
 import json
 from dataclasses import replace
 
 import pytest
+from metamer.cli import catalogue_diff
+from metamer.cli.main import parser
+from metamer.materials.records.compare import ILLUMINANTS, compare_catalogues
 from metamer.materials.records.record import read_record, write_record
 
 
@@ -28,6 +32,12 @@ def test_verify_says_what_holds(metamer, folder):
     assert code == 0 and "2 errors measured again; they hold" in out and "3 materials intact, 0 damaged" in out
     code, out, _ = metamer("catalogue", "verify", folder, "--quick")
     assert code == 0 and "measured" not in out and "3 materials intact" in out
+
+
+def test_verify_counts_one_as_one(metamer, tmp_path, write_matt):
+    write_matt(tmp_path / "one", "paint/dark", 0.1)
+    out = metamer("catalogue", "verify", tmp_path / "one")[1]
+    assert "1 error measured again; it holds where both agree within" in out and "1 material intact, 0 damaged" in out
 
 
 def test_how_far_it_is_stands_on_standard_error(metamer, folder):
@@ -85,6 +95,22 @@ def test_diff_json(metamer, folder, other):
     changed = {one["id"]: one for one in document["differences"]}["paint/light"]
     assert [light["light"] for light in changed["lights"]] == ["D65", "A", "FL11"]
     assert document["largest"] == max(light["p99"] for light in changed["lights"])
+
+
+@pytest.mark.parametrize("words", [("verify", "{a}", "--json"), ("diff", "{a}", "{b}", "--json")])
+def test_a_program_is_not_told_how_far_it_is(metamer, folder, other, words):
+    _, out, err = metamer("catalogue", *(word.format(a=folder, b=other) for word in words), "--jobs", 1)
+    assert json.loads(out) and err == ""
+
+
+def test_diff_takes_the_lights_of_the_comparison_by_default():
+    """Repeated so that `--help` need not wait for it."""
+    args = parser().parse_args(["catalogue", "diff", "a", "b"])
+    takes = inspect.signature(compare_catalogues).parameters
+    assert args.illuminants == takes["illuminants"].default == ILLUMINANTS
+    assert (args.observer, args.of) == (takes["observer_name"].default, takes["of"].default)
+    words = inspect.getsource(catalogue_diff.add_parser)
+    assert f"default: {','.join(ILLUMINANTS)}" in words and f"default: {args.observer}" in words
 
 
 def test_diff_of_two_materials_by_file_and_by_id(metamer, folder, other):

@@ -75,7 +75,7 @@ def test_a_terminal_gets_a_bar(tiny_catalogue, capsys, monkeypatch):
             Terminal.said.append(words)
             super().update(task_id, **words)
 
-    monkeypatch.setattr(command.sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(command, "shows_bars", lambda stream: True)
     monkeypatch.setattr(progress, "Progress", Terminal)
     assert main(["fit", "tiny/satin-green", "--catalogue", str(tiny_catalogue), "--budget", "1.5"]) == 0
     assert Terminal.said[-1]["completed"] == 1.0

@@ -4,10 +4,11 @@ import os
 import subprocess
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 from metamer.cli.main import COMMANDS
-from metamer.cli.shared import shortened
+from metamer.cli.shared import progress_bar, shortened, shows_bars
 from metamer.spectral.errors import ComparisonError, InputError, UsageError
 
 
@@ -76,6 +77,29 @@ def test_a_long_name_leaves_room_for_count_and_time():
     assert shortened("paint/red", 9) == "paint/red"
     assert shortened("paint/red-gloss", 9) == "…ed-gloss"
     assert shortened("paint/red", 1) == shortened("paint/red", 0) == ""
+
+
+@pytest.mark.parametrize(
+    ("terminal", "no_color", "bars"), [(True, None, True), (True, "", True), (True, "1", False), (False, None, False)]
+)
+def test_bars_move_on_a_terminal_unless_plain_lines_are_asked_for(monkeypatch, terminal, no_color, bars):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    if no_color is not None:
+        monkeypatch.setenv("NO_COLOR", no_color)
+    with Path(os.devnull).open("w") as stream:
+        monkeypatch.setattr(stream, "isatty", lambda: terminal)
+        assert shows_bars(stream) == bars
+
+
+def test_progress_follows_the_same_rule(monkeypatch, capsys):
+    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: stream is sys.stderr)
+    with progress_bar("Looking") as told:
+        told(1, 2, "paint/red")
+    assert "Looking: 1/2" not in capsys.readouterr().err
+    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: False)
+    with progress_bar("Looking") as told:
+        told(1, 2, "paint/red")
+    assert capsys.readouterr().err == "Looking: 1/2 paint/red\n"
 
 
 def test_closed_streams_are_no_traceback(tmp_path):

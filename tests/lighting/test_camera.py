@@ -114,3 +114,4 @@ def test_a_camera_that_cannot_be_says_which_setting(settings, field, words):
         Camera(**settings)
     assert caught.value.field == field
     assert words in str(caught.value)
+    assert caught.value.expected

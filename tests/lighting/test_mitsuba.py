@@ -10,10 +10,7 @@ estimated from the squared differences of the seeds, pixel by pixel. A block may
 `ALLOWANCE` of white, for our regular sample points at outlines and the 5 nm grid.
 """
 
-import warnings
-
 import numpy as np
-import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.reference import reference_image
@@ -42,17 +39,6 @@ UNEVEN_NM = np.array([380.0, 397, 411, 430, 452, 470, 488, 503, 521, 540, 562, 5
 UNEVEN = np.array(
     [0.08, 0.10, 0.14, 0.22, 0.31, 0.39, 0.46, 0.50, 0.47, 0.39, 0.28, 0.17, 0.12, 0.10, 0.13, 0.22, 0.34, 0.42]
 )
-
-
-@pytest.fixture(scope="module")
-def mi():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mitsuba = pytest.importorskip("mitsuba", reason="needs the mitsuba extra: pip install 'metamer[mitsuba]'")
-        if "scalar_spectral" not in mitsuba.variants():
-            pytest.skip("this Mitsuba has no scalar_spectral variant")
-        mitsuba.set_variant("scalar_spectral")
-    return mitsuba
 
 
 def spectrum(values, wavelengths_nm=FINE_NM, extend=True):

@@ -4,8 +4,6 @@ Blocks of 8 x 8 pixels are compared in XYZ. Mitsuba's own noise is told by two s
 lit blocks, with that noise taken out, may be half a per cent of their mean: tables are as far off as their notes say.
 """
 
-import warnings
-
 import numpy as np
 import pytest
 from metamer.lighting.camera import Camera
@@ -29,17 +27,6 @@ PIXELS, BLOCK = 64, 8
 RGB_FROM_XYZ = np.array(
     [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]]
 )
-
-
-@pytest.fixture(scope="module")
-def mi():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mitsuba = pytest.importorskip("mitsuba", reason="needs the mitsuba extra: pip install 'metamer[mitsuba]'")
-        if "scalar_spectral" not in mitsuba.variants():
-            pytest.skip("this Mitsuba has no scalar_spectral variant")
-        mitsuba.set_variant("scalar_spectral")
-    return mitsuba
 
 
 def blocks(image):

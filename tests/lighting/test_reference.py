@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from metamer.lighting.camera import Camera
-from metamer.lighting.geometry import LEAST_COSINE, Tracer, visible_geometry
+from metamer.lighting.geometry import Tracer, visible_geometry
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.reference import reference_image, reference_images
 from metamer.lighting.scene import Part, Scene, Viewing
 from metamer.lighting.shapes import cloth, plane, speed_shape, sphere
+from metamer.lighting.vectors import LEAST_COSINE
 from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant

@@ -196,19 +196,20 @@ def test_the_manual_names_every_key():
         ('[[part]]\nshape = "sphere"\nscale = 0\n', "part 1.scale", "none of them 0"),
         ('[[part]]\nshape = "sphere"\ntranslate = [1, 2]\n', "part 1.translate", "three finite numbers"),
         ('[[part]]\nshape = "sphere"\nsubdivisions = 20\n', "part 1.subdivisions", "0 to 9"),
-        (BARE + BARE, "parts", "two have one name"),
+        (BARE + BARE, "parts", "two parts share a name"),
         (BARE + '[[light]]\nspectrum = "D66"\n', "light 1.spectrum", "nearest: D65"),
         (BARE + '[[light]]\nkind = "area"\n', "light 1.kind", "directional, point"),
         (BARE + "[[light]]\nilluminance_lux = 0\n", "light 1.illuminance_lux", "a light of no power"),
         (BARE + '[[light]]\nname = "sun"\nilluminance_lux = -3\n', "light 1 (sun).illuminance_lux", "found: -3"),
         (BARE + "[[light]]\nilluminance_lux = nan\n", "light 1.illuminance_lux", "a finite number"),
-        (BARE + "[[light]]\nposition = [0, 1, 0]\n", "light 1.intensity_cd", "needs this key"),
+        (BARE + "[[light]]\nposition = [0, 1, 0]\n", "light 1.intensity_cd", "expected: a finite number"),
         (BARE + "[[light]]\nposition = [0, 1, 0]\nilluminance_lux = 4\n", "light 1.illuminance_lux", "unknown key"),
         (BARE + "[[light]]\ndirection_to_light = [0, 0, 0]\n", "light 1.direction_to_light", "no length"),
         (BARE + "[[camera]]\nposition = [0, 5, 0]\n", "camera 1.up", "along the viewing direction"),
+        (BARE + "[[camera]]\ntarget = [0, 1, 0]\n", "camera 1.position", "a target but no position"),
         (BARE + "[[camera]]\nwidth = 0\n", "camera 1.width", "at least 1"),
         (BARE + "[[camera]]\nfov = 3\n", "camera 1.fov", "unknown key"),
-        (BARE + "[[camera]]\n[[camera]]\nname = 'camera'\n", "cameras", "two have one name"),
+        (BARE + "[[camera]]\n[[camera]]\nname = 'camera'\n", "cameras", "two cameras share a name"),
         (BARE + '[review]\non = "ball"\n', "review.on", "sphere"),
         (BARE + '[review]\nilluminants = ["D56"]\n', "review.illuminants", "D65"),
         (BARE + "[review]\nmaterials = []\n", "review.materials", "a list of texts"),
@@ -221,6 +222,7 @@ def test_a_bad_scene_says_file_key_and_what_to_do(scene, text, field, words):
     assert "scene.toml" in message
     assert caught.value.field == field
     assert words in message
+    assert "\n  expected: " in message or "\n  try: " in message
 
 
 def test_an_unknown_material_says_the_nearest(scene):
@@ -234,6 +236,12 @@ def test_an_unknown_material_says_the_nearest(scene):
 def test_a_review_pattern_that_matches_nothing_is_an_error(scene):
     with pytest.raises(UnknownNameError, match=r"review\.materials"):
         scene(BARE + '[review]\nmaterials = ["paints/*"]\n', Ids("paint/red"))
+
+
+def test_materials_are_shown_on_the_reviewed_part_or_the_first(scene):
+    two = BARE + '[[part]]\nshape = "plane"\n'
+    assert scene(two).reviewed_part == "sphere"
+    assert scene(two + '[review]\non = "plane"\n').reviewed_part == "plane"
 
 
 def test_a_light_spectrum_of_zeros_is_an_error(scene, tmp_path):

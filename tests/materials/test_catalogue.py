@@ -7,9 +7,10 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS
-from metamer.materials.catalogue import Catalogue, MaterialRecord, Provenance, write_record
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.factors import Axis, FactorPack, FitError
-from metamer.materials.records.record import MARKER, read_record
+from metamer.materials.records.material import MaterialRecord, Provenance
+from metamer.materials.records.record import MARKER, read_record, write_record
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from metamer.materials.records.record import SCHEMA
-from metamer.materials.records.record_head import HEAD_BYTES, read_head
+from metamer.materials.records.record_head import HEAD_BYTES, SCHEMA, read_head
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "catalogue.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.S)

@@ -17,7 +17,8 @@ from metamer.materials.intake import importing, plan
 from metamer.materials.intake.code_version import imported_by
 from metamer.materials.intake.importing import ImportInterrupted
 from metamer.materials.intake.sources import Rejected, read_sources
-from metamer.materials.records.record import MARKER, rebuild
+from metamer.materials.records.models import rebuild
+from metamer.materials.records.record import MARKER
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.files import made_folder

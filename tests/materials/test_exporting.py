@@ -1,5 +1,8 @@
 """Export: what each format holds of a material, what comes back of it, and what is refused."""
 
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -310,3 +313,41 @@ def test_a_merl_table_with_its_words_beside_it(tmp_path):
     assert read_merl(done.path).values.max() > 0
     text = (tmp_path / "clay.binary.txt").read_text()
     assert "licence: CC0" in text and "linear sRGB" in text
+
+
+# Killed
+
+KILLED = """
+import os, pathlib, signal, sys
+from metamer.materials import exporting
+
+def write(path, records):
+    path.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+
+exporting.FORMATS["csv"] = exporting.ExportFormat(".csv", True, write, "")
+exporting.export([None], "csv", pathlib.Path(sys.argv[1]) / "a.csv")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+def test_what_a_killed_export_left_goes_with_the_next(tmp_path, lambert):
+    ours, others = tmp_path / "a.csv", tmp_path / ".export.settings"
+    others.mkdir()
+    assert subprocess.run([sys.executable, "-c", KILLED, tmp_path], check=False).returncode == -signal.SIGKILL
+    (left,) = set(tmp_path.iterdir()) - {others}
+    assert left.is_dir() and (left / "a.csv").read_text() == "half"
+    export([of("x/grey", lambert)], "csv", ours)
+    assert set(tmp_path.iterdir()) == {ours, others, tmp_path / "a.csv.txt"}
+
+
+def test_an_export_that_is_still_at_work_keeps_its_folder(tmp_path, lambert, monkeypatch):
+    def write(path, records):
+        path.write_text("half")
+        export([of("x/grey", lambert)], "cxf", tmp_path / "b.cxf")
+        assert path.read_text() == "half"
+        return ()
+
+    monkeypatch.setitem(FORMATS, "csv", replace(FORMATS["csv"], write=write))
+    export([of("x/grey", lambert)], "csv", tmp_path / "a.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "b.cxf"]

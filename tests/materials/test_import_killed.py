@@ -1,12 +1,16 @@
 """SIGKILL to a process of an import at a random moment: the catalogue opens, verifies, and is completed to the byte."""
 
 import importlib.util
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.intake.import_folder import unfinished
+from metamer.materials.intake.import_folder import writing_to
+from metamer.materials.records.verification import verify_catalogue
+from metamer.spectral.files import half_written
 
 FILE = Path(__file__).resolve().parents[2] / "benchmarks" / "importing.py"
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
@@ -25,6 +29,24 @@ def source(importing, tmp_path_factory):
     return importing.generated(tmp_path_factory.mktemp("source"), 5, ("matt",))
 
 
+@pytest.fixture()
+def killed_in_made_folder():
+    """Kills a process in `made_folder`, before the first call of `os.replace` or after it; gives the file it left."""
+
+    def run(folder: Path, moment: str) -> Path:
+        before = set(folder.iterdir())
+        code = (
+            "import os, signal, sys; from metamer.spectral.files import made_folder; "
+            f"os.{moment} = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL); made_folder(sys.argv[1])"
+        )
+        ended = subprocess.run([sys.executable, "-c", code, folder], check=False)
+        assert ended.returncode == -signal.SIGKILL
+        (left,) = set(folder.iterdir()) - before
+        return left
+
+    return run
+
+
 def test_kills_at_random_moments_leave_no_trace(importing, source, tmp_path):
     rows = importing.kills(tmp_path, source, 2, 2, seed=11)
     assert len(rows) == 2 and any(row["hit"] != "nothing" for row in rows)
@@ -36,9 +58,9 @@ def test_what_a_killed_write_left_is_cleared_away(importing, source, tmp_path):
     for catalogue in (whole, killed):
         importing.timed(importing.command(source, catalogue, 2))
     (killed / "matt" / "c003-matt.h5").unlink()
-    for name in ("matt/.c003-matt.0123abcd.h5", ".writable", ".writable.89abcdef", ".catalogue.0011ffee.toml"):
+    for name in ("matt/.c003-matt.0123abcd.h5", ".writable", "..writable.89abcdef", ".catalogue.0011ffee.toml"):
         (killed / name).write_bytes(b"half")
-    assert len(unfinished(killed)) == 4
+    assert len(half_written(killed)) == 4
     assert not any(Catalogue.open(killed).verify().values())
     assert len(Catalogue.open(killed).ids()) == 4
     said = importing.timed(importing.command(source, killed, 2))["said"]
@@ -48,12 +70,30 @@ def test_what_a_killed_write_left_is_cleared_away(importing, source, tmp_path):
 
 def test_leftovers_of_an_import_that_is_still_at_work_stay(source, tmp_path):
     """Two imports may write to one catalogue: neither takes the other's unfinished files away."""
-    from metamer.materials.intake.import_folder import writing_to
-
     folder = tmp_path / "cat"
     with writing_to(folder):
         (folder / ".half.0123abcd.h5").write_bytes(b"half")
         assert import_sources([source], folder, jobs=2).count("imported") == 5
-        assert unfinished(folder)
+        assert half_written(folder)
     with writing_to(folder):
-        assert not unfinished(folder)
+        assert not half_written(folder)
+
+
+@pytest.mark.parametrize("moment", ["replace", "unlink"])
+def test_a_process_killed_while_it_tried_a_folder_leaves_nothing_for_long(killed_in_made_folder, tmp_path, moment):
+    """`made_folder` writes a file of its own before any material: verify reports it, the next import clears it away."""
+    with writing_to(tmp_path):
+        pass
+    left = killed_in_made_folder(tmp_path, moment)
+    assert verify_catalogue(tmp_path, quick=True, jobs=1).strays == (left,)
+    with writing_to(tmp_path):
+        assert not left.exists()
+
+
+def test_an_import_clears_away_only_what_imports_write(tmp_path):
+    others = (".review.0123abcd.json", ".notes.toml", ".writable.h5", ".red.0123abcg.h5")
+    for name in others:
+        (tmp_path / name).write_bytes(b"somebody's")
+    with writing_to(tmp_path):
+        assert {path.name for path in tmp_path.iterdir()} == {*others, "catalogue.toml"}
+    assert [path.name for path in verify_catalogue(tmp_path, quick=True, jobs=1).strays] == [others[0]]

@@ -119,7 +119,7 @@ def test_nothing_that_was_unpacked_stays(tmp_path):
     with inputs_of([archive]) as (file,):
         assert isinstance(file, InputFile) and file.path.exists()
         assert not file.path.is_relative_to(tmp_path)
-        assert file.in_words_of_the_user(f"{file.path}: bad") == f"{archive}/a.csv: bad"
+        assert file.with_given_name(f"{file.path}: bad") == f"{archive}/a.csv: bad"
     assert not file.path.exists()
 
 

@@ -10,7 +10,7 @@ from metamer.materials.fitting.fit import fit
 from metamer.materials.formats.merl import SCALES, SHAPE, read_merl
 from metamer.materials.intake.sources import Rejected, read_sources
 from metamer.materials.measured.merl import MerlBrdf, node_angles
-from metamer.materials.records.record import rebuild
+from metamer.materials.records.models import rebuild
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

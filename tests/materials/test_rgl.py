@@ -11,7 +11,9 @@ from metamer.materials.intake.code_version import imported_by
 from metamer.materials.intake.sources import Rejected, read_sources
 from metamer.materials.measured.bilinear_warp import BilinearWarp
 from metamer.materials.measured.rgl import RglBrdf
-from metamer.materials.records.record import MaterialRecord, read_record, rebuild, write_record
+from metamer.materials.records.material import MaterialRecord
+from metamer.materials.records.models import rebuild
+from metamer.materials.records.record import read_record, write_record
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant

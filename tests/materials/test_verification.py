@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.records.record import read_record, write_record
-from metamer.materials.records.verification import TOLERANCE, half_written, verify_catalogue, verify_material
+from metamer.materials.records.verification import TOLERANCE, verify_catalogue, verify_material
 from metamer.spectral.bispectral import Bispectral
 
 
@@ -80,11 +80,13 @@ def test_changed_content_and_wrong_name_are_found(folder):
 
 
 def test_half_written_files_are_reported_and_do_no_harm(folder):
-    for name in (".red.0123abcd.h5", ".writable"):
+    strays = ("..writable.89abcdef", ".red.0123abcd.h5", ".writable")
+    for name in strays:
         (folder / "paint" / name).write_bytes(b"")
     (folder / ".hidden").write_bytes(b"")
-    assert [path.name for path in half_written(folder)] == [".red.0123abcd.h5", ".writable"]
-    assert verify_catalogue(folder, quick=True, jobs=1).damaged == ()
+    found = verify_catalogue(folder, quick=True, jobs=1)
+    assert tuple(path.name for path in found.strays) == strays
+    assert found.damaged == ()
 
 
 def test_several_processes_find_the_same(folder):

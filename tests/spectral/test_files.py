@@ -2,7 +2,7 @@
 
 import pytest
 from metamer.spectral.errors import InputError
-from metamer.spectral.files import existing_file, read_text, written_whole
+from metamer.spectral.files import existing_file, half_written, read_text, written_whole
 
 
 def test_what_was_written_takes_the_name(tmp_path):
@@ -59,3 +59,20 @@ def test_a_full_disk_is_said_and_leaves_the_old_file(tmp_path, room_for):
 def test_other_failures_of_the_system_keep_their_own_words(tmp_path):
     with pytest.raises(PermissionError), written_whole(tmp_path / "x.csv"):
         raise PermissionError(1, "Operation not permitted")
+
+
+@pytest.mark.parametrize("name", ["x.h5", "x.y.toml", "no-suffix", ".writable"])
+def test_what_is_being_written_is_known_by_its_name(tmp_path, name):
+    path = tmp_path / "deep" / name
+    path.parent.mkdir()
+    with written_whole(path) as beside:
+        assert half_written(tmp_path) == (beside,)
+        assert half_written(tmp_path, (".h5",)) == ((beside,) if name in ("x.h5", ".writable") else ())
+    # The trial of `made_folder` has no place of its own to stay in.
+    assert half_written(tmp_path) == ((path,) if name == ".writable" else ())
+
+
+@pytest.mark.parametrize("name", [".x.h5", ".0123abcd.h5", "x.0123abcd.h5", ".x.0123ABCD.h5", ".writable.h5"])
+def test_other_hidden_files_are_nobodys_leftovers(tmp_path, name):
+    (tmp_path / name).touch()
+    assert half_written(tmp_path) == ()

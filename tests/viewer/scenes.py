@@ -4,7 +4,7 @@ import numpy as np
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
-from metamer.lighting.scene import Part, Scene, framing_camera
+from metamer.lighting.scene import Part, Scene
 from metamer.materials.factors import Axis, FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.illuminants import illuminant
@@ -98,7 +98,6 @@ def sphere_scene(material="gloss", size=64, samples=3) -> Scene:
 def cloth_scene(material="gloss", size=64, samples=3, divisions=60) -> Scene:
     """A draped cloth on the ground under a low sun: folds that shade one another and the ground."""
     cloth = shapes.cloth(divisions)
-    camera = framing_camera(*cloth.bounds, width=size, height_px=size, samples=samples)
     camera = Camera("above", (0.3, 2.6, 3.6), (0, 0.3, 0), vertical_fov_deg=36, width=size, height_px=size,
                     samples=samples)  # fmt: skip
     return scene_of([(cloth, material), (shapes.plane(6, 6), "matt")], [sun((0.8, 0.45, 0.1))], camera)

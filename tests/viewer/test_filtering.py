@@ -10,7 +10,7 @@ from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer import filtering_benchmark
+from metamer.viewer.benchmarks import filtering as benchmark
 from metamer.viewer.headless import GLRenderer, create_renderer
 from metamer.viewer.resources import Owner, factor_texels, texture_bytes
 from metamer.viewer.software import SoftwareRenderer
@@ -224,10 +224,10 @@ def test_an_unknown_filtering_is_named():
 
 
 def test_the_benchmark_says_what_filtering_costs_and_gains(software, monkeypatch):
-    monkeypatch.setattr(filtering_benchmark, "CONFIGURATIONS", ((1, "linear"), (1, "mipmapped")))
-    monkeypatch.setattr(filtering_benchmark, "SURFACES", {"gloss": (200.0, 200.0)})
+    monkeypatch.setattr(benchmark, "CONFIGURATIONS", ((1, "linear"), (1, "mipmapped")))
+    monkeypatch.setattr(benchmark, "SURFACES", {"gloss": (200.0, 200.0)})
     said = []
-    points = filtering_benchmark.filtering_points(software, said.append, balls=2)
+    points = benchmark.filtering_points(software, said.append, balls=2)
     assert software.filtering == "mipmapped"
     assert len(points) == len(said) == 2
     assert {point["kind"] for point in points} == {"filtering"}

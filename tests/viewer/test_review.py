@@ -11,8 +11,8 @@ import pytest
 from metamer.calibration.statistics import compared_pixels
 from metamer.lighting.reference import reference_image
 from metamer.lighting.scene import Review
-from metamer.materials.catalogue import Catalogue, write_record
-from metamer.materials.records.record import MARKER
+from metamer.materials.catalogue import Catalogue
+from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.formats.xyz_exr import read_xyz_exr

@@ -1,9 +1,10 @@
 """Every shader that ships compiles, and a compiler's message names files."""
 
 import pytest
-from metamer.viewer import passes, shaders, shading_benchmark
+from metamer.viewer import passes, shaders
+from metamer.viewer.benchmarks import shading
 
-PROGRAMS = (*passes.PROGRAMS, *shading_benchmark.PROGRAMS)
+PROGRAMS = (*passes.PROGRAMS, *shading.PROGRAMS)
 
 
 @pytest.mark.parametrize(("vertex", "fragment", "sizes"), PROGRAMS)

@@ -64,7 +64,7 @@ def test_preview_of_a_perfect_diffuser_is_white(tmp_path):
     write_spectral_exr(tmp_path / "x.exr", Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.ones((1, 1, 81))))
     with OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True) as file:
         preview = [float(file.channels()[name].pixels[0, 0]) for name in "RGB"]
-    np.testing.assert_allclose(preview, 1.0, atol=1e-3)
+    np.testing.assert_allclose(preview, 1.0, atol=1e-6)
 
 
 def test_channels_are_sorted_by_number_not_by_letter(tmp_path):

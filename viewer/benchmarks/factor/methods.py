@@ -13,18 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..materials.brdf import Brdf, Frame
-from ..materials.factors import Axis, FactorPack
-from ..materials.fitting.decompose import METHODS, PACK, decompose_compressed
-from ..materials.fitting.grids import filled
-from ..materials.fitting.tabulated import node_directions, tabulate
-from ..materials.fitting.tucker import compressed
-from ..materials.protocol import sphere_protocol
-from ..spectral.basis import SpectralBasis
-from ..spectral.illuminants import illuminant
-from ..spectral.observers import observer
-from .factor_sphere import brdf_xyz, pack_xyz, statistics, under
-from .factor_timing import Stopwatch
+from ....materials.brdf import Brdf, Frame
+from ....materials.factors import Axis, FactorPack
+from ....materials.fitting.decompose import METHODS, PACK, decompose_compressed
+from ....materials.fitting.grids import filled
+from ....materials.fitting.tabulated import node_directions, tabulate
+from ....materials.fitting.tucker import compressed
+from ....materials.protocol import sphere_protocol
+from ....spectral.basis import SpectralBasis
+from ....spectral.illuminants import illuminant
+from ....spectral.observers import observer
+from .sphere import brdf_xyz, pack_xyz, statistics, under
+from .timing import Stopwatch
 
 COEFFICIENTS = 8
 _RIGHT, _TURN = 0.5 * np.pi, 2.0 * np.pi

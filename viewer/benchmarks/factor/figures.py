@@ -10,25 +10,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..calibration import plots
-from ..materials.brdf import Brdf
-from ..materials.directions import spherical
-from ..materials.factors import FactoredBrdf, FactorPack
-from ..materials.fluorescent import FluorescentLambert
-from ..materials.protocol import SphereProtocol
-from ..spectral.difference import delta_e_xyz
-from ..spectral.illuminants import illuminant
-from ..spectral.image import ColourImage
-from ..spectral.observers import observer
-from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from .display import DisplayTransform
-from .factor_fluorescence import Drawn, row_lights
-from .factor_scenes import lit_pixels
-from .factor_sphere import brdf_xyz, pack_xyz, under
-from .png import quantise
+from ....calibration import plots
+from ....materials.brdf import Brdf
+from ....materials.directions import spherical
+from ....materials.factors import FactoredBrdf, FactorPack
+from ....materials.fluorescent import FluorescentLambert
+from ....materials.protocol import SphereProtocol
+from ....spectral.difference import delta_e_xyz
+from ....spectral.illuminants import illuminant
+from ....spectral.image import ColourImage
+from ....spectral.observers import observer
+from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...display import DisplayTransform
+from ...png import quantise
+from .fluorescence import Drawn, row_lights
+from .scenes import lit_pixels
+from .sphere import brdf_xyz, pack_xyz, under
 
 if TYPE_CHECKING:
-    from .factor_cases import Case
+    from .cases import Case
 
 #: Lights of the pictures, degrees from the view: one that shows the highlight, one that grazes.
 PICTURE_LIGHTS_DEG = (35.0, 80.0)

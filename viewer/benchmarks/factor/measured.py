@@ -9,16 +9,16 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from ..materials.brdf import Brdf
-from ..materials.formats import bispectral
-from ..materials.formats.cornell import read_cornell
-from ..materials.formats.merl import read_merl
-from ..materials.formats.rgl import read_rgl
-from ..materials.measured.merl import MerlBrdf
-from ..materials.measured.rgl import RglBrdf
-from ..materials.measured.scattered import ScatteredBrdf
-from ..spectral.errors import InputError
-from .factor_cases import Case
+from ....materials.brdf import Brdf
+from ....materials.formats import bispectral
+from ....materials.formats.cornell import read_cornell
+from ....materials.formats.merl import read_merl
+from ....materials.formats.rgl import read_rgl
+from ....materials.measured.merl import MerlBrdf
+from ....materials.measured.rgl import RglBrdf
+from ....materials.measured.scattered import ScatteredBrdf
+from ....spectral.errors import InputError
+from .cases import Case
 
 # Name, title, budget at p99, packs of the paper: figure 5 of Schwenk 2010 and two sharper ones.
 _MERL = (
@@ -104,5 +104,11 @@ def _written(script: Path, name: str) -> Brdf:
         out = Path(folder) / f"{name}.binary"
         done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)
         if done.returncode != 0:
-            raise InputError("the table was not written", file=script, field=name, found=done.stderr.strip()[-200:])
+            raise InputError(
+                "the table was not written",
+                file=script,
+                field=name,
+                found=done.stderr.strip()[-200:],
+                hint=f"see what `python {script} {name} out.binary` says",
+            )
         return _merl(out)

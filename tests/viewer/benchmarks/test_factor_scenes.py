@@ -11,10 +11,10 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer import factor_fluorescence as fluorescence
-from metamer.viewer.factor_cases import fluorescent_cases
-from metamer.viewer.factor_figures import fluorescent_figures
-from metamer.viewer.factor_scenes import lit_pixels, picture_statistics, reference_xyz, rendered_xyz
+from metamer.viewer.benchmarks.factor import fluorescence
+from metamer.viewer.benchmarks.factor.cases import fluorescent_cases
+from metamer.viewer.benchmarks.factor.figures import fluorescent_figures
+from metamer.viewer.benchmarks.factor.scenes import lit_pixels, picture_statistics, reference_xyz, rendered_xyz
 from metamer.viewer.software import SoftwareRenderer
 
 NM = np.arange(380.0, 781.0, 5.0)

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.basis_benchmark import colour_checker
-from ..calibration.fluorescence_benchmark import made_up
-from ..materials.analytic import AshikhminShirley, OrenNayar
-from ..materials.brdf import Brdf
-from ..materials.fluorescent import FluorescentLambert
-from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.spectrum import Spectrum
-from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ....calibration.basis_benchmark import colour_checker
+from ....calibration.fluorescence_benchmark import made_up
+from ....materials.analytic import AshikhminShirley, OrenNayar
+from ....materials.brdf import Brdf
+from ....materials.fluorescent import FluorescentLambert
+from ....spectral.errors import InputError, UnknownNameError
+from ....spectral.spectrum import Spectrum
+from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 #: R_s of the glossy case: a dielectric coat.
 GLOSS = 0.05
@@ -79,15 +79,16 @@ def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple
     ------
     UnknownNameError : there is no case of a name. InputError : `data` is no folder, or has none of the materials.
     """
-    from .factor_measured import PLACES, measured_cases
+    from .measured import PLACES, measured_cases
 
     there = (*analytic_cases(), *fluorescent_cases())
     if data is not None:
+        expected = f"a folder with any of {', '.join(PLACES)}"
         if not data.is_dir():
-            raise InputError("no such folder", file=data, field="--data")
+            raise InputError("no such folder", file=data, field="--data", expected=expected)
         measured = measured_cases(data)
         if not measured:
-            raise InputError("no measured materials", file=data, field="--data", expected=f"files in {PLACES}")
+            raise InputError("no measured materials", file=data, field="--data", expected=expected)
         there += measured
     if names is None:
         return there

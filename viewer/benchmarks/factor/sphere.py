@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.brdf import Brdf
-from ..materials.factors import FactorPack, FitError, frame_angles
-from ..materials.protocol import SphereProtocol
+from ....materials.brdf import Brdf
+from ....materials.factors import FactorPack, FitError, frame_angles
+from ....materials.protocol import SphereProtocol
 
-#: IEC 61966-2-1 primaries: the RGB in which most tools multiply a light with a surface.
-XYZ_FROM_RGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _BLOCK = 8192
 
 

@@ -12,22 +12,24 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..materials.brdf import Brdf
-from ..materials.dbrdf import fit_distribution
-from ..materials.factors import FactorPack
-from ..materials.fitting.fit import Fit, Trial, fit
-from ..materials.fluorescent import FluorescentLambert
-from ..materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
-from . import factor_growth, factor_methods, filtering_benchmark
-from .factor_cases import Case, chosen_cases
-from .factor_figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
-from .factor_fluorescence import draw, fluorescence_figures, fluorescent_rows
-from .factor_memory import WatchedBrdf, table_bytes, timed_and_weighed
-from .factor_points import POINT_CASES, Fitted, case_points
-from .factor_sphere import brdf_xyz, pack_xyz, statistics, under
-from .factor_timing import Stopwatch
-from .headless import create_renderer
-from .renderer import Renderer
+from ....materials.brdf import Brdf
+from ....materials.dbrdf import fit_distribution
+from ....materials.factors import FactorPack
+from ....materials.fitting.fit import Fit, Trial, fit
+from ....materials.fluorescent import FluorescentLambert
+from ....materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
+from ...headless import create_renderer
+from ...renderer import Renderer
+from .. import filtering
+from . import growth as decompositions
+from . import methods
+from .cases import Case, chosen_cases
+from .figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
+from .fluorescence import draw, fluorescence_figures, fluorescent_rows
+from .memory import WatchedBrdf, table_bytes, timed_and_weighed
+from .points import POINT_CASES, Fitted, case_points
+from .sphere import brdf_xyz, pack_xyz, statistics, under
+from .timing import Stopwatch
 
 LIGHTS = ("D65", "FL11")
 #: The surface whose table is decomposed at several sizes and ranks.
@@ -58,7 +60,7 @@ def run(
 
     Parameters
     ----------
-    cases : names from `factor_cases`; None takes all.
+    cases : names from `cases`; None takes all.
     data : folder of measured data; its cases join in.
     pixels : of the sphere protocol that errors are counted on.
     picture_pixels : across a sphere in the figures; 0 draws none.
@@ -79,7 +81,7 @@ def run(
     found = _Found()
     surfaces = []
     try:
-        effort = factor_methods.FULL if growth else factor_methods.QUICK
+        effort = methods.FULL if growth else methods.QUICK
         asked = (lights, pixels, picture_pixels, budget, ranks, baseline, points, effort)
         work = _Work(renderer, Stopwatch(renderer), *asked)
         for number, case in enumerate(chosen, 1):
@@ -102,7 +104,7 @@ def run(
         found.fluorescence |= fluorescence_figures(surfaces, progress)
     if points or growth:
         (case,) = chosen_cases([GROWTH_CASE])
-        found.growth = factor_growth.growth(case.name, case.make(), full=growth, progress=progress)
+        found.growth = decompositions.growth(case.name, case.make(), full=growth, progress=progress)
     return {
         "rows": found.rows,
         "points": found.points,
@@ -114,8 +116,8 @@ def run(
         "timing": Stopwatch.WORDS,
         "protocol": found.protocol,
         "dbrdf": "Ashikhmin and Premoze 2007; every wavelength its own p(h) and R_0, least squares in L*",
-        "tensorly": f"parafac, rank {factor_growth.PAPER_RANK}, {factor_growth.ITERATIONS} iterations, io table "
-        f"{' x '.join(map(str, factor_growth.PAPER_SHAPE))}",
+        "tensorly": f"parafac, rank {decompositions.PAPER_RANK}, {decompositions.ITERATIONS} iterations, io table "
+        f"{' x '.join(map(str, decompositions.PAPER_SHAPE))}",
         "figures": found.figures,
     }
 
@@ -152,7 +154,7 @@ class _Work:
     ranks: tuple[int, ...] | None
     baseline: bool
     points: bool
-    effort: factor_methods.Effort
+    effort: methods.Effort
 
     def fitted(self, case: Case, brdf: Brdf, into: _Found, say: Say, progress: Say) -> None:
         """Rows of a surface that packs are fitted to."""
@@ -165,8 +167,8 @@ class _Work:
         distribution = fit_distribution(brdf)
         speed = None
         if self.baseline and brdf.isotropic:
-            say(f"tensorly, {factor_growth.ITERATIONS} iterations on the whole table")
-            speed = factor_growth.speed_row(case.name, brdf)
+            say(f"tensorly, {decompositions.ITERATIONS} iterations on the whole table")
+            speed = decompositions.speed_row(case.name, brdf)
             into.speed.append(speed)
         reference, other = (brdf_xyz(it, protocol, self.lights) for it in (brdf, distribution))
         sample = pack_xyz(fitted.packs, protocol, self.lights)
@@ -202,7 +204,7 @@ class _Work:
             choice = POINT_CASES[case.name]
             own = Fitted(fitted, seconds, lambda: self._fit(case, brdf, precision="single").packs)
             into.points += case_points(case.name, brdf, own, self.stopwatch, self.lights, progress, choice)
-            tried = factor_methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
+            tried = methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
             into.points += tried
             into.packs_needed += [
                 {
@@ -211,7 +213,7 @@ class _Work:
                     "p99": row["delta_e94"]["p99"],
                     "ours": row["packs"],
                     "paper_2010": case.packs_2010,
-                    "needed": factor_methods.packs_needed(tried, row["light"], row["delta_e94"]["p99"]),
+                    "needed": methods.packs_needed(tried, row["light"], row["delta_e94"]["p99"]),
                 }
                 for row in into.rows
                 if row["case"] == case.name
@@ -251,11 +253,11 @@ def _filtering_points(renderer: Renderer, progress: Say) -> list[dict]:
         {
             **point,
             "case": f"filtering, {point['case']}",
-            "rank": filtering_benchmark.RANK,
+            "rank": filtering.RANK,
             "fit_seconds": None,
             "delta_e94": {"D65": point["delta_e94"]},
         }
-        for point in filtering_benchmark.filtering_points(renderer, progress)
+        for point in filtering.filtering_points(renderer, progress)
     ]
 
 

@@ -18,19 +18,19 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.fluorescence_benchmark import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
-from ..calibration.fluorescence_benchmark import lights as benchmark_lights
-from ..materials.factors import FactorPack
-from ..materials.fluorescent import FluorescentLambert
-from ..spectral.basis import SpectralBasis
-from ..spectral.bispectral import Bispectral
-from ..spectral.observers import observer
-from ..spectral.spectrum import Spectrum
-from .factor_cases import Case
-from .factor_scenes import picture_statistics, reference_xyz, rendered_xyz
-from .factor_sphere import XYZ_FROM_RGB
-from .factor_timing import Stopwatch
-from .renderer import Renderer
+from ....calibration.fluorescence_benchmark import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
+from ....calibration.fluorescence_benchmark import lights as benchmark_lights
+from ....materials.factors import FactorPack
+from ....materials.fluorescent import FluorescentLambert
+from ....spectral.basis import SpectralBasis
+from ....spectral.bispectral import Bispectral
+from ....spectral.observers import observer
+from ....spectral.spectrum import Spectrum
+from ....spectral.upsampling import xyz_from_rgb
+from ...renderer import Renderer
+from .cases import Case
+from .scenes import picture_statistics, reference_xyz, rendered_xyz
+from .timing import Stopwatch
 
 #: What the rows are lit by.
 LIGHTS = ("D65", "A", UV_FREE)
@@ -145,6 +145,6 @@ def _timed(brdf: FluorescentLambert) -> tuple[tuple[FactorPack, ...], float, int
 
 def _rgb_multiply(known: Spectrum, light: Spectrum) -> Float[np.ndarray, "3 3"]:
     """XYZ under `light` from XYZ under `known`, as a product of RGB values."""
-    eye = observer("1931_2")
-    ratio = np.linalg.solve(XYZ_FROM_RGB, eye.white(light)) / np.linalg.solve(XYZ_FROM_RGB, eye.white(known))
-    return XYZ_FROM_RGB @ (ratio[:, None] * np.linalg.inv(XYZ_FROM_RGB))
+    eye, to_xyz = observer("1931_2"), xyz_from_rgb()
+    ratio = np.linalg.solve(to_xyz, eye.white(light)) / np.linalg.solve(to_xyz, eye.white(known))
+    return to_xyz @ (ratio[:, None] * np.linalg.inv(to_xyz))

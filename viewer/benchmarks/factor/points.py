@@ -14,18 +14,19 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.basis_benchmark import point_sampled, stage
-from ..materials.brdf import Brdf, Frame
-from ..materials.factors import FactorPack
-from ..materials.fitting.fit import Fit, fit
-from ..materials.fitting.half import rounded_to_half
-from ..materials.protocol import SphereProtocol, sphere_protocol
-from ..spectral.basis import SpectralBasis
-from ..spectral.illuminants import illuminant
-from ..spectral.observers import observer
-from .factor_scenes import picture_statistics, reference_xyz, rendered_xyz
-from .factor_sphere import XYZ_FROM_RGB, brdf_xyz, folded_xyz, folds, statistics, under
-from .factor_timing import Stopwatch
+from ....calibration.basis_benchmark import point_sampled, stage
+from ....materials.brdf import Brdf, Frame
+from ....materials.factors import FactorPack
+from ....materials.fitting.fit import Fit, fit
+from ....materials.fitting.half import rounded_to_half
+from ....materials.protocol import SphereProtocol, sphere_protocol
+from ....spectral.basis import SpectralBasis
+from ....spectral.illuminants import illuminant
+from ....spectral.observers import observer
+from ....spectral.upsampling import xyz_from_rgb
+from .scenes import picture_statistics, reference_xyz, rendered_xyz
+from .sphere import brdf_xyz, folded_xyz, folds, statistics, under
+from .timing import Stopwatch
 
 SIZES = (3, 5, 8, 12)
 STEPS_NM = (5, 10, 20)
@@ -209,10 +210,10 @@ def _fitted(
 
 def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> Weights:
     """Linear sRGB under D65, multiplied by the light's RGB: what most tools do."""
-    grid = packs[0].basis.wavelengths_nm
-    d65, other = (np.linalg.solve(XYZ_FROM_RGB, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light))
+    grid, to_xyz = packs[0].basis.wavelengths_nm, xyz_from_rgb()
+    d65, other = (np.linalg.solve(to_xyz, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light))
     found = folds(packs, protocol, "D65")
-    return [np.linalg.solve(XYZ_FROM_RGB, terms.T).T * (other / d65) @ XYZ_FROM_RGB.T for terms in found]
+    return [np.linalg.solve(to_xyz, terms.T).T * (other / d65) @ to_xyz.T for terms in found]
 
 
 def _sampled(packs: tuple[FactorPack, ...], light: str, grid: Float[np.ndarray, " L"]) -> Weights:
