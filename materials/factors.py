@@ -119,8 +119,9 @@ class FitError:
 
     mean, p95, p99, maximum : ΔE94 over the samples of `protocol`, for `light` and `observer`; reference = the original
     at every wavelength. relative_error : root of the sum of squares of the tables' residuals over that of the tables,
-    weighted by what is seen. most_negative : lowest f_r cos(theta_i) pi that the packs shade to anywhere in the
-    protocol, at any wavelength (0 where none is negative; a white diffuser facing the light is 1). Nothing is clipped.
+    weighted by what is seen. most_negative : lowest f_r cos(theta_i) pi that the packs shade to at any wavelength, in
+    the protocol and at pairs all over the hemispheres (0 where none is negative; a white diffuser facing the light is
+    1). Nothing is clipped.
     """
 
     mean: float

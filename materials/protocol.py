@@ -107,12 +107,17 @@ class SphereProtocol:
 
     def most_negative(self, packs: tuple[FactorPack, ...]) -> float:
         """Lowest pi f_r cos(theta_i) that the packs shade to at any sample and wavelength; 0 if none is negative."""
-        lowest = 0.0
-        for start in range(0, len(self.wi), 8192):
-            rows = slice(start, start + 8192)
-            shaded = sum(pack.basis.reconstruct(pack.shade(self.wi[rows], self.wo[rows])) for pack in packs)
-            lowest = min(lowest, float(np.pi * np.min(shaded)))
-        return lowest
+        return lowest_shading(packs, self.wi, self.wo)
+
+
+def lowest_shading(packs: tuple[FactorPack, ...], wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> float:
+    """Lowest pi f_r cos(theta_i) that packs shade to at any pair and wavelength; 0 if none is negative."""
+    lowest = 0.0
+    for start in range(0, len(wi), 8192):
+        rows = slice(start, start + 8192)
+        shaded = sum(pack.basis.reconstruct(pack.shade(wi[rows], wo[rows])) for pack in packs)
+        lowest = min(lowest, float(np.pi * np.min(shaded)))
+    return lowest
 
 
 @lru_cache(maxsize=16)

@@ -3,6 +3,7 @@
 - Lobe by lobe: each of the BRDF's own lobes as a table in its own frame, with the other lobes exact.
 - Jointly: all packs at once on what is seen (`joint`), and, while the budget is not met, four more terms at a time in
   the frame in which they leave less of what the others have left. That is how a BRDF that names no lobes gets split.
+- On finer grids, where terms alone do not help: factors of twice as many nodes, which begin as what they were.
 - Everything in one frame from the start, where the BRDF's own lobes needed many terms.
 
 A candidate is dropped as soon as it can no longer win.
@@ -19,7 +20,7 @@ from ..brdf import Brdf, Frame, Lobe
 from ..factors import Axis, FactorPack
 from .decompose import PACK
 from .grids import lobe_axes
-from .joint import added, merged, refined
+from .joint import added, finer, merged, refined
 from .judging import Judge, Judged, Trial
 from .lobe_table import LobeTable, Method
 from .seen import SeenSamples, seen_samples
@@ -35,6 +36,8 @@ _PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.6, 12_000, 1.7
 _ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.98
 # Factors by which light from behind may come to count more, at once and in all.
 _MORE, _MOST = 3.0, 9.0
+# Nodes that an axis may come to have, and the share of the distance that finer grids must get below.
+_MOST_NODES, _PAYS = 192, 0.9
 # Growth ends where this many steps together gained less than that share.
 _STEPS, _STEP_GAIN = 3, 0.15
 
@@ -68,11 +71,11 @@ class Found:
         return sum(pack.rank for pack in self.packs)
 
     def better_than(self, other: Found, budget: float) -> bool:
-        """Fewest terms within the budget; else the lower score."""
+        """Fewest terms within the budget; else the smaller distance."""
         ours, theirs = self.judged.score <= budget, other.judged.score <= budget
         if ours and theirs:
             return (self.rank, self.judged.score) < (other.rank, other.judged.score)
-        return ours or (not theirs and self.judged.score < other.judged.score)
+        return ours or (not theirs and self.judged.distance < other.judged.distance)
 
 
 class Search:
@@ -130,7 +133,7 @@ class Search:
             if wanted.method == "joint" and alone and judged.score > share and near:
                 joint = self._refined(Found("lobes", (pack,), judged, relative, ""))
                 # Where it gains nothing, as on tables that are fitted well already, it is left for the last rank.
-                worth = joint.judged.score < _WORTH * judged.score
+                worth = joint.judged.distance < _WORTH * judged.distance
                 (pack,), judged, relative = joint.packs, joint.judged, joint.relative
             stalled = 0 if judged.score < 0.9 * best_score else stalled + 1
             if best is None or judged.score < best_score:
@@ -158,7 +161,7 @@ class Search:
             here = self._round(here, here.packs)
             kept = self._told(here, before)
             best = here if kept else best
-            gained = here.judged.score <= (1.0 - _LEAST_GAIN) * before
+            gained = here.judged.distance <= (1.0 - _LEAST_GAIN) * before
             if best.judged.score <= self.wanted.budget or not (gained or (here.judged.behind and here.times < _MOST)):
                 break
         return best
@@ -171,14 +174,15 @@ class Search:
         return Found(here.candidate, packs, self.judge.judged(packs, None, relative), relative, "", times)
 
     def _told(self, found: Found, before: float) -> bool:
-        kept = found.judged.score < before
+        kept = found.judged.distance < before
         self._tell(0, _frames(found.packs), found.rank, found.judged, kept, found.candidate, True)
         return kept
 
     def _grown(self, here: Found, rival: Found | None = None) -> Found:
         """Four terms more at a time, in the better frame, all packs refined together after each step."""
         wanted = self.wanted
-        best, scores = here, [here.judged.score]
+        best = here = self._on_finer_grids(here)
+        left = [here.judged.distance]
         while best.judged.score > wanted.budget and here.rank + PACK <= wanted.ranks[-1]:
             if rival is not None and not self._may_win(here, rival):
                 break
@@ -188,11 +192,27 @@ class Search:
             ]
             pack, _ = min(tried, key=lambda one: one[1])
             here = self._round(here, merged((*here.packs, pack)))
-            best = here if self._told(here, best.judged.score) else best
-            scores.append(min(scores[-1], here.judged.score))
-            if len(scores) > _STEPS and scores[-1] > (1.0 - _STEP_GAIN) * scores[-1 - _STEPS]:
-                break
+            best = here if self._told(here, best.judged.distance) else best
+            left.append(min(left[-1], here.judged.distance))
+            if len(left) > _STEPS and left[-1] > (1.0 - _STEP_GAIN) * left[-1 - _STEPS]:
+                here = self._on_finer_grids(best)
+                if here is best:
+                    break
+                best, left = here, [here.judged.distance]
         return self._ended(best)
+
+    def _on_finer_grids(self, here: Found) -> Found:
+        """The same terms with twice as many nodes an axis, for as long as that pays."""
+        best = here
+        while best.judged.score > self.wanted.budget and self.wanted.axes is None:
+            packs = tuple(finer(pack, _MOST_NODES) for pack in best.packs)
+            if all(pack.axes == before.axes for pack, before in zip(packs, best.packs, strict=True)):
+                break
+            here = self._round(best, packs)
+            if not self._told(here, _PAYS * best.judged.distance):
+                break
+            best = here
+        return best
 
     def _may_win(self, here: Found, rival: Found) -> bool:
         """Fewer terms than the rival's, or a better score than its candidate had with as few."""

@@ -32,7 +32,7 @@ class Fit:
 
     packs : as they are stored, in half precision where that costs next to nothing; `storage` says what it costs.
     error : measured on the packs as they are stored.
-    score : what was held against the budget (`Trial`), before rounding to half precision.
+    score : what was held against the budget (`Trial`), of the packs as they are stored.
     candidate, stopped : which way of splitting the BRDF won, and why no more terms were tried.
     trials : everything that was tried, in order.
     """
@@ -115,16 +115,21 @@ def fit(
             if [lobe.frame for lobe in lobes] != [other]:
                 rival = search.whole(other, best)
                 best = rival if rival.better_than(best, budget) else best
-    return _stored(best, judge, precision)
+    return _stored(best, judge, precision, budget)
 
 
-def _stored(best: Found, judge: Judge, precision: str) -> Fit:
+def _stored(best: Found, judge: Judge, precision: str, budget: float) -> Fit:
     """The packs in the precision that they are kept in, and their error measured as such."""
+    storage = single_storage(best.packs)
+    judged = best.judged
     if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
-        storage = half_storage(best.packs, judge.brdf, judge.front, reference=judge.reference)
-    else:
-        storage = single_storage(best.packs)
+        half = half_storage(best.packs, judge.brdf, judge.front, reference=judge.reference)
+        after = judge.judged(half.packs, None, best.relative)
+        if judged.score <= budget < after.score:
+            storage = replace(storage, reason=f"kept single: half precision would miss the budget of ΔE94 {budget:g}")
+        else:
+            storage, judged = half, after
     error = judge.final(storage.packs, best.relative)
     packs = tuple(replace(pack, error=error) for pack in storage.packs)
     storage = replace(storage, packs=packs)
-    return Fit(packs, error, storage, best.judged.score, best.candidate, best.stopped, tuple(judge.trials))
+    return Fit(packs, error, storage, judged.score, best.candidate, best.stopped, tuple(judge.trials))

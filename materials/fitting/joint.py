@@ -202,6 +202,20 @@ def _smooth(axis: Axis, rank: int, generator: np.random.Generator) -> Float[np.n
     return waves @ (generator.standard_normal((4, rank)) / (1.0 + order)[:, None])
 
 
+def finer(pack: FactorPack, most: int) -> FactorPack:
+    """The same function on axes with a node between any two, as far as an axis then has `most` nodes at most."""
+    axes, factors = [], []
+    for axis, factor in zip(pack.axes, pack.factors, strict=True):
+        if 2 * axis.size - 1 <= most:
+            axis = replace(axis, size=2 * axis.size - 1)
+            between = np.empty((axis.size, pack.rank))
+            between[::2], between[1::2] = factor, 0.5 * (factor[1:] + factor[:-1])
+            factor = between
+        axes.append(axis)
+        factors.append(factor)
+    return replace(pack, axes=tuple(axes), factors=tuple(factors), precision="single", error=None)
+
+
 def merged(packs: tuple[FactorPack, ...]) -> tuple[FactorPack, ...]:
     """One pack for each frame and grid, in the order in which they first appear."""
     groups: dict[tuple, list[FactorPack]] = {}

@@ -12,12 +12,15 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ..brdf import Brdf, Lobe
 from ..factors import FactorPack, FitError
-from ..protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, sphere_protocol
+from ..protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, lowest_shading, sphere_protocol
+from .seen import anywhere_pairs
 
 # The mean may be this share of the budget, which is for the 99th percentile.
 MEAN_SHARE = 0.3
 # Lit from behind, where the protocol does not look, the 99th percentile may be this many times the budget.
 BACK_SHARE = 4.0
+# Pairs off the protocol that are searched for negative light.
+_ELSEWHERE = 20_000
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,11 @@ class Judged:
     @property
     def score(self) -> float:
         return max(self.error.p99, self.error.mean / MEAN_SHARE, self.back / BACK_SHARE)
+
+    @property
+    def distance(self) -> float:
+        """What attempts are compared by: front and back together, so that neither is bought with much of the other."""
+        return max(self.error.p99, self.error.mean / MEAN_SHARE) + self.back / BACK_SHARE
 
     @property
     def behind(self) -> bool:
@@ -97,8 +105,10 @@ class Judge:
         return Judged(error, back.p99)
 
     def final(self, packs: tuple[FactorPack, ...], relative: float) -> FitError:
-        """The declared error: front, with the lowest shading."""
-        return self.front.compare(self.reference, self.front.sample(packs), relative, self.front.most_negative(packs))
+        """The declared error: front, with the lowest shading there and all over the hemispheres."""
+        wi, wo = anywhere_pairs(_ELSEWHERE, 1, self.brdf.isotropic)
+        lowest = min(self.front.most_negative(packs), lowest_shading(packs, wi, wo))
+        return self.front.compare(self.reference, self.front.sample(packs), relative, lowest)
 
     def tell(self, trial: Trial) -> None:
         """Keep the trial and pass it on."""

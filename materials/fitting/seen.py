@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from ..brdf import Brdf
+from ..directions import spherical
 from ..factors import FactorPack
 from ..protocol import sphere_protocol
 
@@ -25,13 +26,16 @@ _BACK_SHARE = 0.25
 _LEAST_COSINES = (0.003, 1e-4)
 # Shares of the pairs that crowd about the mirror direction and towards the edge of the sphere; the least a pair counts.
 _MIRROR, _EDGE, _LEAST_SHARE = 0.35, 0.25, 0.01
+# Pairs drawn all over the hemispheres, beside so many others; each counts the least. Pictures show them so rarely that
+# nothing else would keep terms from cancelling there, and one that does not is a speck of any colour.
+_ANYWHERE = 0.15
 # What the spectra's common basis may lose, root mean square, in L*.
 _LOST = 0.005
 # What an error is seen under, and what its square counts: the light of the protocol, a warm one, one of narrow bands.
 # Without the others, spectra would be bent until D65 alone sees no difference.
 _LIGHTS = (("D65", 1.0), ("A", 0.25), ("FL11", 0.25))
 # How much an error counts that none of them shows: another light may.
-_UNSEEN = 0.1
+_UNSEEN = 0.3
 _BLOCK = 8192
 # CIELAB's cube root ends here.
 _KNEE = (24.0 / 116.0) ** 3
@@ -136,6 +140,8 @@ def seen_pairs(
 ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
     """wi and wo of points on spheres under lights at every angle from the view; and what each counts.
 
+    Behind them, some all over both hemispheres (`anywhere_pairs`).
+
     Some crowd about the mirror direction, on a square-root scale of theta_h, and some towards the edge, and count the
     less: a highlight of few pixels and grazing views are met too. Quasi-random from `seed`: even, and never the pixels
     of the protocol.
@@ -164,7 +170,27 @@ def seen_pairs(
         cosine, sine = np.cos(turn)[:, None], np.sin(turn)[:, None]
         tangent, other = cosine * tangent + sine * other, cosine * other - sine * tangent
     frame = np.stack([tangent, other, normal], axis=1)
-    return np.einsum("nij,nj->ni", frame, light), frame[:, :, 2].copy(), share[lit]
+    wi, wo = anywhere_pairs(int(_ANYWHERE * count), seed, isotropic)
+    return (
+        np.concatenate([np.einsum("nij,nj->ni", frame, light), wi]),
+        np.concatenate([frame[:, :, 2], wo]),
+        np.concatenate([share[lit], np.full(len(wi), 4.0 * _LEAST_SHARE)]),
+    )
+
+
+def anywhere_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
+    """wi and wo, even in theta_i and theta_o, crowding towards the plane of incidence on either side; at most `count`.
+
+    Those of lights that no sample has (`_FARTHEST`) are left out.
+    """
+    u = _even_points(count, 4, seed)
+    theta_i, theta_o = (np.minimum(0.5 * np.pi * u[:, k], 0.5 * np.pi - 1e-3) for k in (0, 1))
+    phi = 0.5 * np.pi * (1.0 - np.cos(2.0 * np.pi * u[:, 2]))
+    phi = np.where(u[:, 2] < 0.5, phi, -phi)
+    phi_i = np.zeros(count) if isotropic else 2.0 * np.pi * u[:, 3]
+    wi, wo = spherical(theta_i, phi_i), spherical(theta_o, phi_i + phi)
+    near = np.sum(wi * wo, axis=-1) > np.cos(_FARTHEST)
+    return wi[near], wo[near]
 
 
 def _share(normal: Float[np.ndarray, "N 3"], middle: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:

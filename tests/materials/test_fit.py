@@ -210,7 +210,7 @@ def test_negative_reconstructions_are_reported_and_not_clipped():
     sphere = sphere_protocol(32, isotropic=False)
     shaded = np.pi * sum(pack.shade(sphere.wi, sphere.wo) for pack in found.packs)
     assert shaded.min() < 0.0, "the case is meant to ring below zero; choose a harder one"
-    assert found.error.most_negative == pytest.approx(shaded.min(), rel=1e-9)
+    assert found.error.most_negative <= shaded.min()
     assert shaded.min() > -0.2 * shaded.max()
 
 
@@ -247,3 +247,26 @@ def test_unusable_arguments_are_refused():
         fit(AshikhminShirley(RED, GREY, 20.0, 20.0), axes=lobe_axes(Lambert(RED), "io", np.ones(L)))
     with pytest.raises(InputError, match="not finite"):
         fit(Scaled(lambda wi, wo: np.where(wi[..., 2] > 0.5, np.nan, 1.0), RED.samples), pixels=PIXELS)
+
+
+def test_terms_do_not_cancel_where_no_picture_looks():
+    """Without pairs there, a highlight told in angles of incidence has light of -0.9 in the plane of incidence."""
+    found = fit(AshikhminShirley(RED, GREY, 40.0, 40.0), frame="io", budget=1.0, pixels=48)
+    theta = np.radians(np.linspace(1.0, 89.0, 60))
+    theta_i, theta_o, phi = np.meshgrid(theta, theta, np.radians([0.0, 90, 150, 165, 175, 180]), indexing="ij")
+    wi, wo = spherical(theta_i, 0.0 * theta_i), spherical(theta_o, phi)
+    lit = np.sum(wi * wo, axis=-1) > np.cos(np.radians(140.0))
+    lowest = np.pi * sum(pack.basis.reconstruct(pack.shade(wi[lit], wo[lit])) for pack in found.packs).min()
+    assert lowest > -0.3
+    # What is reported was looked for there, too.
+    assert found.error.most_negative < 0.5 * lowest
+
+
+def test_a_budget_that_is_met_is_met_by_what_is_stored():
+    """Half precision is not chosen where it would take the fit just over the budget."""
+    brdf = CookTorrance(RED, 0.2 + 1.3 * RAMP, 3.6 - 1.7 * RAMP, 0.1, 1.0)
+    alone = fit(brdf, pixels=PIXELS, precision="single")
+    rounded = fit(brdf, pixels=PIXELS)
+    assert rounded.storage.half and rounded.score > alone.score, "the case is meant to lose by rounding"
+    just = fit(brdf, pixels=PIXELS, budget=0.5 * (alone.score + rounded.score))
+    assert not just.storage.half and just.score == alone.score and "budget" in just.storage.reason
