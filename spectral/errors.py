@@ -19,8 +19,8 @@ def visible(text: str, *, lines: bool = False) -> str:
 
     `lines`: tabs and line feeds are left as they are.
 
-    >>> visible("red\x1b[31m")
-    'red\\x1b[31m'
+    >>> visible("red\\x1b[31m")
+    'red\\\\x1b[31m'
     """
     pattern = _CONTROL_IN_LINES if lines else _CONTROL
     return pattern.sub(lambda found: repr(found[0])[1:-1], text)

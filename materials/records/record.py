@@ -63,7 +63,7 @@ def check_marker(folder: Path) -> None:
         raise InputError(
             "the catalogue's own file cannot be read", file=folder / MARKER, found=found, hint=hint
         ) from None
-    if schema != SCHEMA:
+    if schema not in (None, SCHEMA):
         hint = "use the metamer that made it, or import into a new folder: --into FOLDER"
         expected = f"schema = {SCHEMA}"
         raise InputError(
