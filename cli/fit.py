@@ -16,9 +16,12 @@ from .shared import add_catalogue_option, catalogue_for, positive_count, positiv
 if TYPE_CHECKING:
     from ..materials.factors import FitError
     from ..materials.fitting.fit import Fit, Trial
+    from ..materials.records.material import MaterialRecord
 
 # As materials.fitting.lobe_table has them, which `--help` does not wait for; a test holds them together.
 METHODS = ("joint", "weighted", "incremental", "refitted")
+# A lobe that needs more is none; the work grows with the square.
+_MOST_TERMS = 256
 _HEADER = (
     f"{'split':6s} {'step':6s} {'frame':7s}  terms  {'seconds':>7}  {'mean':>6}  {'p95':>6}  {'p99':>6}  {'max':>6}"
 )
@@ -36,7 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="auto: frames and split are tried and compared; io or hd: everything in one frame",
     )
     aim = command.add_mutually_exclusive_group()
-    aim.add_argument("--rank", type=positive_count, metavar="N", help="this many terms for each lobe")
+    aim.add_argument("--rank", type=_terms, metavar="N", help="this many terms for each lobe")
     aim.add_argument(
         "--budget", type=positive_delta_e, default=0.5, metavar="D", help="ΔE94 at the 99th percentile (default: 0.5)"
     )
@@ -45,19 +48,28 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         choices=METHODS,
         default="joint",
         help="joint: all packs refined together on what is seen; weighted: each lobe's table alone; incremental, "
-        "refitted: packs of four terms, each fitted to what is left, without and with a refit of all (Schwenk 2010)",
+        "refitted: packs of four terms, each fitted to what is left, without (as Schwenk 2010) and with a refit of all",
     )
     command.add_argument("--smooth", action="store_true", help="smooth the tables' factors: fewer ripples, less sharp")
     command.add_argument("--json", type=Path, metavar="F", help="also write what was found and all trials to F")
     command.set_defaults(run=run)
 
 
+def _terms(text: str) -> int:
+    number = positive_count(text)
+    if number > _MOST_TERMS:
+        raise argparse.ArgumentTypeError(f"at most {_MOST_TERMS} terms, not {text}")
+    return number
+
+
 def run(args: argparse.Namespace) -> int:
     """Fit and print; 0, or 1 where the budget was not met."""
     from ..materials.fitting.fit import RANKS, fit
-    from ..spectral.files import written_whole
+    from ..spectral.files import check_writable, written_whole
 
-    material = catalogue_for(args.catalogue, 1).load(args.material)
+    if args.json:
+        check_writable(args.json)
+    material = _loaded(args)
     brdf = material.brdf()
     print(f"{material.id}: {material.model}; ΔE94 on the sphere, D65")
     trials: list[Trial] = []
@@ -85,6 +97,19 @@ def run(args: argparse.Namespace) -> int:
         with written_whole(args.json) as beside:
             beside.write_text(json.dumps(_document(material.id, found, args), indent=1) + "\n", encoding="utf-8")
     return 1 if missed else 0
+
+
+def _loaded(args: argparse.Namespace) -> MaterialRecord:
+    from ..spectral.errors import InputError, UnknownNameError
+
+    try:
+        return catalogue_for(args.catalogue, 1).load(args.material)
+    except UnknownNameError:
+        if not Path(args.material).is_file():
+            raise
+        hint = f"import it, which fits it, too: metamer catalogue import {args.material}"
+        expected = "the id of a material in a catalogue"
+        raise InputError("a file, not a material", file=args.material, expected=expected, hint=hint) from None
 
 
 @contextmanager

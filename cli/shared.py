@@ -30,7 +30,7 @@ def comma_separated(text: str) -> tuple[str, ...]:
 
 def positive_count(text: str) -> int:
     """A whole number, at least 1."""
-    if not text.isdecimal() or int(text) < 1:
+    if not (text.isascii() and text.isdecimal()) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"a whole number, at least 1, not {text}")
     return int(text)
 

@@ -1,10 +1,10 @@
 """CP factors of a dense table, fast: compress, decompose the small core, expand.
 
-Three ways to find the terms, of which the last two are those of Schwenk 2010, section 3.3:
+Three ways to find the terms:
 
 - "joint": all terms at once, from several starts; the best is followed to the end.
-- "incremental": packs of four terms, each fitted to what the packs before it have left.
-- "refitted": the same, with all terms fitted jointly after each new pack.
+- "incremental": packs of four terms, each fitted to what the packs before it have left (Schwenk 2010, section 3.3).
+- "refitted": between the two: packs of four, with all terms fitted jointly after each new one.
 
 All work on the core of a Tucker form (`tucker`), where a sweep of alternating least squares costs next to nothing. The
 basis of each mode is orthonormal, so that lengths of terms and sums of squares are those of the table itself.

@@ -28,6 +28,7 @@ from .measurement import STEEPEST, ScatteredMeasurement, estimated_background, p
 __all__ = ["ScatteredBrdf", "ScatteredMeasurement", "estimated_background"]
 
 # Exponent a of the cosines: what a lobe gains towards grazing is taken out before interpolating, and put back.
+# Tuned like the scales of `kriging.Kernel`.
 _COSINE_POWER = 0.56
 # Added before the logarithm, 1/sr: below it (1 % of a white diffuser or so) interpolation turns linear, as CIE L* does.
 _FLOOR = 0.006

@@ -46,6 +46,27 @@ def test_the_paper_s_methods_and_smoothing_are_options(tiny_catalogue, capsys, m
     assert "Together 4 terms" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("rank", ["0", "257", "٣"])
+def test_a_rank_that_is_none(tiny_catalogue, capsys, rank):
+    with pytest.raises(SystemExit) as ended:
+        main(["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--rank", rank])
+    assert ended.value.code == 64 and "--rank" in capsys.readouterr().err
+
+
+def test_a_place_that_takes_no_file_is_refused_before_the_fit(tiny_catalogue, capsys, tmp_path):
+    words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--json", str(tmp_path)]
+    assert main(words) == 4
+    said = capsys.readouterr()
+    assert "a folder" in said.err and not said.out
+
+
+def test_a_file_is_to_be_imported_first(tiny_catalogue, capsys, tmp_path):
+    path = tmp_path / "paint.brdf"
+    path.write_text("1\n")
+    assert main(["fit", str(path), "--catalogue", str(tiny_catalogue)]) == 4
+    assert f"metamer catalogue import {path}" in capsys.readouterr().err
+
+
 def test_the_options_are_those_of_the_fit():
     assert command.METHODS == engine.METHODS
 
