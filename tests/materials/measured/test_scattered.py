@@ -14,7 +14,7 @@ from metamer.materials.measured.scattered import ScatteredBrdf
 from metamer.spectral.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
-BENCHMARK = runpy.run_path(str(Path(__file__).resolve().parents[2] / "benchmarks" / "scattered.py"))
+BENCHMARK = runpy.run_path(str(Path(__file__).resolve().parents[3] / "benchmarks" / "scattered.py"))
 WAVELENGTHS = np.arange(400.0, 701.0, 50.0)
 COLOUR = np.array([0.02, 0.03, 0.06, 0.12, 0.2, 0.22, 0.2])
 

@@ -12,7 +12,7 @@ from metamer.materials.intake.import_folder import writing_to
 from metamer.materials.records.verification import verify_catalogue
 from metamer.spectral.files import half_written
 
-FILE = Path(__file__).resolve().parents[2] / "benchmarks" / "importing.py"
+FILE = Path(__file__).resolve().parents[3] / "benchmarks" / "importing.py"
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 
 

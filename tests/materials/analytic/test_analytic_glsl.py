@@ -98,7 +98,7 @@ def test_glsl_agrees_with_numpy(gl, brdf):
 
 
 def test_the_documented_example_works_as_printed(gl, monkeypatch):
-    text = (Path(__file__).parents[2] / "docs" / "adding_a_brdf.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "adding_a_brdf.md").read_text(encoding="utf-8")
     (python,), (twin,) = (re.findall(rf"```{kind}\n(.*?)```", text, re.DOTALL) for kind in ("python", "glsl"))
     module = types.ModuleType("metamer.materials.analytic.minnaert")
     module.__package__ = "metamer.materials.analytic"
