@@ -39,7 +39,7 @@ _MORE, _MOST = 3.0, 9.0
 # Nodes that an axis may come to have, and the share of the distance that finer grids must get below.
 _MOST_NODES, _PAYS = 192, 0.9
 # Growth ends where this many steps together gained less than that share.
-_STEPS, _STEP_GAIN = 3, 0.15
+_STEPS, _STEP_GAIN = 3, 0.06
 
 
 @dataclass(frozen=True)
