@@ -242,7 +242,8 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
     values = np.stack([plain[kinds[0], wavelength] for wavelength in wavelengths_nm], axis=-1).astype(np.float64)
     check_values(values, wavelengths_nm, quantity, file=path, field=f"{kinds[0]} channels")
     spectrum = Spectrum.sampled(wavelengths_nm, values, quantity)
-    units = header.get("emissiveUnits")
+    # A damaged header may have an attribute of a type of its own, which is no text.
+    units = stated if isinstance(stated := header.get("emissiveUnits"), str) else None
     if not shifted:
         return SpectralImage(spectrum, None, units)
     index = {wavelength: position for position, wavelength in enumerate(wavelengths_nm)}

@@ -232,6 +232,14 @@ def test_a_picture_of_one_emission_keeps_its_units(tmp_path):
     assert entry.details["units"] == "W.sr^-1.nm^-1"
 
 
+def test_units_of_a_type_that_is_no_text_are_not_stated(tmp_path):
+    path = chart(tmp_path, "emission")
+    content = path.read_bytes()
+    assert content.count(b"emissiveUnits\0string\0") == 1
+    path.write_bytes(content.replace(b"emissiveUnits\0string\0", b"emissiveUnits\0strin\xee\0"))
+    assert {entry.details["units"] for entry in read_spectra(path).entries} == {"not stated"}
+
+
 def test_a_texture_and_a_fluorescent_picture_are_no_charts(tmp_path, rng):
     write_spectral_exr(tmp_path / "t.exr", Spectrum.sampled([400.0, 500.0], rng.uniform(0, 1, (200, 300, 2))))
     channels = {f"T.{nm},0nm": FLAT for nm in (400, 500)} | {"T.400,0nm.500,0nm": FLAT * 0.1}
