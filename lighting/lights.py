@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from .vectors import Number, VectorLike, finite_vector
 
 
 def _strength(value: Number, field: str, unit: str) -> float:
-    strength = float(value)
+    strength = float(value) if value < sys.float_info.max else np.inf
     if not (0.0 < strength < np.inf):
         raise InputError("a light of no power", field=field, found=value, expected=f"more than 0 {unit}")
     return strength

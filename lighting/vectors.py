@@ -20,7 +20,7 @@ def finite_vector(value: object, field: str) -> Float[np.ndarray, "3"]:
     """Three finite numbers as a float64 vector; InputError names `field` otherwise."""
     try:
         vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         vector = np.empty(0)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError("not a point or direction", field=field, found=value, expected="three finite numbers")

@@ -162,7 +162,7 @@ def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> objec
         return value.decode() if isinstance(value, bytes) else str(value)
     try:
         array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError("not numbers", field=name, found=repr(value)[:80], expected="an array (L,)") from None
     if array.shape != grid.shape:
         raise _misfit(name, array, grid)
@@ -175,7 +175,7 @@ def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> objec
 def _number(value: Any, name: str) -> float:
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError("not a number", field=name, found=repr(value)[:80], expected="a number") from None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +20,7 @@ Kind = Literal["reflectance", "index"]
 # A refractive index is held as an emission is: finite and not negative, without an upper bound, interpolated linearly.
 _MEASURED_AS: dict[Kind, Quantity] = {"reflectance": "reflectance", "index": "emission"}
 _KEYS = ("file", "colour_checker", "source", "licence", "geometry", "quantity", "sha256")
+_LARGEST = sys.float_info.max
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,8 @@ def constant_spectrum(value: object, quantity: Kind) -> Spectrum:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError("not a number", found=repr(value), expected="a number")
     grid = WORKING_WAVELENGTHS_NM
-    values = np.full(grid.size, float(value))
+    # A whole number may be too large for any float; the check below refuses what stands for it.
+    values = np.full(grid.size, float(value) if abs(value) < _LARGEST else np.inf)
     check_values(values, grid, _MEASURED_AS[quantity], field="constant")
     return Spectrum.sampled(grid, values, _MEASURED_AS[quantity])
 

@@ -203,6 +203,7 @@ def test_bad_spectrum_fails_its_materials_only(tmp_path, fits):
         ({"family": FAMILY.replace("sigma = 0.3", "")}, ("paint.toml", "red-matte", "sigma")),
         ({"family": FAMILY.replace("0.3", "-0.3")}, ("paint.toml", "red-matte.sigma", "-0.3")),
         ({"family": FAMILY.replace("0.5", "50.0")}, ("paint.toml", "grey", "reflectance")),
+        ({"family": FAMILY.replace("0.5", "1" + 400 * "0")}, ("paint.toml", "grey", "reflectance")),
         ({"family": FAMILY.replace("0.5", '"half"')}, ("paint.toml", "grey.reflectance", "not a number")),
         ({"family": FAMILY.replace("oren_nayar", "oren_nayer")}, ("paint.toml", "nearest: oren_nayar")),
         ({"family": FAMILY.replace('table = "chart"', 'table = "charts"')}, ("paint.toml", "nearest: chart")),
