@@ -25,6 +25,7 @@ ORIGINATOR "a fuzz test"
 ILLUMINATION_NAME "D50"
 OBSERVER_ANGLE "2"
 MEASUREMENT_GEOMETRY "45/0"
+MEASUREMENT_SOURCE "MeasurementCondition=M1"
 NUMBER_OF_FIELDS 8
 BEGIN_DATA_FORMAT
 SAMPLE_ID SAMPLE_NAME LAB_L LAB_A LAB_B SPECTRAL_NM400 SPECTRAL_NM500 SPECTRAL_NM600
@@ -61,7 +62,7 @@ TM27 = """<?xml version="1.0" encoding="UTF-8"?>
 METER = "Model Name\tM1\nLUX\t100.0\nCCT\t5000\nX\t96.42\nY\t100.0\nZ\t82.49\n" + "".join(
     f"{nm}nm\t{0.01 * (nm - 370):.4f}\n" for nm in range(380, 420)
 )
-ACROSS = "Export\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n" + (
+ACROSS = "Export\nReflectance\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n" + (
     "Rot;40,1;50,2;20,3;0,051;0,062;0,073\nBlau;30,0;1,0;-40,0;0,251;0,262;0,273\n"
 )
 SCATTERED = "# laboratory\n# sample\n3\n400 500 600\n" + "".join(
@@ -145,7 +146,7 @@ def _mat() -> bytes:
     from scipy.io import savemat
 
     file = io.BytesIO()
-    savemat(file, {"wavelength": NM[:, None], "data": np.linspace(0.1, 0.6, 3 * NM.size).reshape(NM.size, 3)})
+    savemat(file, {"wavelength": NM[:, None], "reflectance": np.linspace(0.1, 0.6, 3 * NM.size).reshape(NM.size, 3)})
     return file.getvalue()
 
 

@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 from metamer.materials.catalogue import Catalogue
+from metamer.materials.intake import known
 from metamer.materials.records.record import MARKER
 from metamer.spectral.files import half_written
 
@@ -139,11 +140,11 @@ def timed(words: list[str]) -> dict:
 
 
 def contents(catalogue: Path) -> dict[str, str]:
-    """SHA-256 of every file of a catalogue, hidden ones too."""
+    """SHA-256 of every file of a catalogue, hidden ones too; not of what it knows of files, which holds their times."""
     return {
         path.relative_to(catalogue).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(catalogue.rglob("*"))
-        if path.is_file()
+        if path.is_file() and path.name != known.FILE
     }
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import plots
-from .statistics import verdict
+from . import coded_map, plots
+from .statistics import beside, verdict
 
 if TYPE_CHECKING:
     import jinja2
@@ -41,14 +42,16 @@ def html_environment(**filters: Callable[..., Any]) -> jinja2.Environment:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters.update(de=_figure, **filters)
+    environment.filters.update({"de": _figure} | filters)
     return environment
 
 
 def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str) -> str:
     """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from."""
-    environment = html_environment(seconds=_seconds, uri=plots.data_uri, breakable=_breakable)
     budget = document["budget_delta_e94"]
+    # A figure over the budget is not written as the budget.
+    figure = partial(_figure, limits=(budget, 1.5 * budget))
+    environment = html_environment(de=figure, seconds=_seconds, uri=plots.data_uri, breakable=_breakable)
     cards = _cards(rows, budget)
     views = [view for card in cards for view in card["rows"]]
     counts = {word: sum(view["status"] == word for view in views) for word in ("pass", "near", "over")}
@@ -67,6 +70,8 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         whites=_whites(rows),
         mean=float(np.mean([row.statistics.mean for row in rows])),
         scale=plots.scale_words(budget),
+        codes=coded_map.code_words(budget),
+        step=100.0 * coded_map.STEP_SHARE,
         budget=budget,
     )
 
@@ -82,21 +87,23 @@ def _headline(document: dict[str, Any], counts: dict[str, int], total: int) -> s
 
 
 def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
+    """One card a material, the worst first; `order` is its place in the review."""
     cards: list[dict[str, Any]] = []
-    for material in _unique(row.material for row in rows):
-        anchor = f"m{len(cards) + 1}"
+    for order, material in enumerate(_unique(row.material for row in rows), start=1):
+        anchor = f"m{order}"
         own = [row for row in rows if row.material == material]
         views = [{"row": row, "anchor": anchor, "status": verdict(row.statistics, budget)} for row in own]
         for view in views:
             view["observer"] = _observer(view["row"].observer)
+            view["colour"] = _colour(view["row"])
         worst = max(views, key=_badness)
         cards.append(
             {
                 "material": material,
                 "anchor": anchor,
+                "order": order,
                 "rows": views,
                 "worst": worst,
-                "p99": max(map(_p99, views)),
                 "mean": max(row.statistics.mean for row in own),
                 "max": max(row.statistics.max for row in own),
                 "swatches": [(row.illuminant, row.swatch) for row in own if row.swatch is not None],
@@ -104,7 +111,15 @@ def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
                 "provenance": {label: text for row in own for label, text in row.provenance.items()},
             }
         )
-    return cards
+    return sorted(cards, key=lambda card: _badness(card["worst"]), reverse=True)
+
+
+def _colour(row: ReviewRow) -> str:
+    """`L* 41.2 a* 30.1 b* -12.0` with a real minus, or nothing."""
+    if row.colour is None:
+        return ""
+    named = zip(("L*", "a*", "b*"), row.colour.lab, strict=True)
+    return " ".join(f"{name} {value:.1f}" for name, value in named).replace("-", "\N{MINUS SIGN}")
 
 
 def _p99(view: dict[str, Any]) -> float:
@@ -141,9 +156,9 @@ def _unique(words: Any) -> list[str]:
     return list(dict.fromkeys(words))
 
 
-def _figure(value: float) -> str:
-    """ΔE to two decimals; a small difference is not written as none."""
-    return "<0.01" if 0.0 < value < 0.005 else f"{value:.2f}"
+def _figure(value: float, limits: tuple[float, ...] = ()) -> str:
+    """ΔE to two decimals, more beside a limit; a small difference is not written as none."""
+    return beside(value, *limits)
 
 
 def _breakable(name: str) -> Markup:

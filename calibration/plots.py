@@ -31,8 +31,8 @@ OVER_RGB = (214, 38, 60)
 UNDEFINED_RGB = (255, 0, 255)
 NOT_COMPARED_RGB = (128, 128, 128)
 
-# About what a lossless row of two pictures and a map takes, measured on renderings of shaded parts.
-_BYTES_PER_PIXEL = 1.2
+# About what a lossless row of two pictures and a coded map takes, measured on renderings of shaded parts.
+_BYTES_PER_PIXEL = 1.4
 _PAGE_BYTES = 24e6
 
 
@@ -121,9 +121,9 @@ def lossless(rgb: UInt8[np.ndarray, "H W 3"]) -> bytes:
     return stream.getvalue()
 
 
-def data_uri(webp: bytes) -> str:
-    """The picture as text for an `src` attribute."""
-    return "data:image/webp;base64," + base64.b64encode(webp).decode("ascii")
+def data_uri(picture: bytes, kind: str = "webp") -> str:
+    """The picture, a file of that kind, as text for an `src` attribute."""
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode('ascii')}"
 
 
 def curve_path(

@@ -15,7 +15,7 @@ from jaxtyping import Float, UInt8
 
 from ..spectral.errors import ComparisonError, InputError
 from ..spectral.files import made_folder, written_whole
-from . import plots
+from . import coded_map, plots
 from .statistics import DeltaEStatistics, SelfCheck, verdict
 
 SCHEMA = "metamer.review/1"
@@ -37,6 +37,22 @@ class Plan(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class RowColour:
+    """The colour of a material's original data under the light of a row, for the row's observer.
+
+    Parameters
+    ----------
+    xyz : Y = 1 for the perfect diffuser.
+    lab : CIELAB relative to the row's white.
+    geometry : how it is lit and seen, such as "45a:0".
+    """
+
+    xyz: Float[np.ndarray, "3"]
+    lab: Float[np.ndarray, "3"]
+    geometry: str
+
+
+@dataclass(frozen=True, eq=False)
 class ReviewRow:
     """One material under one light; make it with `review_row`, which encodes the pictures and lets the arrays go.
 
@@ -45,11 +61,13 @@ class ReviewRow:
     material, illuminant, observer : names.
     statistics : ΔE94 over the compared pixels.
     image : picture file, relative to the report's folder.
-    picture, reference, delta_e_map : lossless WebP files, as shown on the page, of `width` x `height` pixels.
+    picture, reference : lossless WebP files, as shown on the page, of `width` x `height` pixels.
+    delta_e_map : PNG of the same size, as of `coded_map`.
+    reduced : how many pixels in a row became one of these.
     seconds : how long each step took, by its name.
     files : further files beside the page by their label, relative to its folder.
     wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
-    swatch : display-encoded colour of that reflectance under this light, or None.
+    colour : of the original data under this light, or None; `swatch` is the same, display-encoded.
     white_xyz : white of this light for this observer.
     notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
     provenance : where the material comes from, as label and text.
@@ -65,12 +83,14 @@ class ReviewRow:
     delta_e_map: bytes
     width: int
     height: int
+    reduced: int = 1
     seconds: Mapping[str, float] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     wavelengths_nm: Float[np.ndarray, "L"] | None = None
     reflectance: Float[np.ndarray, "L"] | None = None
     reflectance_label: str = "Reflectance"
     swatch: tuple[int, int, int] | None = None
+    colour: RowColour | None = None
     white_xyz: Float[np.ndarray, "3"] | None = None
     notes: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
@@ -118,9 +138,10 @@ def review_row(
         image=image,
         picture=plots.lossless(plots.reduce_picture(picture, factor)),
         reference=plots.lossless(plots.reduce_picture(reference, factor)),
-        delta_e_map=plots.lossless(plots.delta_e_picture(reduced, budget)),
+        delta_e_map=coded_map.map_png(reduced, budget),
         width=reduced.shape[1],
         height=reduced.shape[0],
+        reduced=factor,
         notes=tuple(notes),
         **more,
     )
@@ -139,15 +160,17 @@ def write_report(
     title: str = "Colour review",
     formula: str = "CIE 1994",
     created: str | None = None,
+    warnings: Sequence[str] = (),
 ) -> tuple[Path, Path]:
     """Write `index.html` and `review.json` into `folder`; returns both paths.
 
     Parameters
     ----------
-    rows : in the order in which they are shown; rows of one material make one card.
+    rows : in the order of the review; rows of one material make one card, and the page shows the worst card first.
     chain_words : the colour chain from spectrum to display, a sentence each.
     checks : from `statistics.self_check` on one of the references; the page shows them and fails without them.
     created : when, as ISO 8601; now by default.
+    warnings : why pictures of this review may show nothing, a line each; they stand on top of the page.
 
     Raises
     ------
@@ -166,6 +189,7 @@ def write_report(
         "budget_delta_e94": float(budget),
         "formula": formula,
         "plan": {"basis_size": int(plan.basis_size), "reasons": [str(reason) for reason in plan.reasons]},
+        "warnings": [str(line) for line in warnings],
         "colour_chain": [str(words) for words in chain_words],
         "self_check": [
             {"what": check.label, "expected": check.expected, "found": check.found, "passed": check.passed}
@@ -207,6 +231,11 @@ def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
         "image": row.image,
         "files": dict(row.files),
         "seconds": {step: float(seconds) for step, seconds in row.seconds.items()},
-        "white_xyz": None if row.white_xyz is None else [float(value) for value in row.white_xyz],
+        "white_xyz": None if row.white_xyz is None else row.white_xyz.tolist(),
+        "colour": None if row.colour is None else _colour(row.colour),
         "notes": list(row.notes),
     }
+
+
+def _colour(colour: RowColour) -> dict[str, Any]:
+    return {"xyz": colour.xyz.tolist(), "lab": colour.lab.tolist(), "geometry": colour.geometry}

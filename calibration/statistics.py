@@ -174,6 +174,21 @@ def verdict(statistics: DeltaEStatistics, budget: float) -> Literal["pass", "nea
     return "pass" if statistics.p99 <= budget else "near"
 
 
+def beside(value: float, *limits: float) -> str:
+    """A ΔE in two decimals, or in as many as it takes to lie on the side of each limit that it lies on.
+
+    >>> beside(0.302, 0.3), beside(0.302, 0.5), beside(0.3, 0.3), beside(0.0001, 0.3)
+    ('0.302', '0.30', '0.30', '<0.01')
+    """
+    if 0.0 < value < 0.005 and all(limit >= 0.01 for limit in limits):
+        return "<0.01"
+    for decimals in range(2, 9):
+        text = f"{value:.{decimals}f}"
+        if all((float(text) > limit) == (value > limit) for limit in limits):
+            return text
+    return repr(value)
+
+
 def worst(statistics: Sequence[DeltaEStatistics]) -> int:
     """Index of the row with missing numbers, else of the row with the largest p99."""
     return max(range(len(statistics)), key=lambda index: (statistics[index].undefined > 0, statistics[index].p99))

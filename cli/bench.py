@@ -6,25 +6,44 @@ import argparse
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 from ..spectral.files import written_whole
 from .shared import comma_separated
 
-WHAT = ("basis", "shading", "factor", "all")
+#: What there is to measure, and what it says; without one of them all of the first two.
+WHAT = {
+    "basis": "the error of spectral bases by their size",
+    "shading": "the time that folded terms take, beside RGB",
+    "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
+    "all": "basis and shading",
+}
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     """Add `bench`."""
-    command = subparsers.add_parser("bench", help="speed against error, measured on this machine")
-    command.add_argument(
-        "what",
-        nargs="?",
-        choices=WHAT,
-        default="all",
-        help="default: all, which is basis and shading; factor takes minutes, with measured data half an hour",
+    command = subparsers.add_parser(
+        "bench",
+        help="speed against error, measured on this machine",
+        description="Measure speed against error here and now. Without a word: all.",
     )
-    command.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    factor = command.add_argument_group("factor")
+    command.set_defaults(run=run, what="all")
+    _add_json(command, None)
+    kinds = command.add_subparsers(metavar=f"{{{','.join(WHAT)}}}")
+    for what, words in WHAT.items():
+        kind = kinds.add_parser(what, help=words, description=f"Measure {words}.")
+        kind.set_defaults(what=what)
+        # A default here would take the place of what was said before the word.
+        _add_json(kind, argparse.SUPPRESS)
+        if what == "factor":
+            _add_factor_options(kind)
+
+
+def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
+    command.add_argument("--json", type=Path, metavar="F", default=default, help="also write the figures to F")
+
+
+def _add_factor_options(factor: argparse.ArgumentParser) -> None:
     factor.add_argument("--html", type=Path, metavar="F", help="also write a page with pictures, maps and plots")
     factor.add_argument("--cases", type=comma_separated, metavar="A,B", help="surfaces by name; default: all there are")
     factor.add_argument(
@@ -36,7 +55,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     factor.add_argument("--baseline", action="store_true", help="also time tensorly, half a minute a surface")
     factor.add_argument("--no-points", action="store_true", help="leave out speed against error")
     factor.add_argument("--growth", action="store_true", help="decompose tables up to the paper's size and beyond")
-    command.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -11,7 +11,11 @@ VERBS = ("import", "list", "show", "preview", "verify", "diff", "export")
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `catalogue` and what it can do."""
-    parser = subparsers.add_parser("catalogue", help=f"{', '.join(VERBS)}: the materials of a folder")
+    parser = subparsers.add_parser(
+        "catalogue",
+        help=f"{', '.join(VERBS)}: the materials of a folder",
+        description="Fill, search, show, check, compare and export a folder of materials.",
+    )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar=f"{{{','.join(VERBS)}}}")
     for verb in VERBS:
         importlib.import_module(f".catalogue_{verb}", __package__).add_parser(verbs)

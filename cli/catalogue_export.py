@@ -20,7 +20,11 @@ _FORMATS = "csv, cxf, exr, merl or mitsuba"
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `export`."""
-    export = verbs.add_parser("export", help=f"write materials as {_FORMATS}")
+    export = verbs.add_parser(
+        "export",
+        help=f"write materials as {_FORMATS}",
+        description="Write materials of a catalogue for other programs.",
+    )
     export.add_argument("ids", nargs="+", metavar="ID", help='such as "colorchecker/red-gloss" or "colorchecker/*"')
     export.add_argument("--catalogue", type=Path, metavar="CAT", help=CATALOGUE_HELP)
     export.add_argument("--format", required=True, metavar="FORMAT", help=_FORMATS)

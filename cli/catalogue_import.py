@@ -4,27 +4,35 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..spectral.errors import visible
+from ..spectral.errors import UsageError, visible
 from .catalogue_words import CATALOGUE_HELP, print_table, say
-from .shared import positive_count, positive_delta_e, shows_bars
+from .import_progress import import_shown
+from .shared import positive_count, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.intake.importing import ImportReport, Progress
+    from ..materials.intake.importing import ImportOutcome, ImportReport
+    from ..spectral.formats.answer import Answer
 
 _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
 measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, family
 descriptions (.toml); known by content. Default: what ships"""
 
 
+# So many refusals for one reason are said together.
+_MANY = 3
+
+
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `import`."""
-    bring = verbs.add_parser("import", help="fit materials and store them in a catalogue")
+    bring = verbs.add_parser(
+        "import",
+        help="fit materials and store them in a catalogue",
+        description="Read files of materials, fit factor packs to each and store them in a catalogue.",
+    )
     # Text, not paths: a path would make one slash of the two in an address.
     bring.add_argument("sources", nargs="*", metavar="SRC", help=_SOURCES_HELP)
     bring.add_argument("--into", type=Path, metavar="CAT", help=CATALOGUE_HELP)
@@ -43,6 +51,15 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         metavar="METHOD",
         help="how spectra are made for RGB measurements: mallett-yuksel (default), jakob-hanika or smits",
     )
+    bring.add_argument(
+        "--as",
+        dest="quantity",
+        choices=("reflectance", "transmittance", "emission", "radiance-factor"),
+        help="what was measured, of all files that do not say it; one that says something else is refused",
+    )
+    bring.add_argument(
+        "--scale", choices=("percent", "fraction"), help="the scale of values, of all files that do not say it"
+    )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
     bring.add_argument("--json", type=Path, metavar="F", help="write the report as JSON, too")
@@ -50,41 +67,57 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 
 def run(args: argparse.Namespace) -> int:
-    """Import; the exit code: 0, or 4 where something could not be used, or 130 after Ctrl-C."""
-    from rich.console import Console
+    """Import; the exit code: 0, or 4 where something could not be used."""
+    sources = args.sources or [shipped_sources()]
+    with ExitStack() as stack:
+        # Before what takes a second to load: nobody waits for a first word.
+        shown = import_shown(stack, sources)
+        from rich.console import Console
 
-    from ..materials.catalogue import default_catalogue
-    from ..materials.intake.importing import ImportInterrupted, import_sources
+        from ..materials.catalogue import default_catalogue
+        from ..materials.intake.importing import ImportInterrupted, import_sources
+        from ..spectral.files import check_writable
 
-    console = Console()
-    folder = args.into or default_catalogue()
-    try:
-        with ExitStack() as stack:
-            bar = terminal_bar(stack)
+        if args.json is not None:
+            check_writable(args.json)
+        console = Console()
+        try:
             report = import_sources(
-                args.sources or [shipped_sources()],
-                folder,
+                sources,
+                args.into or default_catalogue(),
                 jobs=args.jobs,
                 scheduler=args.scheduler,
                 budget=args.budget,
                 dry_run=args.dry_run,
-                progress=None if args.dry_run else import_progress(stack, bar),
-                looked_at=looking_progress(bar),
+                progress=None if args.dry_run else shown.progress,
+                looked_at=shown.looked_at,
                 uplift=args.uplift,
                 family=args.family,
                 apart=True,
                 again=args.again,
+                begins=shown.begins,
+                doing=shown.doing,
+                answer=_answer(args),
+                broken_off=lambda report: _write_json(args, report),
             )
-    except ImportInterrupted as interrupted:
-        _write_json(args, interrupted.report)
-        say(console, f"Interrupted. {interrupted.report.sentence}.")
-        return 130
+        except ImportInterrupted as interrupted:
+            stack.close()
+            _write_json(args, interrupted.report)
+            raise
     _write_json(args, report)
     if args.dry_run:
         _print_plan(console, report, args.verbose)
     else:
         _print_report(console, report, args.budget, args.verbose)
     return 4 if report.count("failed") or report.stopped else 0
+
+
+def _answer(args: argparse.Namespace) -> Answer:
+    from ..spectral.formats.answer import Answer
+
+    if args.quantity == "emission" and args.scale is not None:
+        raise UsageError("an emission has no scale: leave --scale out")
+    return Answer("radiance factor" if args.quantity == "radiance-factor" else args.quantity, args.scale)
 
 
 def shipped_sources() -> Path:
@@ -102,55 +135,6 @@ def _family(text: str) -> str:
     return text
 
 
-def import_progress(stack: ExitStack, bar: Any = None) -> Progress:
-    """A live bar with the time left on a terminal, else a plain line a material; lives as long as `stack`.
-
-    What needs no work is left out of the bar: it would make the time left too short.
-    """
-    bar = bar or terminal_bar(stack)
-    if bar is not None:
-        task = bar.add_task("fitting", total=None, visible=False)
-        idle = 0
-
-        def advance(done: int, total: int, outcome: Any) -> None:
-            nonlocal idle
-            idle += not outcome.seconds
-            told = {"completed": done - idle, "total": total - idle, "visible": total > idle}
-            bar.update(task, description=outcome.id, **told)
-
-        return advance
-
-    def line(done: int, total: int, outcome: Any) -> None:
-        # A skipped material took no time: a line each would bury the others.
-        if outcome.status != "skipped":
-            print(f"[{done}/{total}] {outcome.status} {visible(outcome.id)}", flush=True)
-
-    return line
-
-
-def looking_progress(bar: Any) -> Callable[[int, int, str], None]:
-    """The bar moves while files are looked at; without one nothing is said, as that takes seconds."""
-    if bar is None:
-        return lambda done, total, name: None
-    task = bar.add_task("looking", total=None)
-    return lambda done, total, name: bar.update(
-        task, completed=done, total=total, description=Path(name).name, visible=done < total
-    )
-
-
-def terminal_bar(stack: ExitStack) -> Any:
-    """A bar on a terminal that lives as long as `stack`; None elsewhere."""
-    if not shows_bars(sys.stdout):
-        return None
-    from rich import progress
-    from rich.console import Console
-
-    text = progress.TextColumn("{task.description}", markup=False)
-    columns = (text, progress.BarColumn(), progress.MofNCompleteColumn(), progress.TimeElapsedColumn())
-    remaining = (progress.TextColumn("left"), progress.TimeRemainingColumn())
-    return stack.enter_context(progress.Progress(*columns, *remaining, console=Console()))
-
-
 def _table(*headings: str, numbers: tuple[str, ...] = ()) -> Any:
     from rich import box
     from rich.table import Table
@@ -164,11 +148,11 @@ def _table(*headings: str, numbers: tuple[str, ...] = ()) -> Any:
 def _print_plan(console: Any, report: ImportReport, verbose: bool) -> None:
     statuses = ("new", "skipped", "failed")
     counted = [
-        (file.name, file.format, len(file.materials), *(file.count(status) for status in statuses))
+        (file.name, file.format, len(file.materials), *map(file.count, statuses), "; ".join(file.taken))
         for file in report.files
         if file.materials
     ]
-    _print_files(console, ("materials", *statuses), counted)
+    _print_files(console, ("materials", *statuses), counted, "taken as")
     if verbose:
         for file in report.files:
             for material in file.materials:
@@ -177,14 +161,20 @@ def _print_plan(console: Any, report: ImportReport, verbose: bool) -> None:
     say(console, report.sentence)
 
 
-def _print_files(console: Any, headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> None:
-    """A table of files: name, format, and figures, where 0 is left empty."""
+def _print_files(
+    console: Any, headings: tuple[str, ...], rows: list[tuple[Any, ...]], words: str | None = None
+) -> None:
+    """A table of files: name, format, and figures, where 0 is left empty; `words` heads a last column of text."""
     from rich.text import Text
 
     table = _table("file", "format", *headings, numbers=headings)
+    if words is not None:
+        table.add_column(words, min_width=40)
     base = _common_folder([row[0] for row in rows])
     for name, form, *figures in rows:
-        table.add_row(Text(visible(name[len(base) :])), form or "?", *(str(figure or "") for figure in figures))
+        table.add_row(
+            Text(visible(name[len(base) :])), form or "?", *(Text(visible(str(figure or ""))) for figure in figures)
+        )
     if base:
         say(console, f"below {base}")
     print_table(table)
@@ -218,8 +208,11 @@ def _print_report(console: Any, report: ImportReport, budget: float, verbose: bo
 def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]]:
     """A row for each file of which anything was imported or failed; of the others, too, if `verbose`."""
     rows = []
+    of_file: dict[str, list[ImportOutcome]] = {}
+    for outcome in report.outcomes:
+        of_file.setdefault(outcome.file, []).append(outcome)
     for file in report.files:
-        here = [outcome for outcome in report.outcomes if outcome.file == file.name]
+        here = of_file.get(file.name, [])
         imported, skipped, failed = (
             sum(outcome.status == status for outcome in here) for status in ("imported", "skipped", "failed")
         )
@@ -244,7 +237,22 @@ def _print_materials(report: ImportReport) -> None:
 
 
 def _say_reasons(console: Any, report: ImportReport, verbose: bool) -> None:
+    alike: dict[tuple[str, ...], list[str]] = {}
     for outcome in report.outcomes:
+        if outcome.status == "failed":
+            alike.setdefault(_problem(outcome.reason), []).append(outcome.reason)
+    many = {problem for problem, reasons in alike.items() if len(reasons) >= _MANY}
+    for problem in many:
+        say(console, f"failed: {problem[0]} ({len(alike[problem])})")
+        for reason in alike[problem]:
+            where, _, rest = reason.partition("\n")
+            found = next((line.strip() for line in rest.split("\n") if line.startswith("  found: ")), "")
+            say(console, f"  {where.removesuffix(problem[0])}{found.removeprefix('found: ')}")
+        for line in problem[1:]:
+            say(console, line)
+    for outcome in report.outcomes:
+        if outcome.status == "failed" and _problem(outcome.reason) in many:
+            continue
         if outcome.status == "failed":
             # The reason often begins with the file, which is then all the name that there is.
             named = outcome.reason.startswith(outcome.id)
@@ -255,6 +263,12 @@ def _say_reasons(console: Any, report: ImportReport, verbose: bool) -> None:
         for file in report.files:
             if not file.materials:
                 say(console, f"not recognised: {file.name}" + (f" ({file.note})" if file.note else ""))
+
+
+def _problem(reason: str) -> tuple[str, ...]:
+    """What a refusal has in common with others: the problem, what was expected, and what to do."""
+    first, *rest = reason.split("\n")
+    return first.rpartition(": ")[2], *(line for line in rest if line.startswith(("  expected: ", "  try: ")))
 
 
 def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
@@ -275,7 +289,12 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
         "counts": {status: report.count(status) for status in statuses} | {"remaining": report.remaining},
         "materials": [asdict(outcome) for outcome in report.outcomes],
         "files": [
-            {"name": file.name, "format": file.format, "materials": [each.id for each in file.materials]}
+            {
+                "name": file.name,
+                "format": file.format,
+                "materials": [each.id for each in file.materials],
+                "taken": list(file.taken),
+            }
             for file in report.files
         ],
         "not_recognised": list(report.not_recognised),

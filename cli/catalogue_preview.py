@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
             found += f", and {len(unusable)} files that cannot be used"
             hint = "metamer catalogue verify CAT says what is wrong with each"
         raise InputError("nothing to show", file=catalogue.folder, found=found, expected="one at least", hint=hint)
-    scene = lit_by(load_scene(shipped_scene()), args.illuminant)
+    scene = lit_by(load_scene(shipped_scene("thumbnail")), args.illuminant)
     with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:
         drawn = list(thumbnails(catalogue, asked.fitting, scene, renderer, args.size, progress))
         words = _words(scene, renderer.made_by, len(drawn))
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _words(scene: Scene, made_by: str, count: int) -> str:
-    lights = ", ".join(light.spectrum_name or light.name for light in scene.lights)
+    lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
     return f"{count} materials, their factor packs on a {scene.name.lower()} under {lights}, {made_by}"
 
 

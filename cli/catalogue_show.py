@@ -12,7 +12,7 @@ from .catalogue_words import add_catalogue_argument, columns, opened
 from .shared import add_renderer_option, renderer_for, shipped_scene
 
 if TYPE_CHECKING:
-    from ..materials.factors import FactorPack
+    from ..materials.factors import FactorPack, LightError
     from ..materials.records.material import MaterialRecord
 
 _INDENT = 11
@@ -23,7 +23,9 @@ _TOLD = ("name", "description", "measurement_notes")
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `show`."""
     show = verbs.add_parser(
-        "show", help="one material: provenance, spectrum, packs, measured error, speed against error"
+        "show",
+        help="one material: provenance, spectrum, packs, measured error, speed against error",
+        description="Show everything that is known of one material, in words or as a page.",
     )
     show.add_argument("id", metavar="ID", help='such as "colorchecker/red-gloss"')
     add_catalogue_argument(show)
@@ -78,8 +80,16 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     if record.error:
         error = record.error
         figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"
-        lines += [("ΔE94", f"{figures} ({error.light}, {error.observer})"), ("protocol", error.protocol)]
+        lines.append(("ΔE94", f"{figures} ({error.light}, {error.observer})"))
+        if error.lights:
+            words = (f"{one.light} {one.p99:.3f}{_highlight(one)}" for one in error.lights)
+            lines.append(("p99 by light", ", ".join(words)))
+        lines.append(("protocol", error.protocol))
     return lines
+
+
+def _highlight(light: LightError) -> str:
+    return "" if light.highlight is None else f" (highlight {light.highlight:.3f})"
 
 
 def _parts(record: MaterialRecord) -> list[tuple[str, str]]:
@@ -118,7 +128,7 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
 
     if record.is_surface:
         with renderer_for(renderer) as drawing:
-            text = material_page(record, load_scene(shipped_scene()), drawing)
+            text = material_page(record, load_scene(shipped_scene("thumbnail")), drawing)
     else:
         text = material_page(record)
     with written_whole(path) as beside:

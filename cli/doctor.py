@@ -15,7 +15,12 @@ _LIBRARIES = ("numpy", "scipy", "colour-science", "moderngl", "opencolorio", "Op
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     """Add `doctor`."""
-    command = subparsers.add_parser("doctor", help="what this machine offers, and what to install")
+    command = subparsers.add_parser(
+        "doctor",
+        help="what this machine offers, and what to install",
+        description="Say which renderer, display transform, rays and libraries there are here, and what to install for "
+        "the rest.",
+    )
     command.add_argument("--brief", action="store_true", help="one line for each part")
     command.set_defaults(run=run)
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e, shows_bars
+from ..materials.intake.doing import share_done
+from ..spectral.ending import saying
+from .fit_progress import FitProgress
+from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.factors import FitError
+    from ..materials.factors import FitError, LightError
     from ..materials.fitting.fit import Fit, Trial
     from ..materials.records.material import MaterialRecord
 
@@ -29,7 +30,11 @@ _HEADER = (
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `fit`."""
-    command = subparsers.add_parser("fit", help="fit factor packs to a material and show speed against error")
+    command = subparsers.add_parser(
+        "fit",
+        help="fit factor packs to a material and show speed against error",
+        description="Fit factor packs to a material of a catalogue and say what each number of terms costs and gives.",
+    )
     command.add_argument("material", metavar="MATERIAL", help='id in the catalogue, such as "colorchecker/red-gloss"')
     add_catalogue_option(command)
     command.add_argument(
@@ -64,33 +69,39 @@ def _terms(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Fit and print; 0, or 1 where the budget was not met."""
+    with ExitStack() as stack:
+        # Before what takes a second to load: nobody waits for a first word.
+        return _fitted(args, FitProgress(stack, args.material), stack)
+
+
+def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -> int:
     from ..materials.fitting.fit import RANKS, fit
+    from ..materials.protocol import LIGHTS
     from ..spectral.files import check_writable, written_whole
 
     if args.json:
         check_writable(args.json)
     material = _loaded(args)
     brdf = material.brdf()
-    print(f"{material.id}: {material.model}; ΔE94 on the sphere, D65")
+    watch.say(f"{material.id}: {material.model}; ΔE94 on the sphere, the worst of {', '.join(LIGHTS)}")
+    watch.begins(material.model)
     trials: list[Trial] = []
-    try:
-        with _shown(args.budget) as show:
+    with saying(lambda: _so_far(trials)), _shown(args.budget, watch) as show:
 
-            def tried(trial: Trial) -> None:
-                trials.append(trial)
-                show(trial)
+        def tried(trial: Trial) -> None:
+            trials.append(trial)
+            show(trial)
 
-            found = fit(
-                brdf,
-                budget=args.budget,
-                ranks=RANKS if args.rank is None else (args.rank,),
-                frame=None if args.frame == "auto" else args.frame,
-                method=args.method,
-                smooth=args.smooth,
-                tried=tried,
-            )
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(_so_far(trials)) from None
+        found = fit(
+            brdf,
+            budget=args.budget,
+            ranks=RANKS if args.rank is None else (args.rank,),
+            frame=None if args.frame == "auto" else args.frame,
+            method=args.method,
+            smooth=args.smooth,
+            tried=tried,
+        )
+    watching.close()
     missed = args.rank is None and found.score > args.budget
     print(_summary(found, args, missed))
     if args.json:
@@ -113,34 +124,19 @@ def _loaded(args: argparse.Namespace) -> MaterialRecord:
 
 
 @contextmanager
-def _shown(budget: float) -> Iterator[Callable[[Trial], None]]:
-    """On a terminal a bar that is full where the budget is met, with the best so far; elsewhere a line a trial."""
-    if not shows_bars(sys.stdout):
-        print(_HEADER)
-        yield lambda trial: print(_line(trial), flush=True)
-        return
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+def _shown(budget: float, watch: FitProgress) -> Iterator[Callable[[Trial], None]]:
+    """A line a trial; and where the fit is: the best so far, and how near the budget it is."""
+    watch.say(_HEADER)
+    told: list[Trial] = []
 
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, transient=True) as progress:
-        progress.console.print(_HEADER, markup=False, highlight=False)
-        task = progress.add_task("tabulating", total=1.0)
-        told: list[Trial] = []
+    def show(trial: Trial) -> None:
+        watch.say(_line(trial))
+        told.append(trial)
+        best = _best(told)
+        words = f"best so far: {best.rank} in {best.frame}, p99 {best.error.p99:.2f}"
+        watch.at(words, share_done(told, budget))
 
-        def show(trial: Trial) -> None:
-            progress.console.print(_line(trial), markup=False, highlight=False)
-            told.append(trial)
-            best, worst = _best(told), max(one.score for one in told)
-            done = 1.0 if best.score <= budget else math.log(worst / best.score) / math.log(worst / budget)
-            words = f"best so far: {best.rank} in {best.frame}, p99 {best.error.p99:.2f}"
-            progress.update(task, completed=done, description=words)
-
-        yield show
+    yield show
 
 
 def _line(trial: Trial) -> str:
@@ -153,6 +149,12 @@ def _line(trial: Trial) -> str:
 
 def _figures(error: FitError) -> str:
     return f"mean {error.mean:.2f}, p95 {error.p95:.2f}, p99 {error.p99:.2f}, max {error.maximum:.2f}"
+
+
+def _under(light: LightError) -> str:
+    own = "" if light.highlight is None else f", highlight p99 {light.highlight:.2f}"
+    figures = f"mean {light.mean:.2f}, p95 {light.p95:.2f}, p99 {light.p99:.2f}, max {light.maximum:.2f}"
+    return f"{light.light:7s} {figures}{own}"
 
 
 def _so_far(trials: list[Trial]) -> str:
@@ -173,7 +175,9 @@ def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
     split = {"lobes": "its own lobes", "io": "everything in io first", "hd": "everything in hd first"}
     lines = [
         f"\nTogether {found.rank} terms ({frames}): {_figures(found.error)}",
-        f"Lowest shading {found.error.most_negative:.1e} (a white diffuser facing the light is 1); nothing is clipped.",
+        *(f"  {_under(light)}" for light in found.error.lights),
+        f"Lowest shading {found.error.most_negative:.1e} (a white diffuser facing the light is 1), largest "
+        f"{found.error.largest or 0.0:.2f} times the original's, anywhere above the horizon; nothing is clipped.",
         f"Split: {split[found.candidate]}; {len(found.trials)} trials.",
         f"Storage: {'half' if found.storage.half else 'single'}, {found.stored_bytes / 1024:.0f} KiB; "
         f"{found.storage.reason}.",

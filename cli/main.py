@@ -1,53 +1,44 @@
 """The `metamer` command: reads the words, calls the package, turns errors into exit codes.
 
-0 pass, 1 warn, 2 fail, 3 the two sides cannot be compared, 4 a file is unusable, 64 wrong usage, 130 interrupted.
+0 pass, 1 warn, 2 fail, 3 the two sides cannot be compared, 4 a file is unusable, 64 wrong usage; 128 and the number of
+the signal that ended it: 130 after Ctrl-C, 143 after SIGTERM.
 """
 
+# What is imported here is waited for before Ctrl-C is heard: no more than that takes.
 from __future__ import annotations
 
-import argparse
-import importlib
-import io
 import os
+import signal
 import sys
 from collections.abc import Sequence
-from pathlib import Path
-from typing import NoReturn
+from typing import TextIO
 
-from ..spectral.errors import MetamerError
-
-# One small module a subcommand; its `add_parser(subparsers)` sets the `run(args) -> int` of what it adds.
-COMMANDS = ("review", "render", "fit", "catalogue", "bench", "doctor")
-
-
-class _Parser(argparse.ArgumentParser):
-    """argparse, with the exit code that the command documents for wrong usage."""
-
-    def error(self, message: str) -> NoReturn:
-        self.print_usage(sys.stderr)
-        self.exit(64, f"{self.prog}: {message}\n")
-
-
-def parser() -> argparse.ArgumentParser:
-    """The whole command line."""
-    command = _Parser(prog="metamer", description="Spectral, colour-accurate rendering for design review.")
-    command.add_argument("--version", action="store_true", help="print the version and end")
-    subparsers = command.add_subparsers(metavar="COMMAND", parser_class=_Parser)
-    for name in COMMANDS:
-        module = importlib.import_module(f".{name}", __package__)
-        module.add_parser(subparsers)
-    return command
+from ..spectral.ending import closing_line, end_on_signals, finished
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command; returns its exit code.
+
+    Without `words` it takes those that the process was started with; then its signals are the command's, too.
+    """
+    if words is None:
+        end_on_signals()
+    code = _ended(words)
+    if words is None:
+        finished(code)
+    return code
+
+
+def _ended(words: Sequence[str] | None) -> int:
+    from ..spectral.errors import MetamerError
+
     # Python has None for a stream that whoever started it has closed.
     sys.stdout = sys.stdout or _nowhere()
     sys.stderr = sys.stderr or _nowhere()
     for stream in (sys.stdout, sys.stderr):
         # A terminal that has no Δ gets a question mark, not a traceback.
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
         code = _run(words)
         # Here, and not while Python shuts down, a reader that has left can be forgiven.
@@ -57,7 +48,8 @@ def main(words: Sequence[str] | None = None) -> int:
         print(f"metamer: {reason}", file=sys.stderr)
         return reason.exit_code
     except KeyboardInterrupt as reason:
-        print(f"\nmetamer: interrupted; nothing half-written is left behind. {reason}".rstrip(), file=sys.stderr)
+        # Called by another program, which has kept its signals.
+        sys.stderr.write(closing_line(signal.SIGINT, str(reason)))
         return 130
     except BrokenPipeError:
         # The reader of our output has left, as `head` does; what is still buffered goes nowhere.
@@ -70,6 +62,8 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _run(words: Sequence[str] | None) -> int:
+    from .words import parser
+
     command = parser()
     args = command.parse_args(words)
     if args.version:
@@ -83,8 +77,8 @@ def _run(words: Sequence[str] | None) -> int:
     return args.run(args)
 
 
-def _nowhere() -> io.TextIOWrapper:
-    return Path(os.devnull).open("w", encoding="utf-8")
+def _nowhere() -> TextIO:
+    return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123 (pathlib may not be imported yet)
 
 
 if __name__ == "__main__":

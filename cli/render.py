@@ -6,12 +6,26 @@ import argparse
 from pathlib import Path
 
 from ..spectral.errors import UsageError
-from .shared import add_catalogue_option, add_renderer_option, catalogue_for, positive_count, renderer_for
+from .shared import (
+    add_catalogue_option,
+    add_renderer_option,
+    catalogue_for,
+    positive_count,
+    progress_bar,
+    renderer_for,
+    told,
+    warned,
+)
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     """Add `render`."""
-    command = subparsers.add_parser("render", help="one picture of a scene")
+    command = subparsers.add_parser(
+        "render",
+        help="one picture of a scene",
+        description="Render one picture of a scene from factor packs, or from the original data with --reference: XYZ "
+        "or spectra as OpenEXR, or a PNG for the scene's display.",
+    )
     command.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
     command.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="OUT.exr (XYZ) or OUT.png")
     command.add_argument("--spectral", action="store_true", help="a spectral EXR in place of XYZ")
@@ -35,6 +49,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene import load_scene
+    from ..viewer.cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.picture import check_output, lit_by, render_picture, render_reference, render_spectral
 
     if args.reference and args.spectral:
@@ -44,14 +59,22 @@ def run(args: argparse.Namespace) -> int:
     # A wrong name is said now, not after the work.
     check_output(args.output, args.spectral)
     catalogue = catalogue_for(args.catalogue, args.jobs)
-    scene = lit_by(load_scene(args.scene, catalogue), args.illuminant)
+    scene = lit_by(load_scene(args.scene, catalogue, told), args.illuminant)
+    view = scene.camera(args.camera)
+    kind = "reference" if args.reference else "spectra" if args.spectral else "picture"
+    cost = picture_cost(scene, view, kind, args.output.suffix)
+    cost.check_room(scene, view)
+    long = cost.seconds >= SAID_FROM_SECONDS
+    if long:
+        told(cost.words)
     if args.reference:
-        notes = render_reference(scene, catalogue, args.output, args.camera)
+        with progress_bar("Tracing", quiet=not long) as progress:
+            notes = render_reference(scene, catalogue, args.output, args.camera, warned, progress)
     else:
         render = render_spectral if args.spectral else render_picture
-        with renderer_for(args.renderer) as renderer:
-            renderer.filtering = args.filtering
-            notes = render(scene, catalogue, args.output, args.camera, renderer)
+        with renderer_for(args.renderer) as renderer, progress_bar("Rendering", quiet=not long) as progress:
+            renderer.filtering, renderer.progress = args.filtering, progress
+            notes = render(scene, catalogue, args.output, args.camera, renderer, warned)
     for note in (*scene.notes, *notes):
         print(note)
     print(args.output)

@@ -11,11 +11,14 @@ from .shared import (
     add_renderer_option,
     catalogue_for,
     comma_separated,
+    counted,
     positive_count,
     positive_delta_e,
     progress_bar,
     renderer_for,
     shipped_scene,
+    told,
+    warned,
 )
 
 
@@ -25,16 +28,23 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "review",
         help="render materials under several lights and report how far off they are",
         description="Render every material of a scene under every light, compare with the reference, write a report. "
-        "Exit code 0: every row within the budget; 1: some near it; 2: some over it.",
+        "What was broken off goes on from where it was: rows in DIR that depend on the very same things are not drawn "
+        "again. Exit code 0: every row within the budget; 1: some near it; 2: some over it.",
     )
     command.add_argument("scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere")
     command.add_argument("--out", type=Path, default=Path("review"), metavar="DIR", help="default: review")
     command.add_argument("--illuminants", type=comma_separated, metavar="A,B", help="default: those of the scene")
-    command.add_argument("--materials", type=comma_separated, metavar="ID,ID", help="ids or patterns to sweep")
+    command.add_argument(
+        "--materials",
+        type=comma_separated,
+        metavar="ID,ID",
+        help="ids or patterns to sweep over the review's part, or the first",
+    )
     command.add_argument(
         "--budget", type=positive_delta_e, default=1.0, metavar="ΔE94", help="for the 99th percentile; default 1.0"
     )
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
+    command.add_argument("--again", action="store_true", help="also draw the rows that are in DIR already")
     command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -45,14 +55,22 @@ def run(args: argparse.Namespace) -> int:
     """Review; 0 where every row is within the budget, 1 where some are near it, 2 where some are over it."""
     from importlib.metadata import version
 
+    from ..calibration.statistics import beside
     from ..lighting.scene import load_scene
     from ..spectral.processes import usable_cores
+    from ..viewer.cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.review import review
 
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
     catalogue = catalogue_for(args.catalogue, jobs)
-    scene = load_scene(args.scene or shipped_scene(), catalogue)
+    scene = load_scene(args.scene or shipped_scene(), catalogue, told)
+    view = scene.camera(args.camera)
+    lights = args.illuminants or (scene.review.illuminants if scene.review else ("",))
+    cost = picture_cost(scene, view, "review", spectra=len(lights), jobs=jobs)
+    cost.check_room(scene, view)
+    if cost.seconds >= SAID_FROM_SECONDS:
+        told(f"each material: {cost.words}")
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
     with renderer, progress_bar("Reviewing") as progress:
@@ -68,12 +86,15 @@ def run(args: argparse.Namespace) -> int:
             jobs=jobs,
             version=version("metamer"),
             progress=progress,
+            warn=warned,
+            again=args.again,
+            resumed=lambda found, total: print(f"resumed: {found} of {total} rows were there", flush=True),
         )
     worst = max(result.rows, key=lambda row: row.statistics.p99)
+    p99 = beside(worst.statistics.p99, args.budget, 1.5 * args.budget)
     print(
-        f"{len(result.rows)} rows in {time.perf_counter() - start:.0f} s: {result.status}. "
-        f"Worst: {worst.material} under {worst.illuminant}, ΔE94 p99 {worst.statistics.p99:.2f} "
-        f"(budget {args.budget:g})."
+        f"{counted(len(result.rows), 'row')} in {time.perf_counter() - start:.0f} s: {result.status}. "
+        f"Worst: {worst.material} under {worst.illuminant}, ΔE94 p99 {p99} (budget {args.budget:g})."
     )
     print(f"Report:   {result.page}\nFigures:  {result.figures}\nPictures: {args.out / 'pictures'}")
     return {"pass": 0, "near": 1, "over": 2}.get(result.status, 2)

@@ -6,6 +6,7 @@ import argparse
 import io
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -46,6 +47,15 @@ def positive_delta_e(text: str) -> float:
     return number
 
 
+def counted(number: int, what: str) -> str:
+    """So many things, in words.
+
+    >>> counted(1, "row"), counted(2, "row")
+    ('1 row', '2 rows')
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def add_catalogue_option(command: argparse.ArgumentParser) -> None:
     """`--catalogue`."""
     command.add_argument(
@@ -78,6 +88,16 @@ def renderer_for(choice: str) -> Renderer:
     return renderer
 
 
+def warned(line: str) -> None:
+    """Say a warning on standard error, at once and in one line."""
+    print(f"metamer: warning: {line}", file=sys.stderr, flush=True)
+
+
+def told(line: str) -> None:
+    """Say on standard error, at once, which long step begins."""
+    print(f"metamer: {line}", file=sys.stderr, flush=True)
+
+
 def shipped_scene(name: str = "sphere") -> Path:
     """A scene that comes with Metamer."""
     from importlib.resources import files
@@ -92,16 +112,17 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     if folder is None:
         folder = default_catalogue()
         if not folder.exists():
-            from ..materials.intake.importing import ImportInterrupted, import_sources
-            from .catalogue_import import import_progress, shipped_sources
+            from ..materials.intake.importing import import_sources
+            from ..spectral.ending import saying
+            from .catalogue_import import shipped_sources
+            from .import_progress import import_shown
 
-            print(f"No catalogue at {folder} yet: importing the shipped materials.")
-            try:
-                with ExitStack() as stack:
-                    import_sources([shipped_sources()], folder, jobs=jobs, progress=import_progress(stack))
-            except ImportInterrupted:
-                print("The catalogue is incomplete; `metamer catalogue import` completes it.")
-                raise
+            print(f"No catalogue at {folder} yet: importing the shipped materials.", flush=True)
+            with ExitStack() as stack:
+                stack.enter_context(saying(lambda: "`metamer catalogue import` completes the catalogue."))
+                shown = import_shown(stack, [shipped_sources()])
+                told = {"looked_at": shown.looked_at, "begins": shown.begins, "doing": shown.doing}
+                import_sources([shipped_sources()], folder, jobs=jobs, progress=shown.progress, **told)
     return Catalogue.open(folder)
 
 
@@ -118,13 +139,15 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
         yield lambda *_: None
         return
     if not shows_bars(sys.stderr):
-        tenths = -1
+        tenths, start = -1, time.monotonic()
 
         def line(done: int, total: int, what: str) -> None:
             nonlocal tenths
             if done * 10 // total > tenths:
                 tenths = done * 10 // total
-                print(f"{title}: {done}/{total} {what}", file=sys.stderr, flush=True)
+                spent = time.monotonic() - start
+                left = f", {spent * (total - done) / done:.0f} s left" if 0 < done < total and spent > 2.0 else ""
+                print(f"{title}: {done}/{total} {what}{left}", file=sys.stderr, flush=True)
 
         yield line
         return

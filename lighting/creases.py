@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from .vectors import Number, dot, unit
+from .vectors import Number, dot, unit, welded
 
 
 def creased_normals(
@@ -22,15 +22,14 @@ def creased_normals(
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    _, weld = np.unique(vertices, axis=0, return_inverse=True)
-    welded = weld.reshape(-1)[faces]
+    joined = welded(vertices)[1][faces]
     points = vertices[faces]
     normals = unit(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]))
 
     count = len(faces)
     corner = np.arange(3 * count).reshape(count, 3)
-    start = np.concatenate([welded[:, 0], welded[:, 1], welded[:, 2]])
-    stop = np.concatenate([welded[:, 1], welded[:, 2], welded[:, 0]])
+    start = np.concatenate([joined[:, 0], joined[:, 1], joined[:, 2]])
+    stop = np.concatenate([joined[:, 1], joined[:, 2], joined[:, 0]])
     corner_start = np.concatenate([corner[:, 0], corner[:, 1], corner[:, 2]])
     corner_stop = np.concatenate([corner[:, 1], corner[:, 2], corner[:, 0]])
     turned = start > stop
@@ -45,6 +44,8 @@ def creased_normals(
     joins = np.concatenate([[corner_low[first], corner_low[second]], [corner_high[first], corner_high[second]]], axis=1)
     links = coo_matrix((np.ones(joins.shape[1]), (joins[0], joins[1])), shape=(3 * count, 3 * count))
     groups, label = connected_components(links, directed=False)
+    # What scipy gives has 32 bits, too few for the products below once a mesh has some 46,000 vertices.
+    label = label.astype(np.int64)
 
     total = np.zeros((groups, 3))
     for k in range(3):

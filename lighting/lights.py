@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from ..spectral.errors import InputError
-from ..spectral.spectrum import Spectrum
+from ..spectral.spectrum import Spectrum, as_float
 from .vectors import Number, VectorLike, finite_vector
 
 
 def _strength(value: Number, field: str, unit: str) -> float:
-    strength = float(value) if value < sys.float_info.max else np.inf
+    strength = as_float(value)
     if not (0.0 < strength < np.inf):
         raise InputError("a light of no power", field=field, found=value, expected=f"more than 0 {unit}")
     return strength

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError, UnknownNameError
-from .vectors import dot, orthonormal_frame, stated_tangents, unit
+from .vectors import dot, orthonormal_frame, stated_tangents, unit, welded
 
 # A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
 THINNEST = 1e-10
@@ -125,9 +125,8 @@ class Mesh:
     @cached_property
     def watertight(self) -> bool:
         """Whether every edge, found by position, belongs to two triangles that run along it in opposite senses."""
-        _, weld = np.unique(self.vertices, axis=0, return_inverse=True)
-        welded = weld.reshape(-1)[self.faces]
-        edges = np.concatenate([welded[:, [0, 1]], welded[:, [1, 2]], welded[:, [2, 0]]])
+        corners = welded(self.vertices)[1][self.faces]
+        edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
         there = {(a, b) for a, b in edges.tolist()}
         return len(there) == len(edges) and all((b, a) in there for a, b in there)
 

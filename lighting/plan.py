@@ -14,6 +14,7 @@ from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import InputError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
+from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
 
 #: Share of the budget that the spectral basis may spend; the rest is for the factors over directions.
 SPECTRAL_SHARE = 0.1
@@ -53,9 +54,10 @@ def plan_scene(
 ) -> ScenePlan:
     """Choose basis and size for the materials (one tuple of packs each) and lights of a scene.
 
-    Every material is looked at over a fixed set of direction pairs; with `bounces`, products of those spectra join
-    them. The balanced basis (mathematics: rank-J truncation of reflectance x light) grows until its largest ΔE94 over
-    all spectra and lights is within `SPECTRAL_SHARE` of the budget. One light and no bounce is exact at J = 3.
+    Every material is looked at over a fixed set of direction pairs, on wavelengths common to all
+    (`common_wavelengths`); with `bounces`, products of those spectra join them. The balanced basis (mathematics: rank-J
+    truncation of reflectance x light) grows until its largest ΔE94 over all spectra and lights is within
+    `SPECTRAL_SHARE` of the budget. One light and no bounce is exact at J = 3.
     """
     if not packs or not lights:
         raise InputError(
@@ -65,8 +67,8 @@ def plan_scene(
         raise InputError(
             "the budget must be positive", field="budget", found=budget_delta_e94, expected="a ΔE94 above 0"
         )
-    wavelengths_nm = packs[0][0].basis.wavelengths_nm
-    seen = np.concatenate([_seen_spectra(material) for material in packs])
+    wavelengths_nm = common_wavelengths([pack.basis.wavelengths_nm for material in packs for pack in material])
+    seen = np.concatenate([_seen_spectra(material, wavelengths_nm) for material in packs])
     surfaces = seen
     for _ in range(bounces):
         surfaces = np.concatenate([surfaces, _products(seen, surfaces)])
@@ -97,14 +99,19 @@ def plan_scene(
     return ScenePlan(basis, budget_delta_e94, error, "float32", tuple(reasons))
 
 
-def _seen_spectra(material: Sequence[FactorPack], pairs: int = 48) -> Float[np.ndarray, "N L"]:
+def _seen_spectra(
+    material: Sequence[FactorPack], wavelengths_nm: Float[np.ndarray, "L"], pairs: int = 48
+) -> Float[np.ndarray, "N L"]:
     """pi f_r cos(theta_i) of a material (the perfect diffuser facing the light is 1) over fixed direction pairs."""
     generator = np.random.default_rng(1)
     wi, wo = _upper_directions(generator, pairs), _upper_directions(generator, pairs)
     wo[: pairs // 4] = wi[: pairs // 4] * (-1, -1, 1)  # mirror directions: where lobes show their own colour
-    spectra = np.zeros((pairs, material[0].basis.wavelengths_nm.size))
+    spectra = np.zeros((pairs, wavelengths_nm.size))
     for pack in material:
-        spectra += np.pi * pack.basis.reconstruct(np.asarray(pack.shade(wi, wo), dtype=np.float64))
+        own = np.pi * pack.basis.reconstruct(np.asarray(pack.shade(wi, wo), dtype=np.float64))
+        grid = pack.basis.wavelengths_nm
+        same = np.array_equal(grid, wavelengths_nm)
+        spectra += own if same else own @ interpolation_matrix(grid, wavelengths_nm).T
     return spectra
 
 

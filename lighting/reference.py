@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from jaxtyping import Float
 from ..materials.brdf import Brdf
 from ..materials.fluorescent import FluorescentBrdf
 from ..spectral.errors import UnknownNameError
-from ..spectral.spectrum import Spectrum
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
 from .geometry import Tracer, VisibleGeometry, visible_geometry
 from .lights import Light
@@ -19,7 +19,7 @@ from .scene import Scene
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
 BAND_SAMPLES = 400_000
-# Samples whose BRDF is evaluated at once: 81 wavelengths of them, in float64, stay in cache.
+# Samples whose BRDF is evaluated at once: 81 wavelengths of them, in float64, stay in cache. Fewer of more.
 BLOCK = 4096
 
 
@@ -38,9 +38,10 @@ def reference_image(
     illuminant: Spectrum | None = None,
     *,
     geometry: VisibleGeometry | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]:
     """XYZ (H, W, 3) and coverage (H, W) of one picture; see `reference_images`."""
-    pictures = reference_images(scene, camera, brdfs, (illuminant,), geometry=geometry)
+    pictures = reference_images(scene, camera, brdfs, (illuminant,), geometry=geometry, progress=progress)
     return pictures.xyz[0], pictures.coverage
 
 
@@ -53,6 +54,7 @@ def reference_images(
     geometry: VisibleGeometry | None = None,
     band_samples: int = BAND_SAMPLES,
     block: int = BLOCK,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> ReferencePictures:
     """The same view under several light spectra; the BRDF is evaluated once for all of them.
 
@@ -68,6 +70,8 @@ def reference_images(
     geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials. Without it the picture
         is traced in bands of rows of at most about `band_samples` sample points.
 
+    progress : called with (rows done, rows in all, what is done) as bands are traced.
+
     Raises
     ------
     UnknownNameError : a material of the scene is not in `brdfs`.
@@ -79,6 +83,8 @@ def reference_images(
     weights = _Weights(scene, illuminants)
     if geometry is not None:
         return ReferencePictures(_shade(scene, geometry, brdfs, weights, block), geometry.coverage)
+    say = progress or (lambda *_: None)
+    say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
     step = max(1, band_samples // (camera.width * camera.samples**2))
     xyz, coverage = [], []
@@ -86,6 +92,7 @@ def reference_images(
         band = visible_geometry(scene, camera, slice(start, min(start + step, camera.height_px)), tracer)
         xyz.append(_shade(scene, band, brdfs, weights, block))
         coverage.append(band.coverage)
+        say(min(start + step, camera.height_px), camera.height_px, "tracing")
     return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage))
 
 
@@ -134,13 +141,14 @@ def _shade(
             brdf = brdfs[part.material_id]
             folding = weights.of(number, light, brdf.wavelengths_nm)
             values = np.empty((len(mine), folding.shape[1]))
-            for start in range(0, len(mine), block):
-                rows = mine[start : start + block]
+            step = max(block * WORKING_WAVELENGTHS_NM.size // max(len(folding), WORKING_WAVELENGTHS_NM.size), 1)
+            for start in range(0, len(mine), step):
+                rows = mine[start : start + step]
                 wi, wo = lit.wi[rows], geometry.wo[lit.sample[rows]]
-                values[start : start + block] = brdf.eval(wi, wo) @ folding
+                values[start : start + step] = brdf.eval(wi, wo) @ folding
                 if isinstance(brdf, FluorescentBrdf):
                     emitted = weights.emitted(number, light, part.material_id, brdf)
-                    values[start : start + block] += brdf.emission_factor(wi, wo)[:, None] * emitted
+                    values[start : start + step] += brdf.emission_factor(wi, wo)[:, None] * emitted
             scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
             values *= scale[:, None]
             pixel = geometry.pixel[lit.sample[mine]]

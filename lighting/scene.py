@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -165,14 +165,16 @@ class Scene:
         """The scene with every light's spectrum replaced; strengths and places stay."""
         return replace(self, lights=tuple(light.with_spectrum(spectrum, name) for light in self.lights))
 
-    def adopted_white(self) -> Float[np.ndarray, "3"]:
-        """XYZ, Y = 1, of a perfect diffuser in the mixture of all lights as it falls on the middle of the scene.
+    def mixed(self, under_each: Float[np.ndarray, "lights *n"]) -> Float[np.ndarray, "*n"]:
+        """What shows one value under each light, in the mixture of all lights: their mean by `illuminances_lux`.
 
-        Each light counts by its `illuminances_lux`. What adaptation and Lab refer to.
+        The one rule for the scene's white and for every colour that is shown beside it.
         """
-        illuminance = illuminances_lux(self.lights, *self.bounds)
-        whites = np.stack([self.observer.white(light.spectrum) for light in self.lights])
-        return illuminance @ whites / illuminance.sum()
+        return np.average(under_each, axis=0, weights=illuminances_lux(self.lights, *self.bounds))
+
+    def adopted_white(self) -> Float[np.ndarray, "3"]:
+        """XYZ, Y = 1, of a perfect diffuser in the mixture (`mixed`) of all lights; adaptation refers to it."""
+        return self.mixed(np.stack([self.observer.white(light.spectrum) for light in self.lights]))
 
 
 def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
@@ -202,12 +204,13 @@ def illuminances_lux(
 ) -> Float[np.ndarray, "_"]:
     """What each light gives a surface that faces it in the middle of the box from `low` to `high`, lx.
 
-    A point light nearer to the middle than `LEAST_SHARE` of the box's half diagonal counts as if it stood that far off.
+    A point light nearer to the middle than `LEAST_SHARE` of the box's half diagonal counts as if it stood that far off;
+    `held_off_notes` says of which lights that is so. There is a surface nowhere near the middle of a room, and the
+    inverse square law of one point says nothing of what the room's surfaces receive.
     """
-    middle, least = 0.5 * (low + high), LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low))
     return np.array(
         [
-            light.intensity_cd / max(float(np.linalg.norm(light.position - middle)), least) ** 2
+            light.intensity_cd / max(_off_middle(light, low, high)) ** 2
             if isinstance(light, PointLight)
             else light.illuminance_lux
             for light in lights
@@ -215,13 +218,37 @@ def illuminances_lux(
     )
 
 
-def load_scene(path: str | Path, catalogue=None) -> Scene:
+def held_off_notes(
+    lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
+) -> tuple[str, ...]:
+    """A sentence for each light that `illuminances_lux` counts from farther off than it stands."""
+    notes = []
+    for light in lights:
+        if isinstance(light, PointLight):
+            distance, least = _off_middle(light, low, high)
+            if distance < least:
+                notes.append(
+                    f"{light.name} stands {distance:.3g} from the middle of the scene; for the white and the reference "
+                    f"illuminance it counts as {least:.3g} off"
+                )
+    return tuple(notes)
+
+
+def _off_middle(light: PointLight, low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
+    """How far a light is from the middle of a box, and the least distance that it counts from."""
+    distance = float(np.linalg.norm(light.position - 0.5 * (low + high)))
+    return distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low))
+
+
+def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | None = None) -> Scene:
     """Read `scene.toml`, whose format docs/scene.md describes.
 
     Parameters
     ----------
     path : the file; meshes and measured spectra are looked up relative to it.
-    catalogue : anything with `ids()`; the materials of the scene must be among them. None leaves them unchecked.
+    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
+        lights may name its emissions. None leaves materials unchecked.
+    say : called with a line before each long step: which large mesh is read, and what that will take.
 
     Raises
     ------
@@ -229,7 +256,7 @@ def load_scene(path: str | Path, catalogue=None) -> Scene:
     """
     from .scene_files import read_scene
 
-    return read_scene(Path(path), catalogue)
+    return read_scene(Path(path), catalogue, say)
 
 
 __all__ = [
@@ -244,6 +271,7 @@ __all__ = [
     "Viewing",
     "bounds_of",
     "framing_camera",
+    "held_off_notes",
     "illuminances_lux",
     "load_scene",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,14 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import read_text
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import Observer, observer
-from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from . import shapes
 from .camera import Camera
+from .lamps import lamp
 from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
-from .mesh_files import load_mesh
-from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, illuminances_lux
+from .mesh_cost import SAID_FROM_SECONDS, MeshCost, file_cost
+from .mesh_files import SUFFIXES, load_mesh
+from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, held_off_notes, illuminances_lux
 from .scene_keys import (
     CAMERA,
     EXPECTED,
@@ -41,12 +42,12 @@ DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
 DEFAULT_DIRECTION = (-0.5, 0.6, 1.0)
 
 
-def read_scene(path: Path, catalogue: Any = None) -> Scene:
+def read_scene(path: Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
     """See `lighting.scene.load_scene`."""
     try:
         document = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as reason:
-        hint = "correct it there; docs/scene.md shows what a scene file looks like"
+        hint = 'correct it there; such a file starts with [[part]] and a line like: shape = "sphere"'
         raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason
     for key, value in document.items():
         if key not in TABLES:
@@ -63,13 +64,14 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
         seen_by = observer(head.get("observer", "1931_2"))
     if not document.get("part"):
         raise InputError("a scene without parts", file=path, field="part", expected="at least one [[part]]")
-    parts = [part for k, table in enumerate(document["part"], 1) for part in _parts(table, k, path, known_ids)]
+    parts = [part for k, table in enumerate(document["part"], 1) for part in _parts(table, k, path, known_ids, say)]
     low, high = bounds_of(part.mesh for part in parts)
     notes = [note for part in parts for note in part.mesh.notes]
-    lights = [_light(table, k, path, seen_by, notes) for k, table in enumerate(document.get("light", []), 1)]
+    lights = [_light(table, k, path, seen_by, notes, catalogue) for k, table in enumerate(document.get("light", []), 1)]
     if not lights:
         lights = [DirectionalLight(DEFAULT_DIRECTION, illuminant("D65"), 1000.0, spectrum_name="D65")]
         notes.append("no light given: one directional light, D65, 1000 lx, from the upper left front")
+    notes += held_off_notes(lights, low, high)
     cameras = [_camera(table, k, path, low, high) for k, table in enumerate(document.get("camera", []), 1)]
     if not cameras:
         cameras = [framing_camera(low, high)]
@@ -92,7 +94,9 @@ def read_scene(path: Path, catalogue: Any = None) -> Scene:
         )
 
 
-def _parts(table: dict, number: int, path: Path, known_ids: tuple[str, ...] | None) -> Iterator[Part]:
+def _parts(
+    table: dict, number: int, path: Path, known_ids: tuple[str, ...] | None, say: Callable[[str], None] | None
+) -> Iterator[Part]:
     where = _where("part", number, table)
     shape = table.get("shape")
     if (shape is None) == ("mesh" not in table):
@@ -118,13 +122,24 @@ def _parts(table: dict, number: int, path: Path, known_ids: tuple[str, ...] | No
             chips = shapes.patches(len(ids), **settings)
             made = [(f"{name}/{k}", chip, id_) for k, (chip, id_) in enumerate(zip(chips, ids, strict=True), 1)]
         elif shape is not None:
+            _foretold(MeshCost(shapes.triangles(shape, **settings)), f"making {shape} {name!r}", path, say)
             made = [(name, getattr(shapes, shape)(**settings), got.get("material", default))]
         else:
-            made = [(name, _file_mesh(path.parent / got["mesh"], got), got.get("material", default))]
+            file = path.parent / got["mesh"]
+            if file.is_file() and file.suffix.lower() in SUFFIXES:
+                _foretold(file_cost(file), f"reading {file.name}", file, say)
+            made = [(name, _file_mesh(file, got), got.get("material", default))]
     for part_name, mesh, material in made:
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
         yield Part(part_name, mesh.transformed(matrix), material)
+
+
+def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None] | None) -> None:
+    """Refuse a mesh that does not fit into memory, and say of one that takes a while what it takes."""
+    cost.check_room(place)
+    if say is not None and cost.seconds >= SAID_FROM_SECONDS:
+        say(f"{what}: {cost.words}")
 
 
 def _file_mesh(file: Path, got: Mapping[str, Any]) -> Mesh:
@@ -146,7 +161,7 @@ def _matrix(got: Mapping[str, Any]) -> np.ndarray:
     return matrix
 
 
-def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[str]) -> Light:
+def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[str], catalogue: Any) -> Light:
     """One light, usable by this observer; what its spectrum leaves to be assumed is added to `notes`."""
     where = _where("light", number, table)
     kind = table.get("kind", "point" if "position" in table else "directional")
@@ -154,17 +169,19 @@ def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[
         raise UnknownNameError("kind of light", str(kind), LIGHT_KINDS, file=path, field=f"{where}.kind")
     got = taken(table, LIGHT | LIGHT_KINDS[kind], path, where)
     named = got.get("spectrum", "D65")
-    if "spectrum_column" in got and not named.lower().endswith(".csv"):
+    if "entry" in got and "spectrum_column" in got:
         field = f"{where}.spectrum_column"
-        raise InputError("only a file has columns", file=path, field=field, found=named, expected="a .csv file")
-    with placed(path, f"{where}.spectrum"):
-        if named.lower().endswith(".csv"):
-            spectrum = _measured(path.parent / named, got.get("spectrum_column"))
-            note = spectrum.range_note(WORKING_WAVELENGTHS_NM)
-            notes += [f"{where}: {named} is {note}"] if note else []
-        else:
-            spectrum = illuminant(named)
-    common = {"name": got.get("name", f"light {number}"), "spectrum_name": got.get("spectrum_column", named)}
+        raise InputError("entry and spectrum_column say the same", file=path, field=field, expected="one of the two")
+    key = "spectrum_column" if "spectrum_column" in got else "entry"
+    try:
+        spectrum, called, said = lamp(named, got.get(key), path.parent, catalogue)
+    except InputError as error:
+        field = f"{where}.{key if error.field == 'entry' else 'spectrum'}"
+        if error.file is not None:
+            raise error.at(named_in=f"{path}, {field}") from error
+        raise error.at(file=path, field=field) from error
+    notes += [f"{where}: {one}" for one in said]
+    common = {"name": got.get("name", f"light {number}"), "spectrum_name": called}
     with placed(path, where):
         if kind == "directional":
             direction = got.get("direction_to_light", np.array(DEFAULT_DIRECTION))
@@ -184,17 +201,6 @@ def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[
     except InputError as error:
         raise error.at(file=path, field=f"{where}.spectrum") from error
     return light
-
-
-def _measured(file: Path, column: str | None) -> Spectrum:
-    from ..spectral.formats.csv import read_csv_spectra
-
-    spectra = read_csv_spectra(file, "emission")
-    if column is None:
-        return next(iter(spectra.values()))
-    if column not in spectra:
-        raise UnknownNameError("spectrum", column, spectra, file=file)
-    return spectra[column]
 
 
 def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndarray) -> Camera:

@@ -41,7 +41,7 @@ SHAPES = {
     "plane": {"width": "number", "depth": "number"},
     "patches": {"gap": "number", "tilt_deg": "number"},
 }
-LIGHT = {"name": "text", "kind": "text", "spectrum": "text", "spectrum_column": "text"}
+LIGHT = {"name": "text", "kind": "text", "spectrum": "text", "entry": "entry", "spectrum_column": "text"}
 LIGHT_KINDS = {
     "directional": {"direction_to_light": "vector", "illuminance_lux": "number"},
     "point": {"position": "vector", "intensity_cd": "number"},
@@ -66,6 +66,7 @@ EXPECTED = {
     "text": "text in quotes",
     "texts": "a list of texts",
     "number": "a finite number",
+    "entry": "a name in quotes, or a number from 1",
     "count": "a whole number, at least 1",
     "vector": "a list of three finite numbers",
     "scale": "a number or a list of three, none of them 0",
@@ -91,6 +92,8 @@ def _fits(value: Any, kind: str) -> bool:
     number = type(value) in (int, float) and bool(np.isfinite(value))
     if kind == "text":
         return isinstance(value, str) and bool(value)
+    if kind == "entry":
+        return _fits(value, "text") or _fits(value, "count")
     if kind == "texts":
         return isinstance(value, list) and bool(value) and all(isinstance(item, str) and item for item in value)
     if kind == "count":
@@ -106,11 +109,11 @@ def _fits(value: Any, kind: str) -> bool:
 
 @contextmanager
 def placed(path: Path, where: str | None) -> Iterator[None]:
-    """Errors of what is built from a table get its file and place, unless they name a file of their own."""
+    """Errors of what is built from a table get its file and place; those of another file, where that is named."""
     try:
         yield
     except InputError as error:
         if error.file is not None:
-            raise
+            raise error.at(named_in=f"{path}, {where}" if where else str(path)) from error
         field = ".".join(part for part in (where, error.field) if part) or None
         raise error.at(file=path, field=field) from error

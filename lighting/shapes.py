@@ -7,6 +7,7 @@ of an analytic f to the last digit (Squire and Trapp 1998).
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -97,6 +98,13 @@ def patches(count: int = 6, gap: Number = 0.08, tilt_deg: Number = 0.0) -> tuple
         corners = centre + (uv[:, :1] - 0.5) * np.array([1.0, 0.0, 0.0]) + (uv[:, 1:] - 0.5) * up
         chips.append(Mesh(corners, np.tile(normal, (4, 1)), faces, uv, name=f"patch_{k + 1}"))
     return tuple(chips)
+
+
+def triangles(shape: str, subdivisions: int = 6, divisions: int = 160, **_more: Any) -> int:
+    """How many triangles a shape has at these settings; 0 where they are out of range, which the shape itself says."""
+    if shape in ("sphere", "speed_shape"):
+        return 20 * 4**subdivisions if 0 <= subdivisions <= 9 else 0
+    return 2 * divisions**2 if shape == "cloth" and divisions <= 2000 else 2
 
 
 def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndarray, "F 3"]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
+import uuid
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ..spectral.ending import clearing
 from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.files import at_work, made_folder
+from ..spectral.files import made_folder
 from ..spectral.formats.reading import SpectralEntry
+from ..spectral.locks import at_work
 from ..spectral.spectrum import Spectrum
 from .exported_spectrum import COMPUTED, exported_spectrum, provenance_tags
 from .records.material import MaterialRecord
@@ -125,14 +127,14 @@ def _workplace(folder: Path) -> Iterator[Path]:
         for left in folder.glob(f"{_WORKPLACE}????????"):
             shutil.rmtree(left, ignore_errors=True)
 
-    with at_work(folder, clear_away):
+    work = folder / f"{_WORKPLACE}{uuid.uuid4().hex[:8]}"
+    with at_work(folder, clear_away), clearing(lambda: shutil.rmtree(work, ignore_errors=True)):
         try:
-            work = tempfile.TemporaryDirectory(prefix=_WORKPLACE, dir=folder)
+            work.mkdir()
         except OSError as reason:
             hint = "name a folder that you may write to, on a disk with room: --out"
             raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
-        with work as path:
-            yield Path(path)
+        yield work
 
 
 @contextmanager

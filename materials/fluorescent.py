@@ -18,7 +18,7 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from .brdf import Brdf, Lobe, eval_lit
 from .factors import Axis, FactorPack, FitError
-from .protocol import sphere_protocol
+from .protocol import LIGHTS, sphere_protocol
 
 # Last nodes of theta_h, theta_d and phi_d.
 _ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
@@ -105,13 +105,18 @@ class FluorescentLambert(FluorescentBrdf):
     def measured_packs(self, pixels: int = 64) -> tuple[tuple[FactorPack, ...], FitError]:
         """`packs`, and how far they are from every wavelength of the matrix, in ΔE94 on the sphere of `protocol`."""
         sphere = sphere_protocol(pixels)
-        light, eye = illuminant(sphere.light), observer(sphere.observer)
-        nm = eye.wavelengths_nm
-        sent = np.trapezoid(self.bispectral.emission(light, nm)[:, None] * eye.cmfs, nm, axis=0) / eye.luminous(light)
-        cosine = sphere.wi[:, 2:]
-        reference = sphere.reference(self) + np.pi * cosine * self.emission_factor(sphere.wi, sphere.wo)[:, None] * sent
+        eye, lights = observer(sphere.observer), [illuminant(name) for name in LIGHTS]
+        nm, cosine = eye.wavelengths_nm, sphere.wi[:, 2:]
+        sent = [
+            np.trapezoid(self.bispectral.emission(light, nm)[:, None] * eye.cmfs, nm, axis=0) / eye.luminous(light)
+            for light in lights
+        ]
+        spread = np.pi * cosine * self.emission_factor(sphere.wi, sphere.wo)[:, None]
+        references = sphere.references(self, LIGHTS) + np.stack([spread * one for one in sent])
         (pack,) = self.packs()
-        error = sphere.compare(reference, np.pi * pack.geometry(sphere.wi, sphere.wo) @ pack.fold(light, eye))
+        geometry = np.pi * pack.geometry(sphere.wi, sphere.wo)
+        samples = np.stack([geometry @ pack.fold(light, eye) for light in lights])
+        error = sphere.compare_lights(references, samples, LIGHTS)
         return (replace(pack, error=error),), error
 
 

@@ -7,7 +7,8 @@ every wavelength of its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 
 import numpy as np
@@ -18,13 +19,17 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from .brdf import Brdf
-from .factors import FactorPack, FitError, FrameAngles, frame_angles
+from .factors import FactorPack, FitError, FrameAngles, LightError, frame_angles
 
+# A fit meets its budget when it meets it under all of these: daylight, tungsten, three narrow bands, a blue LED with
+# a phosphor, and sodium at high pressure.
+LIGHTS = ("D65", "A", "FL11", "LED-B3", "HP1")
 LIGHT_ANGLES_DEG = (10.0, 35.0, 60.0, 80.0, 110.0)
 # Lights from behind: no part of the protocol, but a picture may have one.
 BACK_LIGHT_ANGLES_DEG = (125.0, 140.0)
 # Below this the pixel is dark whatever the material; the cosine's own rounding would be judged.
 _LEAST_COSINE = 0.01
+_BLOCK = 8192
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,62 +70,79 @@ class SphereProtocol:
         """Light x observer: XYZ of the perfect diffuser has Y = 1."""
         return _weights(self.light, self.observer, tuple(wavelengths_nm.tolist()))
 
+    def under(self, light: str) -> SphereProtocol:
+        """The same samples under another light."""
+        return replace(self, light=light)
+
     def reference(self, brdf: Brdf) -> Float[np.ndarray, "N 3"]:
         """XYZ of every sample from the BRDF at its own wavelengths."""
-        weights = np.pi * self.weights(brdf.wavelengths_nm)
-        xyz = np.empty((len(self.wi), 3))
-        for start in range(0, len(xyz), 8192):
-            rows = slice(start, start + 8192)
+        return self.references(brdf, (self.light,))[0]
+
+    def references(self, brdf: Brdf, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
+        """XYZ of every sample under M lights; the BRDF is evaluated once."""
+        weights = np.hstack([np.pi * self.under(light).weights(brdf.wavelengths_nm) for light in lights])
+        xyz = np.empty((len(self.wi), 3 * len(lights)))
+        for start in range(0, len(xyz), _BLOCK):
+            rows = slice(start, start + _BLOCK)
             xyz[rows] = brdf.eval(self.wi[rows], self.wo[rows]) @ weights * self.wi[rows, 2:]
-        return xyz
+        return _by_light(xyz)
 
     def sample(self, packs: tuple[FactorPack, ...]) -> Float[np.ndarray, "N 3"]:
         """XYZ of every sample from packs folded with the light."""
-        xyz = np.zeros((len(self.wi), 3))
+        return self.samples(packs, (self.light,))[0]
+
+    def samples(self, packs: tuple[FactorPack, ...], lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
+        """XYZ of every sample from packs folded with each of M lights; the factors are looked up once."""
+        xyz = np.zeros((len(self.wi), 3 * len(lights)))
         for pack in packs:
-            folded = np.pi * (pack.basis.reconstruct(pack.spectral) @ self.weights(pack.basis.wavelengths_nm))
+            weights = np.hstack([np.pi * self.under(light).weights(pack.basis.wavelengths_nm) for light in lights])
+            folded = pack.basis.reconstruct(pack.spectral) @ weights
             xyz += pack.geometry_at(self.angles[pack.frame, pack.anisotropic]) @ folded
-        return xyz
+        return _by_light(xyz)
 
-    def compare(
-        self,
-        reference_xyz: Float[np.ndarray, "N 3"],
-        sample_xyz: Float[np.ndarray, "N 3"],
-        relative_error: float = 0.0,
-        most_negative: float = 0.0,
-    ) -> FitError:
+    def compare(self, reference_xyz: Float[np.ndarray, "N 3"], sample_xyz: Float[np.ndarray, "N 3"]) -> FitError:
         """Statistics of ΔE94 over the samples."""
-        white = self.weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
-        difference = delta_e_xyz(reference_xyz, sample_xyz, white)
+        difference = self.differences(reference_xyz, sample_xyz)
         p95, p99 = np.percentile(difference, [95, 99])
-        return FitError(
-            mean=float(difference.mean()),
-            p95=float(p95),
-            p99=float(p99),
-            maximum=float(difference.max()),
-            light=self.light,
-            observer=self.observer,
-            protocol=self.text,
-            relative_error=relative_error,
-            most_negative=most_negative,
+        mean, most = float(difference.mean()), float(difference.max())
+        return FitError(mean, float(p95), float(p99), most, self.light, self.observer, self.text, 0.0)
+
+    def compare_lights(
+        self,
+        references: Float[np.ndarray, "M N 3"],
+        samples: Float[np.ndarray, "M N 3"],
+        lights: Sequence[str],
+        highlights: Sequence[float | None] = (),
+    ) -> FitError:
+        """Statistics under each of M lights, and the worst of them by its 99th percentile as the figures of all.
+
+        `highlights`: p99 of the highlight's own pixels under each light, where the surface has one.
+        """
+        by_light = [
+            self.under(light).compare(reference, sample)
+            for light, reference, sample in zip(lights, references, samples, strict=True)
+        ]
+        own = highlights or [None] * len(by_light)
+        figures = tuple(
+            LightError(one.light, one.mean, one.p95, one.p99, one.maximum, highlight)
+            for one, highlight in zip(by_light, own, strict=True)
         )
+        return replace(max(by_light, key=lambda one: one.p99), lights=figures)
 
-    def most_negative(self, packs: tuple[FactorPack, ...]) -> float:
-        """Lowest pi f_r cos(theta_i) that the packs shade to at any sample and wavelength; 0 if none is negative."""
-        return lowest_shading(packs, self.wi, self.wo)
-
-
-def lowest_shading(packs: tuple[FactorPack, ...], wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> float:
-    """Lowest pi f_r cos(theta_i) that packs shade to at any pair and wavelength; 0 if none is negative."""
-    lowest = 0.0
-    for start in range(0, len(wi), 8192):
-        rows = slice(start, start + 8192)
-        shaded = sum(pack.basis.reconstruct(pack.shade(wi[rows], wo[rows])) for pack in packs)
-        lowest = min(lowest, float(np.pi * np.min(shaded)))
-    return lowest
+    def differences(
+        self, reference_xyz: Float[np.ndarray, "N 3"], sample_xyz: Float[np.ndarray, "N 3"]
+    ) -> Float[np.ndarray, " N"]:
+        """ΔE94 of every sample."""
+        white = self.weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
+        return delta_e_xyz(reference_xyz, sample_xyz, white)
 
 
-@lru_cache(maxsize=16)
+def _by_light(xyz: Float[np.ndarray, "N M3"]) -> Float[np.ndarray, "M N 3"]:
+    """Columns of three a light, as one picture a light."""
+    return np.ascontiguousarray(xyz.reshape(len(xyz), -1, 3).transpose(1, 0, 2))
+
+
+@lru_cache(maxsize=64)
 def _weights(light: str, observer_name: str, wavelengths_nm: tuple[float, ...]) -> np.ndarray:
     weights = observer(observer_name).weights(illuminant(light), np.array(wavelengths_nm)).T
     weights.setflags(write=False)

@@ -116,11 +116,11 @@ class SpectralBasis:
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "J L"]:
         """What each coefficient sends out at `wavelengths_nm` under `light`: pi times the radiance of a diffuse
-        surface, in the light's own unit. The light is linear between its samples.
+        surface, in the light's own unit. The light is linear between its samples; one that is finer is averaged.
         """
         resample = interpolation_matrix(self.wavelengths_nm, wavelengths_nm)
         spectra = resample if self.is_sampled else resample @ self.synthesis
-        return spectra.T * light.resampled(wavelengths_nm).samples
+        return spectra.T * light.averaged(wavelengths_nm).samples
 
     @classmethod
     def sampled(cls, wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM) -> SpectralBasis:

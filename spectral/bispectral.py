@@ -187,7 +187,7 @@ class Bispectral:
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
         """D s: all that leaves, pi times the radiance of a diffuse surface, in the light's own unit."""
         kept = interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm) @ self._diagonal
-        return kept * light.resampled(wavelengths_nm).samples + self.emission(light, wavelengths_nm)
+        return kept * light.averaged(wavelengths_nm).samples + self.emission(light, wavelengths_nm)
 
     def fold_emission(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
         """XYZ of the part that changes its wavelength; Y of the perfect diffuser under `light` is 1."""

@@ -10,6 +10,8 @@ from pathlib import Path
 
 # So many names are given in full.
 _FEW = 8
+# Which command lists the names of a kind that has more.
+_LISTED_BY = {"illuminant": "metamer names", "material": "metamer catalogue list"}
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 _CONTROL_IN_LINES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
@@ -63,6 +65,7 @@ class InputError(MetamerError):
     file, field : where; a path, and a key, column, channel or argument inside it.
     found, expected : the value met, and what would have been accepted.
     hint : the next step that a person can take.
+    named_in : the file and place that name `file`, where that is what a person has written.
     """
 
     def __init__(
@@ -74,14 +77,15 @@ class InputError(MetamerError):
         found: object = None,
         expected: str | None = None,
         hint: str | None = None,
+        named_in: str | None = None,
     ) -> None:
         self.problem, self.file, self.field = problem, file, field
-        self.found, self.expected, self.hint = found, expected, hint
+        self.found, self.expected, self.hint, self.named_in = found, expected, hint, named_in
         where = ": ".join(visible(str(part)) for part in (file, field) if part is not None)
         lines = [f"{where}: {problem}" if where else problem]
         lines += [
             f"  {label}: {visible(str(value), lines=True)}"
-            for label, value in (("found", found), ("expected", expected), ("try", hint))
+            for label, value in (("found", found), ("expected", expected), ("named in", named_in), ("try", hint))
             if value is not None
         ]
         super().__init__("\n".join(lines))
@@ -94,9 +98,11 @@ class InputError(MetamerError):
         found: object = None,
         expected: str | None = None,
         hint: str | None = None,
+        named_in: str | None = None,
     ) -> InputError:
         """The same failure, of the same class, with what its discoverer did not know; what is None here stays."""
         given = {"file": file, "field": field, "found": found, "expected": expected, "hint": hint}
+        given |= {"named_in": named_in}
         parts = {name: getattr(self, name) if value is None else value for name, value in given.items()}
         placed = copy(self)
         InputError.__init__(placed, self.problem, **parts)
@@ -127,6 +133,7 @@ class UnknownNameError(InputError):
         expected = ", ".join(self.known) or "a known name, but there are none here"
         if len(self.known) > _FEW:
             some = "" if self.nearest else f", such as {', '.join(self.known[: _FEW // 2])}"
-            expected = f"one of {len(self.known)} known names{some}"
+            listed = f"; `{_LISTED_BY[kind]}` lists them" if kind in _LISTED_BY else ""
+            expected = f"one of {len(self.known)} known names{some}{listed}"
         hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
         super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import errno
-import os
+import glob
 import re
 import uuid
-from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from .ending import clearing
 from .errors import InputError, NoRoomError
+from .locks import abandoned, made_and_held
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 # What `made_folder` tries to write.
@@ -21,7 +23,7 @@ _BESIDE = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{8}(?P<suffix>\.[^.]+)?")
 
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
-    """Yield a path beside `path` to write to; on success it takes the name, on any failure it is removed.
+    """Yield a path beside `path` to write to; on success it takes the name, on any failure, or a signal, it is removed.
 
     Raises
     ------
@@ -32,30 +34,34 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise InputError("no such folder to write to", file=path.parent, hint="make the folder first, or name another")
     beside = path.with_name(_name_beside(path))
-    try:
-        beside.touch()
-    except OSError as reason:
-        raise InputError(
-            "the folder cannot be written to",
-            file=path.parent,
-            found=reason.strerror,
-            hint="name a folder that you may write to (--out, --into)",
-        ) from None
-    try:
-        yield beside
-        beside.replace(path)
-    except OSError as reason:
-        if reason.errno not in _NO_ROOM:
-            raise
-        raise NoRoomError(
-            "no room for the file",
-            file=path,
-            found=reason.strerror,
-            expected="room on its disk; what was there before is still there",
-            hint="make room, or name a folder on another disk; then give the same command again",
-        ) from None
-    finally:
-        beside.unlink(missing_ok=True)
+    with clearing(lambda: _remove(beside)), ExitStack() as stack:
+        try:
+            stack.enter_context(made_and_held(beside, beside.touch))
+        except OSError as reason:
+            raise InputError(
+                "the folder cannot be written to",
+                file=path.parent,
+                found=reason.strerror,
+                hint="name a folder that you may write to",
+            ) from None
+        try:
+            yield beside
+            beside.replace(path)
+        except OSError as reason:
+            if reason.errno not in _NO_ROOM:
+                raise
+            raise NoRoomError(
+                "no room for the file",
+                file=path,
+                found=reason.strerror,
+                expected="room on its disk; what was there before is still there",
+                hint="make room, or name a folder on another disk; then give the same command again",
+            ) from None
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink()
 
 
 def _name_beside(path: Path) -> str:
@@ -78,43 +84,18 @@ def _is_half_written(name: str, suffixes: Collection[str] | None) -> bool:
     return beside is not None and (suffixes is None or (beside["suffix"] or "") in suffixes)
 
 
-@contextmanager
-def at_work(path: Path, clear_away: Callable[[], None]) -> Iterator[None]:
-    """Lock `path`, a file or a folder, while this process writes there; who finds nobody there first clears away.
-
-    Several may be at work at once, and none loses what it is writing: only leftovers of killed ones are there when
-    `clear_away` is called. The system frees a lock however its process ends. Where there are no such locks (Windows,
-    some network disks), nothing is cleared away; nobody reads leftovers.
-    """
-    try:
-        import fcntl
-
-        descriptor = os.open(path, os.O_RDONLY)
-    except (ImportError, OSError):
-        yield
-        return
-    try:
-        if _locked(lambda: fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)):
-            clear_away()
-        _locked(lambda: fcntl.flock(descriptor, fcntl.LOCK_SH))
-        yield
-    finally:
-        os.close(descriptor)
-
-
-def _locked(lock: Callable[[], None]) -> bool:
-    try:
-        lock()
-    except OSError:
-        return False
-    return True
-
-
 def check_writable(path: str | Path) -> None:
-    """Raises what `written_whole` would, before the work whose result is to be written; leaves what is there alone."""
+    """Raises what `written_whole` would, before the work whose result is to be written; leaves what is there alone.
+
+    What a killed process left of writing that file is cleared away.
+    """
     path = Path(path)
     if path.is_dir():
         raise InputError("a folder, where a file is to be written", file=path, hint="name a file")
+    for stray in path.parent.glob(f".{glob.escape(path.stem)}.*{glob.escape(path.suffix)}"):
+        found = _BESIDE.fullmatch(stray.name)
+        if found and found["stem"] == path.stem and (found["suffix"] or "") == path.suffix and abandoned(stray):
+            stray.unlink(missing_ok=True)
     with suppress(_Probed), written_whole(path):
         raise _Probed
 
@@ -169,8 +150,7 @@ def made_folder(path: str | Path) -> Path:
             found=reason.strerror,
             hint="name a folder that you may write to (--out, --into)",
         ) from None
-    with written_whole(path / _TRIAL):
-        pass
     # Another process may be asking the same of this folder.
-    (path / _TRIAL).unlink(missing_ok=True)
+    with clearing(lambda: _remove(path / _TRIAL)), written_whole(path / _TRIAL):
+        pass
     return path

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from .errors import InputError, UnknownNameError
 from .shapes import Wavelengths, White
 from .spectrum import Spectrum
-from .wavelengths import interpolation_matrix
+from .wavelengths import interpolation_matrix, is_finer, times_interpolation
 
 #: Short name -> colour-science key.
 OBSERVERS = {
@@ -42,8 +42,9 @@ class Observer:
 
         The integral runs over every wavelength that the light or the observer is tabulated at, with the light (linear
         between its samples, its end values held beyond them) and the observer, zero beyond its table, each at its own
-        resolution; r is interpolated onto them and held. Equals CIE 015:2018 eq. (7.1) with k chosen so that Y = 1 for
-        r = 1.
+        resolution; r is interpolated onto them and held. Where r is finer than the observer's table, every sample of it
+        counts, and what it meets is linear between those wavelengths. Equals CIE 015:2018 eq. (7.1) with k chosen so
+        that Y = 1 for r = 1.
 
         Raises
         ------
@@ -85,7 +86,9 @@ class Observer:
                 expected="some power between 360 and 830 nm",
                 hint="switch the light off in the scene instead",
             )
-        return (folded / luminous).T @ interpolation_matrix(wavelengths_nm, grid, "hold")
+        if is_finer(wavelengths_nm, self.wavelengths_nm):
+            grid, folded = _refined(grid, folded, wavelengths_nm)
+        return times_interpolation((folded / luminous).T, wavelengths_nm, grid)
 
     def luminous(self, light: Spectrum) -> float:
         """Integral of y-bar times `light`, which `weights` divides by: in the light's unit times nm, not lm."""
@@ -107,6 +110,14 @@ class Observer:
     def white(self, light: Spectrum) -> White:
         """XYZ (3,) of the perfect diffuser under `light`, Y = 1."""
         return self.weights(light, light.wavelengths_nm).sum(axis=1)
+
+
+def _refined(grid: np.ndarray, folded: np.ndarray, finer_nm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same integral (n,3) spread over the wavelengths of a finer grid too; its sum, the white, does not change."""
+    inside = finer_nm[(finer_nm > grid[0]) & (finer_nm < grid[-1])]
+    both = np.union1d(grid, inside)
+    density = (folded / _trapezoid(grid)[:, None]).T
+    return both, np.stack([np.interp(both, grid, one) for one in density], axis=1) * _trapezoid(both)[:, None]
 
 
 def _trapezoid(grid: np.ndarray) -> np.ndarray:

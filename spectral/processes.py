@@ -1,20 +1,54 @@
-"""Worker processes: one thread each, deaf to Ctrl-C, and gone when their work is no longer wanted."""
+"""Worker processes that may die: each has one task at a time, so that a death costs that task alone, and once.
+
+A pool of the standard library gives up whole when one of its processes is killed, cannot say over which task, and keeps
+semaphores that outlive an abrupt end. Here each process has a pipe of its own; the task of one that dies is tried
+again, alone, when all others are done (two large ones at once may not fit into memory where one does), and given up the
+second time. What a task says of itself on its way comes by the same pipe, before its result.
+
+The processes have one thread of BLAS each, are deaf to Ctrl-C, and end when their work is no longer wanted: with the
+iterator, with a signal that ends this process, and by themselves where it is killed.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+import threading
+import traceback
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
+from .ending import clearing, undisturbed
+from .errors import MetamerError
+from .private_folder import clear_abandoned
+
 Result = TypeVar("Result")
+#: What each process calls before its first task, and with what.
+Start = tuple[Callable[..., Any], tuple]
 
 # The processes are the parallelism; threads of their own would only contend.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_CONTEXT = multiprocessing.get_context("spawn")
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What stands in place of the result of a task whose process died, twice."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Task:
+    """`arguments` of the work, and the `key` that its result comes back with."""
+
+    key: Any
+    arguments: tuple
 
 
 def usable_cores() -> int:
@@ -22,31 +56,54 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-@contextmanager
-def worker_pool(
-    jobs: int, initializer: Callable[..., Any] | None = None, arguments: tuple = ()
-) -> Iterator[ProcessPoolExecutor]:
-    """A pool of spawned processes. Leaving it early, by Ctrl-C or an error, ends them at once.
+def supervised(
+    work: Callable[..., Any],
+    tasks: Iterable[Task],
+    jobs: int,
+    told: Callable[[Any, Any], None] | None = None,
+    start: Start | None = None,
+) -> Generator[tuple[Any, Any], None, None]:
+    """Do `work(*arguments)` for each task in `jobs` processes: (key, result) as they come, the result perhaps `Lost`.
 
-    Workers inherit a blocked SIGINT and BLAS set to one thread, so the pool is started whole on entry.
+    `tasks` is asked for the next one when a process is free, so that it may read what it hands out only then. Closing
+    the iterator early ends the processes at once. `work` is a function that a fresh Python can import; what it raises
+    is raised here.
+
+    told : hears (key, what) of what a task says on its way; `work` is then called with `told=`, to say it by.
     """
-    others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), initializer, arguments)
-    finished = False
-    try:
-        with as_workers_should_start():
-            for _ in range(jobs):
-                pool.submit(_awake)
-        yield pool
-        finished = True
-    finally:
-        pool.shutdown(wait=finished, cancel_futures=True)
-        if not finished:
-            ours = set(multiprocessing.active_children()) - others
-            for process in ours:
-                process.terminate()
-            for process in ours:
-                process.join(timeout=5)
+    again: list[Task] = []
+    for key, result, task in _each(work, iter(tasks), jobs, told, start):
+        if isinstance(result, Lost):
+            again.append(task)
+        else:
+            yield key, result
+    for key, result, _ in _each(work, iter(again), min(1, len(again)), told, start):
+        yield key, result
+
+
+def in_order(
+    work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
+) -> Generator[Result, None, None]:
+    """`work(*task)` for every task, in their order: in this process where `jobs` is 1, else in so many.
+
+    Raises
+    ------
+    MetamerError : a process died over the same task twice. And what `work` raises.
+    """
+    if jobs <= 1:
+        if start is not None:
+            start[0](*start[1])
+        for task in tasks:
+            yield work(*task)
+        return
+    waiting: dict[int, Result] = {}
+    following = 0
+    with closing(supervised(work, (Task(*each) for each in enumerate(tasks)), jobs, start=start)) as results:
+        for number, result in results:
+            waiting[number] = _there(result)
+            while following in waiting:
+                yield waiting.pop(following)
+                following += 1
 
 
 def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
@@ -55,13 +112,168 @@ def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], job
         for task in tasks:
             yield work(*task)
         return
-    with worker_pool(jobs) as pool:
-        for future in as_completed([pool.submit(work, *task) for task in tasks]):
-            yield future.result()
+    with closing(supervised(work, (Task(None, task) for task in tasks), jobs)) as results:
+        for _, result in results:
+            yield _there(result)
 
 
-def _awake() -> None:
-    """Work that only makes the pool start a process."""
+def _there(result: Any) -> Any:
+    if isinstance(result, Lost):
+        raise MetamerError(result.reason)
+    return result
+
+
+def _each(
+    work: Callable[..., Any],
+    tasks: Iterator[Task],
+    jobs: int,
+    told: Callable[[Any, Any], None] | None,
+    start: Start | None,
+) -> Iterator[tuple[Any, Any, Task]]:
+    if not jobs:
+        return
+    ours: list[_Worker] = []
+    busy: dict[Connection, _Worker] = {}
+
+    def another() -> _Worker:
+        worker = _Worker(work, told is not None, start)
+        ours.append(worker)
+        worker.wake()
+        return worker
+
+    def hand_out() -> None:
+        while idle and (task := next(tasks, None)) is not None:
+            worker = idle.pop(0)
+            worker.give(task)
+            busy[worker.connection] = worker
+
+    with clearing(lambda: _end_all(ours)):
+        # All are started before the first gets anything: a large task would be waited for until its process is up.
+        idle = [another() for _ in range(jobs)]
+        hand_out()
+        while busy:
+            done: list[tuple[Any, Any, Task]] = []
+            for connection in wait(list(busy)):
+                worker = busy[connection]  # type: ignore[index]
+                task, result = worker.take()
+                if isinstance(result, _Said):
+                    if told is not None:
+                        told(task.key, result.what)
+                    continue
+                del busy[worker.connection]
+                if isinstance(result, _Raised):
+                    raise result.reason
+                idle.append(another() if isinstance(result, Lost) else worker)
+                done.append((task.key, result, task))
+            # Nobody waits while the caller is at work on what came.
+            hand_out()
+            yield from done
+
+
+def _end_all(workers: list[_Worker]) -> None:
+    for worker in workers:
+        worker.kill()
+    for worker in workers:
+        worker.forget()
+    # What they had laid among the temporary files is nobody's now.
+    clear_abandoned()
+
+
+@dataclass(frozen=True)
+class _Said:
+    """What comes by the pipe before a result."""
+
+    what: Any
+
+
+@dataclass(frozen=True)
+class _Raised:
+    """What comes by the pipe where there is no result."""
+
+    reason: Exception
+
+
+class _Worker:
+    """A process, our end of its pipe, and the task that it has."""
+
+    def __init__(self, work: Callable[..., Any], tells: bool, start: Start | None) -> None:
+        self.connection, self._theirs = _CONTEXT.Pipe()
+        self.process = _CONTEXT.Process(target=_serve, args=(self._theirs, work, tells), daemon=True)
+        self.task: Task | None = None
+        self._start = start
+
+    def wake(self) -> None:
+        """Start the process; whoever is to end it knows of it before."""
+        # Half started it would be nobody's, and print that its parent has gone.
+        with undisturbed(), as_workers_should_start():
+            self.process.start()
+        self._theirs.close()
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        # A process that has died since: `take` finds the pipe closed.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            if self._start is not None:
+                self.connection.send(("start", self._start))
+                self._start = None
+            self.connection.send(("task", task.arguments))
+
+    def take(self) -> tuple[Task, Any]:
+        """The task, and what came by the pipe: its result, `Lost`, or something `_Said` on the way."""
+        assert self.task is not None
+        task = self.task
+        try:
+            result = self.connection.recv()
+            if not isinstance(result, _Said):
+                self.task = None
+            return task, result
+        except (EOFError, ConnectionResetError):
+            self.task = None
+            self.process.join(timeout=5)
+            self.connection.close()
+            return task, Lost(f"the process that worked on it ended abruptly ({_ending(self.process.exitcode)})")
+
+    def kill(self) -> None:
+        """End the process now; it writes nothing that could be left half-written."""
+        if self.process.pid is not None:
+            self.process.kill()
+
+    def forget(self) -> None:
+        if self.process.pid is not None:
+            self.process.join(timeout=1)
+        self.connection.close()
+
+
+def _ending(code: int | None) -> str:
+    if code == -9:
+        return "signal 9, as when memory runs out; try --jobs 1"
+    return f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+
+
+def _serve(connection: Connection, work: Callable[..., Any], tells: bool) -> None:
+    """What a process does: a task, its result, the next; until the pipe or the parent is gone."""
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    words: dict[str, Any] = {"told": lambda what: connection.send(_Said(what))} if tells else {}
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        while True:
+            what, given = connection.recv()
+            try:
+                if what == "start":
+                    given[0](*given[1])
+                else:
+                    connection.send(work(*given, **words))
+            except Exception as reason:
+                if not isinstance(reason, MetamerError):
+                    reason.add_note(traceback.format_exc())
+                connection.send(_Raised(reason))
+
+
+def _end_with_the_parent() -> None:
+    """A parent that is killed cannot end its children: in the middle of a task they would go on for nobody."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextmanager

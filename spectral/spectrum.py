@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -10,8 +11,15 @@ from jaxtyping import Float
 
 from .basis import SpectralBasis
 from .errors import InputError
+from .projection import projected, tent_means
 from .shapes import Wavelengths
-from .wavelengths import WORKING_WAVELENGTHS_NM, Extrapolation, interpolation_matrix, validated_wavelengths
+from .wavelengths import (
+    WORKING_WAVELENGTHS_NM,
+    Extrapolation,
+    interpolation_matrix,
+    is_finer,
+    validated_wavelengths,
+)
 
 __all__ = ["WORKING_WAVELENGTHS_NM", "Quantity", "Spectrum", "interpolation_matrix", "validated_wavelengths"]
 
@@ -83,7 +91,7 @@ class Spectrum:
         return self.basis.reconstruct(self.values)
 
     def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
-        """The same spectrum sampled elsewhere.
+        """The same spectrum sampled elsewhere; `projected` is for a coarser grid, which would lose what lies between.
 
         Reflectance, transmittance, radiance factor: Sprague (CIE 167:2005) on uniform grids, else linear. Emission:
         linear, so that a line never rings below zero. Where Sprague leaves [0, 1] next to a steep edge (radiance
@@ -105,6 +113,37 @@ class Spectrum:
             values = np.where(bounded, smooth, values)
         return Spectrum.sampled(wavelengths_nm, values, self.quantity)
 
+    def projected(self, wavelengths_nm: Wavelengths) -> Spectrum:
+        """The spectrum on a coarser grid that stands for this one best (`projection.projected`), ends held.
+
+        Reflectance and transmittance from 0 to 1, radiance factor from 0. Where this one is no finer: `resampled`.
+
+        Raises
+        ------
+        InputError : an emission, whose lines no coarser grid holds. Fold it with an observer instead.
+        """
+        if self.quantity == "emission":
+            raise InputError(
+                "lamps are not thinned", field="quantity", found=self.quantity, expected="a reflectance", hint="fold it"
+            )
+        if not is_finer(self.wavelengths_nm, wavelengths_nm):
+            return self.resampled(wavelengths_nm)
+        highest = np.inf if self.quantity in _UNBOUNDED else 1.0
+        values = projected(self.samples, self.wavelengths_nm, wavelengths_nm, highest)
+        return Spectrum.sampled(wavelengths_nm, values, self.quantity)
+
+    def averaged(self, wavelengths_nm: Wavelengths) -> Spectrum:
+        """An emission on a coarser grid: its mean about each sample, weighted from 1 there to 0 at the next one.
+
+        Linear between samples that has the power of the emission within the grid, and its centre: lines between samples
+        are shared out, where `resampled` misses them. Where this one is no finer: `resampled`.
+        """
+        if not is_finer(self.wavelengths_nm, wavelengths_nm):
+            return self.resampled(wavelengths_nm)
+        return Spectrum.sampled(
+            wavelengths_nm, tent_means(self.samples, self.wavelengths_nm, wavelengths_nm), self.quantity
+        )
+
     def range_note(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> str | None:
         """What `resampled` has to invent, in words; None when the measurement covers the whole grid."""
         low, high = self.wavelengths_nm[[0, -1]]
@@ -114,6 +153,18 @@ class Spectrum:
             extrapolation
         ]
         return f"known from {low:g} to {high:g} nm; from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm, {how}"
+
+
+def as_float(number: int | float) -> float:
+    """A number as a float; a whole number beyond all floats is infinite, for whoever checks values to refuse.
+
+    >>> as_float(3), as_float(-(10**400))
+    (3.0, -inf)
+    """
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
 
 
 def check_values(

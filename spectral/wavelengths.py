@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -13,8 +14,14 @@ from .shapes import Wavelengths
 
 Extrapolation = Literal["hold", "zero", "error"]
 
-#: The grid that materials are stored and shaded on, nm.
+#: The grid that materials are shaded on, nm.
 WORKING_WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
+#: What the standard observers are tabulated over, nm.
+SEEN_NM = (360.0, 830.0)
+# Samples beyond a range that interpolation within it takes, and those that Sprague's takes in all.
+_NEIGHBOURS, _STENCIL = 3, 6
+# Entries of a matrix that is made whole: 32 MB.
+_LARGE = 1 << 22
 
 # Sprague's quintic (CIE 167:2005, eq. 1-2): row p holds 24 a_p over the six samples r_-2 ... r_3.
 _SPRAGUE = (
@@ -109,6 +116,54 @@ def is_uniform(wavelengths_nm: Wavelengths) -> bool:
     return steps.size > 0 and bool(np.ptp(steps) <= 1e-3 * steps.mean())
 
 
+def is_finer(wavelengths_nm: Wavelengths, than_nm: Float[np.ndarray, "M"] = WORKING_WAVELENGTHS_NM) -> bool:
+    """Whether a grid has samples closer together than another one has, anywhere within its range.
+
+    >>> is_finer(np.arange(400.0, 701.0, 10.0)), is_finer(np.arange(380.0, 731.0, 10.0 / 3.0))
+    (False, True)
+    """
+    if wavelengths_nm.size < 2 or than_nm.size < 2:
+        return False
+    within = (wavelengths_nm[1:] > than_nm[0]) & (wavelengths_nm[:-1] < than_nm[-1])
+    return bool((np.diff(wavelengths_nm)[within] < 0.999 * np.diff(than_nm).min()).any())
+
+
+def material_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.ndarray, "M"]:
+    """The grid that a material keeps spectra of these grids on, so that nothing measured is lost.
+
+    The working wavelengths, or, where one of the spectra is finer than those, the grid common to all, as far as an
+    observer sees.
+    """
+    if not any(is_finer(grid) for grid in grids):
+        return WORKING_WAVELENGTHS_NM
+    seen = []
+    for grid in grids:
+        first = max(int(np.searchsorted(grid, SEEN_NM[0])) - _NEIGHBOURS, 0)
+        seen.append(grid[first : int(np.searchsorted(grid, SEEN_NM[1], "right")) + _NEIGHBOURS])
+    return common_wavelengths(seen)
+
+
+def common_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.ndarray, "M"]:
+    """A grid on which spectra of all these grids can stand side by side.
+
+    Where the grids are one, that one. Else the uniform one of them that has every sample of all others, so that its
+    own spectra stay as they are and theirs lose no sample. Else every nanometre from the first to the last sample of
+    any, which is what observers are tabulated at, and the samples of those that are finer still.
+
+    >>> common_wavelengths([np.arange(400.0, 701.0, 10.0), np.arange(380.0, 781.0, 5.0)]).size
+    81
+    """
+    several = [grid for index, grid in enumerate(grids) if not any(np.array_equal(grid, g) for g in grids[:index])]
+    if len(several) == 1:
+        return several[0]
+    for grid in several:
+        if is_uniform(grid) and all(np.isin(other, grid).all() for other in several):
+            return grid
+    first, last = min(grid[0] for grid in several), max(grid[-1] for grid in several)
+    every = np.arange(np.floor(first), np.ceil(last) + 1.0)
+    return np.unique(np.concatenate([every, *(grid for grid in several if is_finer(grid, every))]))
+
+
 def interpolation_matrix(
     from_nm: Wavelengths,
     to_nm: Float[np.ndarray, "M"],
@@ -139,7 +194,7 @@ def interpolation_matrix(
         matrix = np.ones((target.size, 1))
     else:
         if method == "auto":
-            method = "sprague" if is_uniform(source) and source.size >= 6 else "linear"
+            method = "sprague" if is_uniform(source) and source.size >= _STENCIL else "linear"
         index = np.clip(np.searchsorted(source, inside, side="right") - 1, 0, source.size - 2)
         fraction = (inside - source[index]) / (source[index + 1] - source[index])
         matrix = np.zeros((target.size, source.size))
@@ -154,6 +209,23 @@ def interpolation_matrix(
     return matrix
 
 
+def times_interpolation(
+    weights: Float[np.ndarray, "K M"], from_nm: Wavelengths, to_nm: Float[np.ndarray, "M"]
+) -> Float[np.ndarray, "K L"]:
+    """weights @ interpolation_matrix(from_nm, to_nm); a matrix of many thousands of samples is never held whole."""
+    if from_nm.size * to_nm.size <= _LARGE:
+        return weights @ interpolation_matrix(from_nm, to_nm)
+    found = np.zeros((len(weights), from_nm.size))
+    method = "sprague" if is_uniform(from_nm) and from_nm.size >= _STENCIL else "linear"
+    step = max(_LARGE // from_nm.size, 1)
+    for start in range(0, to_nm.size, step):
+        rows = slice(start, start + step)
+        first, last = np.searchsorted(from_nm, to_nm[rows][[0, -1]])
+        near = slice(max(int(first) - _STENCIL, 0), int(last) + _STENCIL)
+        found[:, near] += weights[:, rows] @ interpolation_matrix(from_nm[near], to_nm[rows], "hold", method)
+    return found
+
+
 def _sprague_rows(size: int, index: np.ndarray, fraction: np.ndarray) -> np.ndarray:
     extended = np.zeros((size + 4, size))
     extended[2:-2] = np.eye(size)
@@ -161,4 +233,7 @@ def _sprague_rows(size: int, index: np.ndarray, fraction: np.ndarray) -> np.ndar
     extended[-2:, -6:] = _SPRAGUE_EDGE[::-1, ::-1]
     powers = fraction[:, None] ** np.arange(6)
     stencil = powers @ _SPRAGUE
-    return np.einsum("ms,msl->ml", stencil, extended[index[:, None] + np.arange(6)])
+    matrix = np.zeros((index.size, size))
+    for sample in range(6):
+        matrix += stencil[:, sample, None] * extended[index + sample]
+    return matrix

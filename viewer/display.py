@@ -179,6 +179,21 @@ class DisplayTransform:
         rgb[undefined] = NOT_A_NUMBER_RGB
         return rgb, notes
 
+    def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
+        """Whether all that a picture shows is brighter than the display can be: no pixel that a surface covers is left.
+
+        A view that limits values itself hides this: it never clips.
+        """
+        covered = np.asarray(coverage) > 0.0
+        if not covered.any():
+            return False
+        xyz = (
+            np.asarray(image.values, dtype=np.float64)[covered] / np.asarray(coverage, dtype=np.float64)[covered, None]
+        )
+        if image.space == "xyz":
+            xyz = xyz @ self.adaptation_from(image.white_xyz).T
+        return bool((self.apply(xyz) > 1.0 + CLIP_TOLERANCE).any(axis=-1).all())
+
     def describe(self) -> list[str]:
         """The chain in plain words, for a report; what white becomes is measured, not quoted."""
         import PyOpenColorIO as ocio

@@ -74,11 +74,22 @@ class SceneGeometry:
     def windows(self) -> Iterator[tuple[Window, WindowTriangles]]:
         """The picture in tiles of whole pixels, and the triangles in each."""
         width, height = self.size
-        step = max(1, TILE_SAMPLES // self.camera.samples) * self.camera.samples
+        step = _tile_side(self.camera)
         for top in range(0, height, step):
             for left in range(0, width, step):
                 window = Window(left, top, min(step, width - left), min(step, height - top))
                 yield window, window_triangles(self.clip, self.depth, self.perspective, (width, height), window)
+
+
+def window_count(camera: Camera) -> int:
+    """How many windows a camera's picture is drawn in."""
+    step = _tile_side(camera)
+    return -(-camera.width * camera.samples // step) * -(-camera.height_px * camera.samples // step)
+
+
+def _tile_side(camera: Camera) -> int:
+    """Samples along a side of a tile of whole pixels."""
+    return max(1, TILE_SAMPLES // camera.samples) * camera.samples
 
 
 def scene_geometry(scene: Scene, camera: Camera) -> SceneGeometry:

@@ -60,7 +60,7 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
 def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[UInt8[ndarray, "H W 3"], str]:
     display = display_for(scene.viewing)
     picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
-    lights = ", ".join(light.spectrum_name or light.name for light in scene.lights)
+    lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
     words = [
         f"Factor packs on a {scene.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
         *notes,

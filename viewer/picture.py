@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ..lighting.camera import Camera
+from ..lighting.placement import looks_past, placement_warnings, why_black
 from ..lighting.reference import reference_image
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue import Catalogue
@@ -25,14 +29,34 @@ from .headless import GLRenderer
 from .png import quantise, write_png
 from .renderer import Renderer, radiance_weights
 
+#: What made a picture that no renderer made.
+REFERENCE = "reference: rays, every wavelength, the original data"
 SPECTRAL_UNITS = "relative, 1 for the perfect diffuser under equal energy"
 #: ΔE94 of the diffuser from which on it is said that a light is coarser in a spectral picture than it was measured.
 SAID_FROM = 0.05
+#: Takes a line that says why a picture shows nothing.
+Warn = Callable[[str], None]
+# With fewer pixels than this that are not black, a picture is looked into.
+_FEW = 0.01
 
 
 def lit_by(scene: Scene, name: str | None) -> Scene:
     """The scene under a named illuminant, or as it is."""
     return scene if name is None else scene.with_illuminant(illuminant(name), name)
+
+
+def picture_words(scene: Scene, view: Camera, made_by: str, metamer: str) -> dict[str, str]:
+    """What a picture's header says of where it comes from, by name: who made it, of what, in which light."""
+    lights = dict.fromkeys(light.spectrum_name or light.name for light in scene.lights)
+    return {
+        "scene": scene.name,
+        "camera": view.name,
+        "material": ", ".join(scene.material_ids),
+        "illuminant": ", ".join(lights),
+        "observer": scene.observer.name,
+        "renderer": made_by,
+        "software": f"Metamer {metamer}",
+    }
 
 
 def check_output(output: Path, spectral: bool = False) -> None:
@@ -72,26 +96,44 @@ def material_picture(
     return quantise(rgb), notes
 
 
+def unheard(_line: str) -> None:
+    """Where nobody listens to warnings."""
+
+
 def render_picture(
-    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer
+    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer, warn: Warn = unheard
 ) -> tuple[str, ...]:
-    """Render factor packs to `output` (.exr: XYZ, .png: display-encoded); returns what has to be said of it."""
+    """Render factor packs to `output` (.exr: XYZ, .png: display-encoded); returns what has to be said of it.
+
+    warn : called at once with a line for each reason why the picture may show nothing.
+    """
     check_output(output)
+    view = _placed(scene, camera, warn)
     packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
-    xyz, coverage = renderer.render(scene, scene.camera(camera), packs)
-    return _write(scene, output, xyz, coverage, renderer.made_by, renderer)
+    xyz, coverage = renderer.render(scene, view, packs)
+    say_if_blank(scene, view, xyz, coverage, warn)
+    return _write(scene, output, xyz, coverage, _words(scene, camera, renderer.made_by), warn, renderer)
 
 
-def render_reference(scene: Scene, catalogue: Catalogue, output: Path, camera: str | None) -> tuple[str, ...]:
+def render_reference(
+    scene: Scene,
+    catalogue: Catalogue,
+    output: Path,
+    camera: str | None,
+    warn: Warn = unheard,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> tuple[str, ...]:
     """The same picture by the slow truth: rays, every wavelength, the original data."""
     check_output(output)
+    view = _placed(scene, camera, warn)
     brdfs = {name: catalogue.surface(name).brdf() for name in scene.material_ids}
-    xyz, coverage = reference_image(scene, scene.camera(camera), brdfs)
-    return _write(scene, output, xyz, coverage, "reference")
+    xyz, coverage = reference_image(scene, view, brdfs, progress=progress)
+    say_if_blank(scene, view, xyz, coverage, warn)
+    return _write(scene, output, xyz, coverage, _words(scene, camera, REFERENCE), warn)
 
 
 def render_spectral(
-    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer
+    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer, warn: Warn = unheard
 ) -> tuple[str, ...]:
     """Render spectra at the working wavelengths to a spectral EXR.
 
@@ -99,15 +141,54 @@ def render_spectral(
     light of equal energy, and under any other light that diffuser has Y = 1 (`Renderer.render_spectra`).
     """
     check_output(output, spectral=True)
+    view = _placed(scene, camera, warn)
     packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
-    values = renderer.render_spectra(scene, scene.camera(camera), packs, WORKING_WAVELENGTHS_NM)
+    values = renderer.render_spectra(scene, view, packs, WORKING_WAVELENGTHS_NM)
     notes = _thinned(scene, WORKING_WAVELENGTHS_NM)
+    if np.count_nonzero(values.any(axis=-1)) < _FEW * values[..., 0].size:
+        say_if_blank(scene, view, values, renderer.coverage(scene, view), warn)
     below = values < 0
     if below.any():
         notes.append(f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.")
     image = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.where(below, 0.0, values), "emission")
-    write_spectral_exr(output, image, SPECTRAL_UNITS)
+    write_spectral_exr(output, image, SPECTRAL_UNITS, _words(scene, camera, renderer.made_by))
     return tuple(notes)
+
+
+def say_if_blank(
+    scene: Scene, view: Camera, values: Float[np.ndarray, "H W c"], coverage: Float[np.ndarray, "H W"], warn: Warn
+) -> None:
+    """Say of a picture without a surface, or with none that light reaches, that and why it is so."""
+    covered = int(np.count_nonzero(coverage))
+    if not covered:
+        warn(looks_past(scene, view))
+    elif np.count_nonzero(values.any(axis=-1)) < _FEW * covered:
+        for line in why_black(scene, view):
+            warn(line)
+
+
+def say_if_clipped(
+    scene: Scene,
+    view: str,
+    image: ColourImage,
+    coverage: Float[np.ndarray, "H W"],
+    display: DisplayTransform,
+    warn: Warn,
+) -> None:
+    """Say of a picture, by the name of its `view`, that no pixel of it is dark enough for the display."""
+    if display.clips_all(image, coverage):
+        warn(
+            f"{view} is clipped as a whole: all that it shows is brighter than “{display.display}” can be; raise "
+            f"viewing.reference_illuminance_lux, now {scene.viewing.reference_illuminance_lux:g}"
+        )
+
+
+def _placed(scene: Scene, camera: str | None, warn: Warn) -> Camera:
+    """The camera of that name, and what has to be said of where it and the lights stand."""
+    view = scene.camera(camera)
+    for line in placement_warnings(scene, view):
+        warn(line)
+    return view
 
 
 def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
@@ -116,7 +197,7 @@ def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
     to_xyz = radiance_weights(scene.observer, wavelengths_nm)
     for light in scene.lights:
         white = scene.observer.white(light.spectrum)
-        sampled = to_xyz @ light.spectrum.resampled(wavelengths_nm).samples
+        sampled = to_xyz @ light.spectrum.averaged(wavelengths_nm).samples
         difference = float(delta_e_xyz(white, sampled / sampled[1], white))
         if difference > SAID_FROM:
             notes.append(
@@ -126,22 +207,28 @@ def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
     return notes
 
 
+def _words(scene: Scene, camera: str | None, made_by: str) -> dict[str, str]:
+    return picture_words(scene, scene.camera(camera), made_by, version("metamer"))
+
+
 def _write(
     scene: Scene,
     output: Path,
     xyz: Float[np.ndarray, "H W 3"],
     coverage: Float[np.ndarray, "H W"],
-    made_by: str,
+    words: dict[str, str],
+    warn: Warn,
     renderer: Renderer | None = None,
 ) -> tuple[str, ...]:
-    words = {"renderer": made_by, "observer": scene.observer.name}
+    image = ColourImage(xyz, "xyz", scene.adopted_white())
     if output.suffix.lower() == ".exr":
-        image = ColourImage(xyz, "xyz", scene.adopted_white())
         write_xyz_exr(output, image, np.asarray(coverage), words)
         return ()
     display = display_for(scene.viewing)
     on = None if renderer is None else display_pass(renderer, display)
     rgb, notes = _encoded(scene, xyz, coverage, display, on)
+    if notes:
+        say_if_clipped(scene, "the picture", image, np.asarray(coverage), display, warn)
     write_png(output, rgb, display=display.display, words=[f"{name}: {value}" for name, value in words.items()])
     return notes
 

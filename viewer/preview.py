@@ -19,6 +19,7 @@ from ..spectral.errors import InputError
 from ..spectral.files import written_whole
 from .picture import display_for, display_pass, material_picture
 from .renderer import Renderer
+from .sheet_text import fitted_line, sheet_font, write_line
 
 _CAPTION_POINTS = 11
 _LINES = 3
@@ -71,11 +72,11 @@ def thumbnails(
 
 def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "") -> UInt8[np.ndarray, "H W 3"]:
     """The thumbnails in rows of `columns`, each with its name, family and ΔE94 under it."""
-    from PIL import Image, ImageDraw, ImageFont
+    from PIL import Image
 
     if not found:
         raise InputError("no materials to show", field="preview", found=0, expected="at least one")
-    font = ImageFont.load_default(_CAPTION_POINTS)
+    font = sheet_font(_CAPTION_POINTS)
     line = _CAPTION_POINTS + 4
     side = found[0].picture.shape[0]
     head = 2 * line if title else 0
@@ -83,20 +84,16 @@ def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "")
     rows = -(-len(found) // columns)
     cell = side + _LINES * line + _GAP
     sheet = Image.new("RGB", (columns * (side + _GAP) + _GAP, head + rows * cell + _GAP), _PAGE)
-    draw = ImageDraw.Draw(sheet)
     if title:
-        draw.text((_GAP, line // 2), _fitted(title, font, sheet.width - 2 * _GAP), _INK, font)
+        write_line(sheet, (_GAP, line // 2), fitted_line(title, font, sheet.width - 2 * _GAP), _INK, font)
     for number, thumbnail in enumerate(found):
         left = _GAP + number % columns * (side + _GAP)
         top = head + _GAP + number // columns * cell
         sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
         below = top + side + 2
         family, _, name = thumbnail.summary.id.rpartition("/")
-        # The font that comes with Pillow has no delta, and hardly a space.
-        for row, (text, ink) in enumerate(
-            ((name, _INK), (family, _SOFT), (caption(thumbnail).replace("Δ", "d").replace(" ", "  "), _SOFT))
-        ):
-            draw.text((left, below + row * line), _fitted(text, font, side), ink, font)
+        for row, (text, ink) in enumerate(((name, _INK), (family, _SOFT), (caption(thumbnail), _SOFT))):
+            write_line(sheet, (left, below + row * line), fitted_line(text, font, side), ink, font)
     return np.asarray(sheet)
 
 
@@ -145,16 +142,3 @@ def _points(
     across = (wavelengths_nm - wavelengths_nm[0]) / span if span > 0 else np.full(len(values), 0.5)
     top = values.max() if values.max() > 0 else 1.0
     return np.stack([side * across, side * (1.0 - values / top)], axis=1)
-
-
-def _fitted(text: str, font, width: int) -> str:
-    """The text, its middle left out where it is wider than `width` pixels: both ends of an id tell."""
-    if font.getlength(text) <= width:
-        return text
-    kept = len(text)
-    while kept > 2:
-        kept -= 1
-        short = f"{text[: (kept + 1) // 2]}…{text[len(text) - kept // 2 :]}"
-        if font.getlength(short) <= width:
-            return short
-    return "…"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..lighting.geometry import VisibleGeometry
 from ..lighting.reference import reference_images
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
-from ..spectral.processes import worker_pool
+from ..spectral.processes import in_order
 from ..spectral.spectrum import Spectrum
 
 #: Pictures (M,H,W,3) float64, one for each spectrum, and the seconds that they took together.
@@ -31,18 +31,13 @@ def references(
     spectra: Sequence[Spectrum | None],
     geometry: VisibleGeometry,
     jobs: int,
-) -> Iterator[Reference]:
+) -> Generator[Reference, None, None]:
     """References of scenes that differ in materials only, in their order, each under all `spectra`.
 
     `geometry` is what `view` sees of any of them. With one job, or one scene, everything happens in this process.
     """
-    shared = (catalogue.folder, view, spectra, geometry)
-    if min(jobs, len(scenes)) <= 1:
-        _start_worker(*shared)
-        yield from map(_reference, scenes)
-        return
-    with worker_pool(min(jobs, len(scenes)), _start_worker, shared) as pool:
-        yield from pool.map(_reference, scenes)
+    start = _start_worker, (catalogue.folder, view, spectra, geometry)
+    yield from in_order(_reference, ((scene,) for scene in scenes), min(jobs, len(scenes)), start)
 
 
 def _start_worker(folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry) -> None:

@@ -18,7 +18,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
-from .geometry import SceneGeometry, geometry_key, scene_geometry
+from .geometry import SceneGeometry, geometry_key, scene_geometry, window_count
 from .raster import Window, WindowTriangles
 
 #: How factors are looked up between samples: as they are, or averaged over what a sample spans.
@@ -81,6 +81,8 @@ class Renderer(ABC):
         self._folds: dict[tuple[int, int, int], tuple[object, np.ndarray]] = {}
         self._filtering: Filtering = "linear"
         self.filtering = filtering
+        #: Called with (tiles done, tiles in all, what is done) where somebody sets it: large pictures take minutes.
+        self.progress: Callable[[int, int, str], None] | None = None
 
     @property
     def made_by(self) -> str:
@@ -145,8 +147,8 @@ class Renderer(ABC):
 
         1 is the perfect diffuser that receives the reference illuminance from a light of equal energy. Under every
         light that diffuser has Y = 1, where XYZ is the integral of v times the colour-matching functions over that of
-        y-bar, v linear between `wavelengths_nm` (`radiance_weights`). Lights are sampled there, linear between their
-        own samples: a line that is narrower than the step may be missed.
+        y-bar, v linear between `wavelengths_nm` (`radiance_weights`). Lights that are finer are averaged there
+        (`Spectrum.averaged`), so that no line is missed.
 
         Raises
         ------
@@ -157,7 +159,7 @@ class Renderer(ABC):
         luminous = radiance_weights(scene.observer, wavelengths_nm)[1]
         powers = {}
         for light in scene.lights:
-            power = light.spectrum.resampled(wavelengths_nm).samples
+            power = light.spectrum.averaged(wavelengths_nm).samples
             if not luminous @ power > 0:
                 raise InputError(
                     "the light sends nothing at these wavelengths",
@@ -177,7 +179,8 @@ class Renderer(ABC):
                 return np.pad(radiance, ((0, 0), (0, 3 * count - radiance.shape[1])))
 
             # Three wavelengths take the places of X, Y and Z.
-            triples, _ = self._drawn(scene, camera, packs, count, weights)
+            step = start // _SPECTRAL_CHUNK, -(-len(wavelengths_nm) // _SPECTRAL_CHUNK)
+            triples, _ = self._drawn(scene, camera, packs, count, weights, step)
             flat = triples.transpose(1, 2, 0, 3).reshape(*values.shape[:2], 3 * count)
             values[..., chosen] = flat[..., : chosen.stop - start]
         return values
@@ -189,8 +192,12 @@ class Renderer(ABC):
         packs: Mapping[str, tuple[FactorPack, ...]],
         count: int,
         weights: Callable[[Light, FactorPack], Float[np.ndarray, "_ _"]],
+        step: tuple[int, int] = (0, 1),
     ) -> tuple[Float[np.ndarray, "M H W 3"], Float[np.ndarray, "H W"]]:
-        """`count` pictures whose terms have the `weights` (R, 3 count) of each light and pack, and the coverage."""
+        """`count` pictures whose terms have the `weights` (R, 3 count) of each light and pack, and the coverage.
+
+        step : which of how many such rounds this is, for `progress`.
+        """
         for part in scene.parts:
             if part.material_id not in packs:
                 raise UnknownNameError("material", part.material_id, packs, file=scene.path, field=f"part {part.name}")
@@ -202,12 +209,29 @@ class Renderer(ABC):
         ]
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
-        for tile in self.tiles(scene, camera):
+        tiles = window_count(camera)
+        self._say(
+            step[0] * tiles, step[1] * tiles, f"sorting {sum(len(p.mesh.faces) for p in scene.parts):,} triangles"
+        )
+        for number, tile in enumerate(self.tiles(scene, camera), 1):
             height, width = tile.coverage.shape
             place = slice(tile.top, tile.top + height), slice(tile.left, tile.left + width)
             xyz[:, *place] = self._shade(tile, layers, count)
             coverage[place] = tile.coverage
+            self._say(step[0] * tiles + number, step[1] * tiles, "drawing")
         return xyz, coverage
+
+    def _say(self, done: int, total: int, what: str) -> None:
+        if self.progress is not None:
+            self.progress(done, total, what)
+
+    def coverage(self, scene: Scene, camera: Camera) -> Float[np.ndarray, "H W"]:
+        """The share of each pixel's sample points that meet a surface, float32."""
+        found = np.zeros((camera.height_px, camera.width), dtype=np.float32)
+        for tile in self.tiles(scene, camera):
+            height, width = tile.coverage.shape
+            found[tile.top : tile.top + height, tile.left : tile.left + width] = tile.coverage
+        return found
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""

@@ -3,49 +3,60 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from shutil import rmtree
 
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.report import ReviewRow, review_row, status, write_report
+from ..calibration.report import ReviewRow, RowColour, review_row, status, write_report
 from ..calibration.statistics import DeltaEStatistics, SelfCheck, delta_e_map, delta_e_statistics, self_check
+from ..lighting.camera import Camera
 from ..lighting.geometry import VisibleGeometry, visible_geometry
+from ..lighting.placement import looks_past, placement_warnings, why_black
 from ..lighting.plan import ScenePlan, plan_scene
 from ..lighting.scene import Scene
-from ..materials.brdf import Brdf
 from ..materials.catalogue import Catalogue
-from ..materials.records.record_colour import radiance_factor_45_0
+from ..materials.factors import FactorPack
+from ..materials.records.material import MaterialRecord
+from ..spectral.difference import lab_from_xyz
+from ..spectral.ending import clearing, saying
 from ..spectral.errors import InputError
-from ..spectral.files import made_folder
-from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import Spectrum
 from .display import DisplayTransform
-from .picture import display_for, display_pass
-from .png import quantise, write_png
-from .references import references
+from .display_gl import DisplayPass
+from .picture import Warn, display_for, display_pass, picture_words, say_if_clipped, unheard
+from .png import quantise
+from .reading import GEOMETRY, Reading, swatch
+from .references import Reference, references
 from .renderer import Renderer
+from .review_files import picture_name, write_row
+from .review_folder import REPORT, UNFINISHED, Drawn, drawing_into, drawn_rows, found_rows, put_in_place
+from .review_key import row_key
 from .review_words import colour_chain, provenance_words
 
-#: Word for "each light as the scene has it" where an illuminant is asked for.
-OWN_LIGHT = "as lit"
+#: What an illuminant is called where each light keeps its own; one can ask for it so, too.
+OWN_LIGHT = "the scene's lights"
 
 Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
 class ReviewResult:
-    """Where a review was written, and how it came out."""
+    """Where a review was written, and how it came out; `resumed` of its rows were there already."""
 
     page: Path
     figures: Path
     status: str
     rows: tuple[ReviewRow, ...]
     plan: ScenePlan
+    warnings: tuple[str, ...] = ()
+    resumed: int = 0
 
 
 @dataclass(frozen=True)
@@ -82,117 +93,265 @@ def review(
     jobs: int = 1,
     version: str,
     progress: Progress | None = None,
+    warn: Warn = unheard,
+    again: bool = False,
+    resumed: Callable[[int, int], None] = lambda found, total: None,
 ) -> ReviewResult:
     """Render, compare and report.
 
-    A scene with a `review` sweeps materials over one part; any other is judged as it stands, material by material,
-    each over the pixels that show it. The sample is the renderer's picture from factor packs; the reference is
-    `lighting.reference` from the original data.
+    `materials`, or those of the scene's review, are swept over one part, the review's or the first. Without either, the
+    scene is judged as it stands, material by material, each over the pixels that show it. The sample is the renderer's
+    picture from factor packs; the reference is `lighting.reference` from the original data.
+
+    Rows that an earlier review has drawn from the very same things are taken as they are. A review that is broken off
+    leaves what it has drawn in the folder `unfinished`, and a report that was there before.
 
     Parameters
     ----------
-    out : folder, made where missing: `index.html`, `review.json`, and a PNG and an XYZ EXR a row in `pictures/`.
+    out : folder, made where missing: `index.html`, `review.json`, what `write_row` writes in `pictures/`, and in
+        `rows/` what another review into it may take over.
     illuminants : names; None takes those of the scene's review, or `OWN_LIGHT`.
-    materials : ids or patterns that replace those of the scene's review.
+    materials : ids or patterns in place of those of the scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
     jobs : processes that compute references.
-    progress : called with (rows done, rows in all, material).
-    """
-    out = made_folder(out)
-    made_folder(out / "pictures")
-    names = tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
-    spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
-    view = scene.camera(camera)
-    cases = _cases(scene, catalogue, materials)
-    records = {
-        material_id: catalogue.surface(material_id)
-        for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
-    }
-    lights = _distinct_lights(scene, spectra)
-    plan = plan_scene([record.packs for record in records.values()], lights, scene.observer, budget)
-    packs = {name: tuple(p.in_basis(plan.basis) for p in record.packs) for name, record in records.items()}
-    display = display_for(scene.viewing)
-    _check_whites(scene, names, spectra, display)
-    gpu = display_pass(renderer, display)
-    geometry = visible_geometry(scene, view)
-    rows: list[ReviewRow] = []
-    checks: tuple[SelfCheck, ...] = ()
-    total = sum(len(case.judged) for case in cases) * len(names)
+    progress : called with (rows done, rows in all, material) for each row that is drawn.
+    again : draw every row, also those that are there.
+    resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
+    warn : called at once with a line for each reason why pictures show nothing; the report repeats them.
 
-    # Pictures of this run must never stand beside the figures of an earlier one, not even after Ctrl-C.
-    for figures_of_before in (out / "index.html", out / "review.json"):
-        figures_of_before.unlink(missing_ok=True)
-    truths = references([case.scene for case in cases], catalogue, view, spectra, geometry, jobs)
-    for case, (reference_xyz, reference_seconds) in zip(cases, truths, strict=True):
-        timer = _Timer()
-        shown = {name: packs[name] for name in case.scene.material_ids}
-        pictures_xyz = renderer.render_many(case.scene, view, shown, spectra)
-        timer.lap("render", len(names))
-        timer.seconds["reference"] = reference_seconds / len(names)
-        curves = {material_id: _reading(records[material_id].brdf()) for material_id in case.judged}
-        for index, name in enumerate(names):
-            spectrum = spectra[index]
-            lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
-            white = lit.adopted_white()
-            background = white * scene.viewing.background_reflectance
-            sample_xyz, coverage = pictures_xyz[index]
-            sample = ColourImage(sample_xyz, "xyz", white)
-            truth = ColourImage(reference_xyz[index], "xyz", white)
-            timer.lap("prepare")
-            shown_rgb, notes = display.encode(sample, coverage, background, gpu)
-            truth_rgb, _ = display.encode(truth, geometry.coverage, background, gpu)
-            timer.lap("encode", len(case.judged))
-            for material_id in case.judged:
-                timer.lap("prepare")
-                share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
-                difference = delta_e_map(reference_xyz[index], sample.values, white, share)
-                statistics = _statistics(difference, material_id, name)
-                checks = checks or self_check(reference_xyz[index], white, share)
-                timer.lap("compare")
-                image = f"pictures/{material_id.replace('/', '_')}.{name.replace(' ', '_').replace('/', '_')}.png"
-                said = {"illuminant": name, "observer": scene.observer.name, "material": material_id}
-                words = (f"{material_id} under {name}, {scene.observer.name}, Metamer {version}",)
-                write_png(out / image, shown_rgb, display=display.display, words=words)
-                exr = image.removesuffix("png") + "exr"
-                write_xyz_exr(out / exr, sample, coverage, said)
-                timer.lap("write")
-                timer.seconds["write"] += timer.seconds["encode"]
-                wavelengths_nm, factor = curves[material_id]
-                rows.append(
-                    review_row(
-                        **said,
-                        statistics=statistics,
-                        picture=quantise(shown_rgb),
-                        reference=quantise(truth_rgb),
-                        delta_e=difference,
-                        budget=budget,
-                        rows=total,
-                        image=image,
-                        files={"XYZ EXR": exr},
-                        seconds={step: timer.seconds[step] for step in ("render", "reference", "compare", "write")},
-                        wavelengths_nm=wavelengths_nm,
-                        reflectance=factor,
-                        reflectance_label="Radiance factor, light at 45°, seen from 0°",
-                        swatch=_swatch(display, lit, wavelengths_nm, factor, white),
-                        white_xyz=white,
-                        notes=notes,
-                        provenance=provenance_words(records[material_id]),
-                    )
+    Raises
+    ------
+    InputError : the camera sees no surface, or not the part that is reviewed; a file or a name that cannot be used.
+    """
+    out = Path(out)
+    with drawing_into(out):
+        names = tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
+        spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
+        view = scene.camera(camera)
+        if materials and scene.review is None:
+            where = f'The scene has no [review]: the materials are put on its first part, "{scene.reviewed_part}".'
+            scene = replace(scene, notes=(*scene.notes, where))
+        cases = _cases(scene, catalogue, materials)
+        records = {
+            material_id: catalogue.surface(material_id)
+            for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
+        }
+        lights = _distinct_lights(scene, spectra)
+        plan = plan_scene([record.packs for record in records.values()], lights, scene.observer, budget)
+        display = display_for(scene.viewing)
+        _check_whites(scene, names, spectra, display)
+        gpu = display_pass(renderer, display)
+        geometry = visible_geometry(scene, view)
+        warnings = _Warnings(warn)
+        _check_view(scene, view, geometry, warnings)
+        total = sum(len(case.judged) for case in cases) * len(names)
+        setting = _Setting(
+            scene, view, geometry, names, spectra, records, plan, display, gpu, renderer, budget, total, version
+        )
+        keys = [_key(setting, catalogue, case, case is cases[0]) for case in cases]
+        drawn: list[Drawn | None] = [None if again else found_rows(out, key) for key in keys]
+        there = sum(len(found.rows) for found in drawn if found)
+        if there:
+            resumed(there, total)
+
+        def reached() -> str:
+            done = sum(len(found.rows) for found in drawn if found)
+            return f"{done} of {total} rows are in {out}; the same command goes on from here." if done else ""
+
+        with saying(reached):
+            _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings)
+            rows = [row for found in drawn if found for row in found.rows]
+            # Known differences, put into the first material's reference.
+            checks = next((found.checks for found in drawn if found), ())
+            for line in (line for found in drawn if found for line in found.warnings):
+                warnings(line)
+            report = out / UNFINISHED / ".report"
+            with clearing(lambda: rmtree(report, ignore_errors=True)):
+                write_report(
+                    report,
+                    rows,
+                    plan,
+                    renderer.made_by,
+                    budget,
+                    colour_chain(scene, view, plan, names, spectra, display, "GPU" if gpu else "CPU"),
+                    version,
+                    checks=checks,
+                    title=f"Colour review: {scene.name}",
+                    warnings=warnings.said,
                 )
-                if progress is not None:
-                    progress(len(rows), total, material_id)
-    page, figures = write_report(
-        out,
-        rows,
-        plan,
-        renderer.made_by,
-        budget,
-        colour_chain(scene, view, plan, names, spectra, display, "GPU" if gpu else "CPU"),
-        version,
-        checks=checks,
-        title=f"Colour review: {scene.name}",
-    )
-    return ReviewResult(page, figures, status(rows, budget, checks), tuple(rows), plan)
+                put_in_place(out, keys, report)
+    page, figures = (out / name for name in REPORT)
+    return ReviewResult(page, figures, status(rows, budget, checks), tuple(rows), plan, tuple(warnings.said), there)
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """What all rows of a review have in common."""
+
+    scene: Scene
+    view: Camera
+    geometry: VisibleGeometry
+    names: tuple[str, ...]
+    spectra: tuple[Spectrum | None, ...]
+    records: Mapping[str, MaterialRecord]
+    plan: ScenePlan
+    display: DisplayTransform
+    gpu: DisplayPass | None
+    renderer: Renderer
+    budget: float
+    total: int
+    version: str
+
+
+def _key(setting: _Setting, catalogue: Catalogue, case: _Case, checked: bool) -> str:
+    """The hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with them."""
+    it = setting
+    lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
+    return row_key(case.scene, it.view, catalogue, *lit, it.plan, it.display, it.budget, it.total, more)
+
+
+def _draw_missing(
+    out: Path,
+    catalogue: Catalogue,
+    setting: _Setting,
+    cases: Sequence[_Case],
+    keys: Sequence[str],
+    drawn: list[Drawn | None],
+    jobs: int,
+    progress: Progress | None,
+    warn: Warn,
+) -> None:
+    """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there."""
+    missing = [index for index, found in enumerate(drawn) if found is None]
+    done = setting.total - sum(len(cases[index].judged) for index in missing) * len(setting.names)
+    packs = {
+        name: tuple(p.in_basis(setting.plan.basis) for p in record.packs) for name, record in setting.records.items()
+    }
+    scenes = [cases[index].scene for index in missing]
+    truths = references(scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs)
+    with closing(truths):
+        for index, truth in zip(missing, truths, strict=True):
+            heard = _Warnings(warn)
+            with drawn_rows(out, keys[index]) as (folder, kept):
+                rows: list[ReviewRow] = []
+                checks: list[SelfCheck] | None = [] if index == 0 else None
+                for row in _rows(setting, cases[index], packs, truth, folder, checks, heard):
+                    rows.append(row)
+                    done += 1
+                    if progress is not None:
+                        progress(done, setting.total, row.material)
+                kept.append(Drawn(tuple(rows), tuple(checks or ()), tuple(heard.said)))
+            drawn[index] = kept[0]
+
+
+def _rows(
+    setting: _Setting,
+    case: _Case,
+    packs: Mapping[str, tuple[FactorPack, ...]],
+    reference: Reference,
+    out: Path,
+    checks: list[SelfCheck] | None,
+    warn: Warn,
+) -> Iterator[ReviewRow]:
+    """Draw and compare one case; its pictures go below `out`, and, where they are wanted, self checks into `checks`."""
+    scene, view, geometry = setting.scene, setting.view, setting.geometry
+    names, spectra, display, gpu = setting.names, setting.spectra, setting.display, setting.gpu
+    reference_xyz, reference_seconds = reference
+    timer = _Timer()
+    shown = {name: packs[name] for name in case.scene.material_ids}
+    pictures_xyz = setting.renderer.render_many(case.scene, view, shown, spectra)
+    timer.lap("render", len(names))
+    timer.seconds["reference"] = reference_seconds / len(names)
+    readings = {material_id: Reading.of(setting.records[material_id].brdf()) for material_id in case.judged}
+    for index, name in enumerate(names):
+        spectrum = spectra[index]
+        lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
+        white = lit.adopted_white()
+        background = white * scene.viewing.background_reflectance
+        sample_xyz, coverage = pictures_xyz[index]
+        sample = ColourImage(sample_xyz, "xyz", white)
+        truth = ColourImage(reference_xyz[index], "xyz", white)
+        timer.lap("prepare")
+        shown_rgb, notes = display.encode(sample, coverage, background, gpu)
+        truth_rgb, _ = display.encode(truth, geometry.coverage, background, gpu)
+        if notes:
+            said_of = f"the picture of {' and '.join(case.judged)} under {name}"
+            say_if_clipped(scene, said_of, sample, np.asarray(coverage), display, warn)
+        timer.lap("encode", len(case.judged))
+        for material_id in case.judged:
+            timer.lap("prepare")
+            share = np.minimum(coverage, _share_of(geometry, case.scene, material_id))
+            difference = delta_e_map(reference_xyz[index], sample.values, white, share)
+            statistics = _statistics(difference, material_id, name)
+            if checks is not None and not checks:
+                checks.extend(self_check(reference_xyz[index], white, share))
+            timer.lap("compare")
+            said = {"material": material_id, "illuminant": name, "observer": scene.observer.name}
+            image, files = write_row(
+                out,
+                picture_name(material_id, None if spectrum is None else name),
+                shown_rgb,
+                display.display,
+                sample,
+                truth,
+                (coverage, geometry.coverage),
+                difference,
+                picture_words(lit, view, setting.renderer.made_by, setting.version) | {"material": material_id},
+            )
+            timer.lap("write")
+            timer.seconds["write"] += timer.seconds["encode"]
+            reading = readings[material_id]
+            xyz = reading.xyz(lit)
+            yield review_row(
+                **said,
+                statistics=statistics,
+                picture=quantise(shown_rgb),
+                reference=quantise(truth_rgb),
+                delta_e=difference,
+                budget=setting.budget,
+                rows=setting.total,
+                image=image,
+                files=files,
+                seconds={step: timer.seconds[step] for step in ("render", "reference", "compare", "write")},
+                wavelengths_nm=reading.wavelengths_nm,
+                reflectance=reading.factor,
+                reflectance_label="Radiance factor, light at 45°, seen from 0°",
+                swatch=swatch(display, xyz, white),
+                colour=RowColour(xyz, lab_from_xyz(xyz, white), GEOMETRY),
+                white_xyz=white,
+                notes=notes,
+                provenance=provenance_words(setting.records[material_id]),
+            )
+
+
+class _Warnings:
+    """Warnings as they are said, each once."""
+
+    def __init__(self, warn: Warn) -> None:
+        self._warn = warn
+        self.said: list[str] = []
+
+    def __call__(self, line: str) -> None:
+        if line not in self.said:
+            self.said.append(line)
+            self._warn(line)
+
+
+def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: Warn) -> None:
+    """Warn of pictures that will be black; refuse a view without what is to be judged, before the long work."""
+    for line in placement_warnings(scene, view):
+        warn(line)
+    hint = "move the camera, or leave its position out for one that frames the scene"
+    if not len(geometry.pixel):
+        raise InputError(looks_past(scene, view), file=scene.path, field=f"camera {view.name}", hint=hint)
+    if scene.review is not None:
+        number = [part.name for part in scene.parts].index(scene.review.on)
+        if not (geometry.part == number).any():
+            seen = ", ".join(scene.parts[index].name for index in np.unique(geometry.part))
+            problem = f'camera "{view.name}" does not see part "{scene.review.on}", which is reviewed'
+            raise InputError(problem, file=scene.path, field=f"camera {view.name}", found=f"it sees {seen}", hint=hint)
+    for line in why_black(scene, view, geometry):
+        warn(line)
 
 
 def _check_whites(
@@ -208,18 +367,11 @@ def _check_whites(
 
 
 def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[_Case]:
-    if scene.review is None:
-        if materials:
-            raise InputError(
-                "this scene does not say on which part materials are swept",
-                file=scene.path,
-                field="[review] on",
-                hint='add [review] with on = "PART", or leave --materials out',
-            )
+    if scene.review is None and not materials:
         return [_Case(scene, scene.material_ids)]
-    patterns = materials or scene.review.materials
+    patterns = materials or (scene.review.materials if scene.review else ())
     ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match_surfaces(pattern))
-    return [_Case(scene.with_material(scene.review.on, material_id), (material_id,)) for material_id in ids]
+    return [_Case(scene.with_material(scene.reviewed_part, material_id), (material_id,)) for material_id in ids]
 
 
 def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illuminant_name: str) -> DeltaEStatistics:
@@ -241,25 +393,3 @@ def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Floa
     pixels = geometry.pixel[np.isin(geometry.part, wearing)]
     hits = np.bincount(pixels, minlength=geometry.rows * geometry.width)
     return hits.reshape(geometry.rows, geometry.width) / geometry.samples
-
-
-def _reading(brdf: Brdf) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
-    """Wavelengths in nm, and pi f_r at 45:0, the geometry that most colour instruments have."""
-    return brdf.wavelengths_nm, radiance_factor_45_0(brdf)
-
-
-def _swatch(
-    display: DisplayTransform,
-    scene: Scene,
-    wavelengths_nm: np.ndarray,
-    factor: np.ndarray,
-    white: np.ndarray,
-) -> tuple[int, int, int]:
-    """The colour of a radiance factor in the mixture of lights that `white` is the white of."""
-    middle = 0.5 * np.add(*scene.bounds)
-    strengths = [float(light.incident(middle)[1]) for light in scene.lights]
-    under_each = [scene.observer.weights(light.spectrum, wavelengths_nm) @ factor for light in scene.lights]
-    xyz = np.average(under_each, axis=0, weights=strengths)
-    rgb, _ = display.encode(ColourImage(xyz[None, None], "xyz", white))
-    red, green, blue = (int(code) for code in quantise(rgb)[0, 0])
-    return red, green, blue

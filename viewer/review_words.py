@@ -22,7 +22,10 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
         words["Notes"] = "; ".join(said.notes.split(" + "))
     words["Terms"] = str(sum(pack.spectral.shape[0] for pack in record.packs))
     if record.error is not None:
-        words["Fit"] = f"ΔE94 mean {record.error.mean:.2f}, p99 {record.error.p99:.2f} ({record.error.protocol})"
+        error = record.error
+        under = ", ".join(f"{one.light} {one.p99:.2f}" for one in error.lights)
+        others = f"; p99 by light: {under}" if under else ""
+        words["Fit"] = f"ΔE94 mean {error.mean:.2f}, p99 {error.p99:.2f} under {error.light}{others} ({error.protocol})"
     return words
 
 

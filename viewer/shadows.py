@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..lighting.vectors import welded
 from .raster import cut_triangles
 
 # Width of the ramp across an outline, in radii of the scene.
@@ -84,7 +85,7 @@ class ShadowGrid:
 
 def sorted_triangles(corners: Float[np.ndarray, "F 3 3"]) -> SortedTriangles:
     """Weld corners by position and sort each triangle's corners by their welded numbers."""
-    unique, weld = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    unique, weld = welded(corners.reshape(-1, 3))
     numbers = np.sort(weld.reshape(-1, 3), axis=1)
     exact = unique[numbers]
     normals = np.cross(exact[:, 1] - exact[:, 0], exact[:, 2] - exact[:, 0])

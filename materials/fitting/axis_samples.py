@@ -56,31 +56,40 @@ class AxisSamples:
     ) -> Float[np.ndarray, "n R"]:
         """The factor that is best with all else fixed, but for the proximal term.
 
-        rest : each term without this factor and its spectrum. seen : what the eye makes of each spectrum. plain :
-        weights of plain errors. aim : gradient at a factor of zero. gram : products of spectra.
+        rest : each term without this factor and its spectrum. seen : what the eye makes of each spectrum, samples in
+        the axis' own `order`. plain : weights of plain errors. aim : gradient at a factor of zero. gram : products of
+        spectra.
         """
         size, rank = factor.shape
         diagonal, beside, right = np.zeros((size, rank, rank)), np.zeros((size - 1, rank, rank)), np.zeros((size, rank))
-        order = self.order
-        share = self.share[order]
-        aim, rest, seen, plain = aim[order], rest[order], seen[order], plain[order]
-        sums = np.hstack([aim * (1.0 - share)[:, None], aim * share[:, None]])
+        high = self.share[self.order][:, None]
+        aim, rest = aim.take(self.order, axis=0), rest.take(self.order, axis=0)
+        one = rest * np.sqrt(plain[self.order])[:, None]
+        shares = np.hstack([1.0 - high, high])
+        # Interval by interval: what is worked on stays in the cache. Each row stands beside itself times its share of
+        # the upper node; sums over the lower node's share 1 - h follow from those over 1, h and h squared.
+        most = int(np.diff(self.edges).max(initial=0))
+        colour, simple = np.empty((most, seen.shape[1], 2 * rank)), np.empty((most, 2 * rank))
+        twice = np.tile(gram, (2, 2))
         for k in range(size - 1):
             rows = slice(self.edges[k], self.edges[k + 1])
-            if rows.start == rows.stop:
+            count = rows.stop - rows.start
+            if count == 0:
                 continue
-            one = rest[rows]
-            low = 1.0 - share[rows, None]
-            colour = seen[rows] * one[:, None, :]
-            found = _paired(colour.reshape(-1, rank), np.repeat(low, seen.shape[1], axis=0))
-            one = one * np.sqrt(plain[rows])[:, None]
-            simple = _paired(one, low)
-            diagonal[k] += found[0] + gram * simple[0]
-            diagonal[k + 1] += found[1] + gram * simple[1]
-            beside[k] = found[2] + gram * simple[2]
-            total = sums[rows].sum(axis=0)
-            right[k] += total[:rank]
-            right[k + 1] += total[rank:]
+            part, flat = colour[:count], simple[:count]
+            np.multiply(seen[rows], rest[rows, None, :], out=part[:, :, :rank])
+            np.multiply(part[:, :, :rank], high[rows, None], out=part[:, :, rank:])
+            flat[:, :rank] = one[rows]
+            np.multiply(flat[:, :rank], high[rows], out=flat[:, rank:])
+            part = part.reshape(-1, 2 * rank)
+            found = part.T @ part + twice * (flat.T @ flat)
+            all_of_it, once, upper = found[:rank, :rank], found[rank:, :rank], found[rank:, rank:]
+            beside[k] = once - upper
+            diagonal[k] += all_of_it - once - beside[k]
+            diagonal[k + 1] += upper
+            total = shares[rows].T @ aim[rows]
+            right[k] += total[0]
+            right[k + 1] += total[1]
         if self.periodic:
             diagonal[0] += diagonal[-1]
             right[0] += right[-1]
@@ -103,14 +112,6 @@ class AxisSamples:
         np.add.at(right, following, stiff * step)
         found = _solved_blocks(diagonal, beside, right, self.periodic)
         return np.vstack([found, found[:1]]) if self.periodic else found
-
-
-def _paired(rows: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Products of rows shared between a lower and an upper node: of the lower, of the upper, of both."""
-    rank = rows.shape[1]
-    both = np.hstack([rows * low, rows * (1.0 - low)])
-    found = both.T @ both
-    return found[:rank, :rank], found[rank:, rank:], found[rank:, :rank]
 
 
 def _solved_blocks(

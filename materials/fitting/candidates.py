@@ -18,28 +18,45 @@ import numpy as np
 
 from ..brdf import Brdf, Frame, Lobe
 from ..factors import Axis, FactorPack
+from .bounds import Bounds
 from .decompose import PACK
 from .grids import lobe_axes
-from .joint import added, finer, merged, refined
+from .joint import added, finer, held, merged, refined
 from .judging import Judge, Judged, Trial
 from .lobe_table import LobeTable, Method
 from .seen import SeenSamples, seen_samples
+from .within import within_bounds
 
 # Terms up to which tables are tried where packs are refined jointly afterwards: two packs of four.
 TABLE_TERMS = 8
+# Packs of more terms than these were split between the frames long since: another start would not save terms.
+RIVALLED = 16
 # A table the first number of times over the budget may be within it once it is refined; beyond the second it is far.
 _NEAR, _FAR = 2.5, 6.0
 # Pairs drawn for each pixel of the protocol's square, and the fewest; some two thirds are above the horizon. Azimuths
 # need more.
-_PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.6, 12_000, 1.7
+_PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 4.0, 12_000, 1.7
+# Growth makes do with so many times fewer, until the score is so many times the budget.
+_COARSER, _NEARLY = 1.6, 1.25
+# New terms begin on every so many samples.
+_THINNED = 2
 # Rounds of refinement at most; each must gain the second share. Tables are refined again where it paid by the third.
-_ROUNDS, _LEAST_GAIN, _WORTH = 3, 0.03, 0.98
+_ROUNDS, _LEAST_GAIN, _WORTH = 2, 0.03, 0.98
 # Factors by which light from behind may come to count more, at once and in all.
 _MORE, _MOST = 3.0, 9.0
 # Nodes that an axis may come to have, and the share of the distance that finer grids must get below.
 _MOST_NODES, _PAYS = 192, 0.9
+# Rounds and sweeps that bring packs back within their bounds; what leaving them by 0.02 at one guard costs, as a share
+# of what all errors do.
+_BOUNDING, _BOUNDING_SWEEPS, _GUARD = 12, 3, 1e-3
+# Guards that stand all over the hemispheres from the beginning, and the squared ΔE94 a sample that their cost supposes.
+_GUARDS, _EXPECTED = 3000, 0.1
+# Sweeps of new terms alone.
+_FIRST_SWEEPS = 8
+# So many times over the budget, terms are added in both frames at once.
+_BOTH = 1.6
 # Growth ends where this many steps together gained less than that share.
-_STEPS, _STEP_GAIN = 3, 0.06
+_STEPS, _STEP_GAIN = 2, 0.06
 
 
 @dataclass(frozen=True)
@@ -65,14 +82,21 @@ class Found:
     relative: float
     stopped: str
     times: float = 1.0
+    within: bool = False
 
     @property
     def rank(self) -> int:
         return sum(pack.rank for pack in self.packs)
 
+    def met(self, budget: float) -> bool:
+        """Whether the packs are within the budget and within their bounds."""
+        return self.within and self.judged.score <= budget
+
     def better_than(self, other: Found, budget: float) -> bool:
         """Fewest terms within the budget; else the smaller distance."""
-        ours, theirs = self.judged.score <= budget, other.judged.score <= budget
+        if self.within != other.within:
+            return self.within
+        ours, theirs = self.met(budget), other.met(budget)
         if ours and theirs:
             return (self.rank, self.judged.score) < (other.rank, other.judged.score)
         return ours or (not theirs and self.judged.distance < other.judged.distance)
@@ -83,11 +107,22 @@ class Search:
 
     def __init__(self, brdf: Brdf, judge: Judge, wanted: Wanted) -> None:
         self.brdf, self.judge, self.wanted = brdf, judge, wanted
+        self.bounds = Bounds.of(brdf)
+        self.finest = False
+        self.guards: list[tuple[np.ndarray, np.ndarray, np.ndarray, float]] = []
 
     @cached_property
     def samples(self) -> SeenSamples:
+        """Drawn when first needed; more of them once `finest`, beside those that keep packs within their bounds."""
         pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * (1.0 if self.brdf.isotropic else _AZIMUTHS)
-        return seen_samples(self.brdf, int(pairs), self.wanted.seed)
+        found = seen_samples(self.brdf, int(pairs if self.finest else pairs / _COARSER), self.wanted.seed)
+        if not self.guards:
+            wi, wo = self.bounds.everywhere(_GUARDS)
+            cost = _GUARD * _EXPECTED * float(np.sum(found.share))
+            self.guards.append((wi, wo, self.bounds.limits, cost))
+        for guard in self.guards:
+            found = found.guarded(*guard)
+        return found
 
     def lobewise(self, lobes: tuple[Lobe, ...]) -> Found:
         """Each lobe by itself; then, with method "joint", all of them together."""
@@ -97,9 +132,14 @@ class Search:
         packs = tuple(pack for pack, _ in found if np.any(pack.spectral)) or (found[0][0],)
         relative = max(relative for _, relative in found)
         judged = self.judge.judged(packs, None, relative)
-        here = Found("lobes", packs, judged, relative, "")
-        if wanted.method != "joint" or judged.score <= wanted.budget or not np.any(packs[0].spectral):
+        # Black is within all bounds.
+        here = Found("lobes", packs, judged, relative, "", within=not any(np.any(pack.spectral) for pack in packs))
+        if wanted.method != "joint" or not np.any(packs[0].spectral):
             return self._ended(here)
+        if judged.score <= wanted.budget:
+            here = self._bounded(here)
+            if here.met(wanted.budget):
+                return self._ended(here)
         if len(lobes) > 1:
             here = self._refined(here)
         return self._grown(here)
@@ -141,9 +181,9 @@ class Search:
             # Near the budget, what is left after three vain attempts is the grid's error, which terms cannot mend.
             if best_score <= share or (stalled >= 3 and best_score < 3.0 * share):
                 break
-            # Far from the budget one more term is not enough.
-            if wanted.method == "joint" and rank > 2 and best_score > _FAR * share and len(ranks) > 1:
-                ranks.pop(0)
+            # Far from the budget a few more terms are not enough: whatever joint refinement begins with will do.
+            if wanted.method == "joint" and rank >= 2 and best_score > _FAR * share:
+                ranks = ranks[-1:]
         assert best is not None
         return best
 
@@ -169,9 +209,34 @@ class Search:
     def _round(self, here: Found, packs: tuple[FactorPack, ...]) -> Found:
         """Some sweeps over `packs`. While light from behind decides, it counts more and more."""
         times = min(_MORE * here.times, _MOST) if here.judged.behind else max(here.times / _MORE, 1.0)
-        stress = np.where(self.samples.behind, times, 1.0)
-        packs, relative = refined(packs, self.samples, stress=stress)
+        samples = self.samples if times == 1.0 else self.samples.stressed(np.where(self.samples.behind, times, 1.0))
+        packs, relative = refined(packs, samples)
         return Found(here.candidate, packs, self.judge.judged(packs, None, relative), relative, "", times)
+
+    def _bounded(self, here: Found, rounds: int = _BOUNDING) -> Found:
+        """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
+
+        The last of many rounds, if it comes to that, changes spectra alone, which always succeeds (`within_bounds`).
+        """
+        packs = here.packs
+        for _ in range(rounds):
+            broken = self.bounds.broken(packs)
+            if not len(broken):
+                break
+            self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(packs))
+            packs = held(packs, self.samples, _BOUNDING_SWEEPS)
+        within = self.bounds.extremes(packs).within
+        if rounds > 1 and not within:
+            packs, _ = within_bounds(packs, self.samples, self.bounds)
+            within = self.bounds.extremes(packs).within
+        if packs is here.packs:
+            return replace(here, within=within)
+        return replace(here, packs=packs, judged=self.judge.judged(packs, None, here.relative), within=within)
+
+    def _guard(self, wi: np.ndarray, wo: np.ndarray, cost: float) -> None:
+        guard = (wi, wo, self.bounds.limits, cost)
+        self.guards.append(guard)
+        self.samples = self.samples.guarded(*guard)
 
     def _told(self, found: Found, before: float) -> bool:
         kept = found.judged.distance < before
@@ -179,27 +244,51 @@ class Search:
         return kept
 
     def _grown(self, here: Found, rival: Found | None = None) -> Found:
-        """Four terms more at a time, in the better frame, all packs refined together after each step."""
+        """More terms, four at a time or, far from the budget, in either frame, all packs refined after each step."""
         wanted = self.wanted
         best = here = self._on_finer_grids(here)
-        left = [here.judged.distance]
-        while best.judged.score > wanted.budget and here.rank + PACK <= wanted.ranks[-1]:
+        left, safe = [here.judged.distance], None
+        while not best.met(wanted.budget) and here.rank + PACK <= wanted.ranks[-1]:
             if rival is not None and not self._may_win(here, rival):
                 break
+            if here.judged.score <= _NEARLY * wanted.budget:
+                self._refine_samples()
+            thin = self.samples.thinned(_THINNED)
             tried = [
-                added(here.packs, self.samples, frame, self._axes(frame, here.packs), PACK, wanted.seed)
+                added(here.packs, thin, frame, self._axes(frame, here.packs), PACK, wanted.seed, _FIRST_SWEEPS)
                 for frame in wanted.frames
             ]
-            pack, _ = min(tried, key=lambda one: one[1])
-            here = self._round(here, merged((*here.packs, pack)))
+            best_first = [pack for pack, _ in sorted(tried, key=lambda one: one[1])]
+            far = here.judged.score > _BOTH * wanted.budget and here.rank + 2 * PACK <= wanted.ranks[-1]
+            here = self._round(here, merged((*here.packs, *best_first[: 2 if far else 1])))
+            here = self._bounded(here, _BOUNDING if here.judged.score <= wanted.budget else 1)
             best = here if self._told(here, best.judged.distance) else best
+            if here.within and (safe is None or here.better_than(safe, wanted.budget)):
+                safe = here
             left.append(min(left[-1], here.judged.distance))
             if len(left) > _STEPS and left[-1] > (1.0 - _STEP_GAIN) * left[-1 - _STEPS]:
-                here = self._on_finer_grids(best)
-                if here is best:
-                    break
-                best, left = here, [here.judged.distance]
-        return self._ended(best)
+                break
+        last = self._polished(best)
+        # Bringing packs back within their bounds may cost more than it is worth.
+        return self._ended(safe if safe is not None and safe.better_than(last, wanted.budget) else last)
+
+    def _refine_samples(self) -> None:
+        """From now on, all samples."""
+        if not self.finest:
+            self.finest = True
+            vars(self).pop("samples", None)
+
+    def _polished(self, here: Found) -> Found:
+        """The last rounds, on all samples, until the packs keep within their bounds."""
+        if here.met(self.wanted.budget):
+            return here
+        if not self.finest:
+            self._refine_samples()
+            here = self._better(self._round(here, here.packs), here)
+        return self._bounded(here)
+
+    def _better(self, found: Found, before: Found) -> Found:
+        return found if self._told(found, before.judged.distance) else before
 
     def _on_finer_grids(self, here: Found) -> Found:
         """The same terms with twice as many nodes an axis, for as long as that pays."""

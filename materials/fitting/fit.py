@@ -16,14 +16,15 @@ import numpy as np
 from ...spectral.errors import InputError, UnknownNameError
 from ..brdf import Brdf, Frame, Lobe
 from ..factors import Axis, FactorPack, FitError
-from .candidates import TABLE_TERMS, Found, Search, Wanted
+from .bounds import Bounds
+from .candidates import RIVALLED, TABLE_TERMS, Found, Search, Wanted
 from .half import HalfStorage, half_storage, single_storage
 from .judging import Judge, Trial
 from .lobe_table import METHODS, Method
 
 __all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]
 
-RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
+RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 60)
 
 
 @dataclass(frozen=True)
@@ -78,8 +79,9 @@ def fit(
 
     Parameters
     ----------
-    budget : ΔE94 that the 99th percentile on the sphere protocol should not exceed, with 0.3 of it for the mean. The
-        measured error is reported whether or not it is met: a budget may be out of reach of `ranks` or of the grid.
+    budget : ΔE94 that the 99th percentile on the sphere protocol should not exceed under any of `protocol.LIGHTS`, with
+        0.3 of it for the mean and 4 times as much for the 99th percentile of the highlight's own pixels. The measured
+        error is reported whether or not it is met: a budget may be out of reach of `ranks` or of the grid.
     seed : of the random starts; the same seed gives the same bits on the same machine.
     axes : grid for a BRDF of one lobe, in place of the one chosen for it.
     ranks : numbers of terms to try for each lobe, ascending; no more than the last are tried in all.
@@ -110,26 +112,30 @@ def fit(
     frames: tuple[Frame, ...] = both if frame is None and axes is None else tuple(lobe.frame for lobe in lobes)
     search = Search(brdf, judge, Wanted(budget, seed, tuple(ranks), method, smooth, axes, frames))
     best = search.lobewise(lobes)
-    if method == "joint" and len(ranks) > 1 and (best.judged.score > budget or best.rank > TABLE_TERMS):
+    short = best.rank <= RIVALLED and not (best.met(budget) and best.rank <= TABLE_TERMS)
+    if method == "joint" and len(ranks) > 1 and short:
         for other in frames:
             if [lobe.frame for lobe in lobes] != [other]:
                 rival = search.whole(other, best)
                 best = rival if rival.better_than(best, budget) else best
-    return _stored(best, judge, precision, budget)
+    return _stored(best, judge, search.bounds, precision, budget)
 
 
-def _stored(best: Found, judge: Judge, precision: str, budget: float) -> Fit:
+def _stored(best: Found, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
     """The packs in the precision that they are kept in, and their error measured as such."""
     storage = single_storage(best.packs)
     judged = best.judged
+    extremes = bounds.extremes(best.packs)
     if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
-        half = half_storage(best.packs, judge.brdf, judge.front, reference=judge.reference)
-        after = judge.judged(half.packs, None, best.relative)
+        half = half_storage(best.packs, lambda packs: judge.judged(packs).error.p99)
+        after, rounded = judge.judged(half.packs, None, best.relative), bounds.extremes(half.packs)
         if judged.score <= budget < after.score:
             storage = replace(storage, reason=f"kept single: half precision would miss the budget of ΔE94 {budget:g}")
+        elif extremes.within and not rounded.within:
+            storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
         else:
-            storage, judged = half, after
-    error = judge.final(storage.packs, best.relative)
+            storage, judged, extremes = half, after, rounded
+    error = replace(judged.error, most_negative=extremes.lowest, largest=extremes.ratio)
     packs = tuple(replace(pack, error=error) for pack in storage.packs)
     storage = replace(storage, packs=packs)
     return Fit(packs, error, storage, judged.score, best.candidate, best.stopped, tuple(judge.trials))

@@ -6,14 +6,12 @@ into 16 bits; what was divided out goes into the term's spectrum, which stays as
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
 
-from ..brdf import Brdf
 from ..factors import FactorPack
-from ..protocol import SphereProtocol
 
 #: ΔE94 that half precision may add to the 99th percentile.
 ALLOWED = 0.1
@@ -45,19 +43,15 @@ def rounded_to_half(pack: FactorPack) -> FactorPack:
 
 def half_storage(
     packs: tuple[FactorPack, ...],
-    brdf: Brdf,
-    protocol: SphereProtocol,
+    p99: Callable[[tuple[FactorPack, ...]], float],
     allowed: float = ALLOWED,
-    reference: Float[np.ndarray, "N 3"] | None = None,
 ) -> HalfStorage:
     """Half precision where it adds at most `allowed` to the 99th percentile of ΔE94, else the packs as they are.
 
-    `brdf` is what the packs stand for, judged on `protocol` before and after; `reference`: its XYZ there, if known.
+    `p99` measures that of packs against what they stand for.
     """
-    reference = protocol.reference(brdf) if reference is None else reference
     small = tuple(rounded_to_half(pack) for pack in packs)
-    before, after = (protocol.compare(reference, protocol.sample(these)).p99 for these in (packs, small))
-    cost = after - before
+    cost = p99(small) - p99(packs)
     if cost <= allowed:
         return HalfStorage(small, True, cost, f"half precision adds {cost:.3f} to ΔE94 p99")
     return HalfStorage(packs, False, cost, f"kept single: half would add {cost:.3f} to ΔE94 p99, over {allowed:g}")

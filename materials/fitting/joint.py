@@ -8,6 +8,7 @@ each step lowers the same objective, the sum of squared ΔE94 to first order.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +23,8 @@ from .seen import SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
 _SPECTRAL_STEPS = 4
+# Wavelengths at which one guard leans are farther apart than this many samples.
+_APART = 6
 _TINY = 1e-100
 
 
@@ -30,7 +33,11 @@ class JointProblem:
 
     def __init__(self, packs: tuple[FactorPack, ...], samples: SeenSamples) -> None:
         self.packs, self.samples = packs, samples
-        self.stress(np.ones(len(samples.wi)))
+        # Guards lean on their limits anew in every sweep: what they ask for is this problem's own.
+        if len(samples.guards):
+            self.samples = samples = replace(samples, eye=samples.eye.copy())
+        self._targets = samples.targets.copy()
+        self._sorted: dict[int, np.ndarray] = {}
         self._grids: list[list[AxisSamples]] = []
         self._scales: list[np.ndarray] = []
         self._starts = np.cumsum([0, *(pack.rank for pack in packs)])
@@ -41,19 +48,14 @@ class JointProblem:
                 [AxisSamples.of(axis.position(at.angles[axis.name]), axis.size, axis.periodic) for axis in pack.axes]
             )
 
-    def stress(self, weights: Float[np.ndarray, " N"]) -> None:
-        """Let errors at each sample count this many times."""
-        self._eye = self.samples.eye * np.sqrt(weights)[:, None, None]
-        self._plain = self.samples.plain * weights
-
-    def start(self) -> list[Float[np.ndarray, "_ R"]]:
+    def start(self) -> list[Float[np.ndarray, "_ _"]]:
         """Factors of all packs, axis by axis, each pack's spectra (S,R) last."""
         state = []
         for pack in self.packs:
             state += balanced([*pack.factors, (pack.basis.reconstruct(pack.spectral) @ self.samples.analysis).T])
         return state
 
-    def packed(self, state: list[Float[np.ndarray, "_ R"]]) -> tuple[FactorPack, ...]:
+    def packed(self, state: list[Float[np.ndarray, "_ _"]]) -> tuple[FactorPack, ...]:
         """The packs of these factors."""
         found = []
         for pack, (*factors, spectral) in zip(self.packs, self._split(state), strict=True):
@@ -71,24 +73,39 @@ class JointProblem:
             first += count
         return parts
 
-    def with_best_spectra(self, state: list[Float[np.ndarray, "_ R"]]) -> list[Float[np.ndarray, "_ R"]]:
-        """The same factors with spectra found for them: a start whose lengths mean nothing yet."""
-        parts = self._split(state)
-        terms = [
-            scale[:, None] * np.prod([g.between(f) for g, f in zip(grids, part[:-1], strict=True)], axis=0)
-            for scale, grids, part in zip(self._scales, self._grids, parts, strict=True)
-        ]
-        everything = np.hstack(terms)
-        nothing = np.zeros((everything.shape[1], self.samples.targets.shape[1]))
-        spectra, _ = self._spectra(everything, nothing, self.samples.targets)
-        found = [[*part[:-1], rows.T] for part, rows in zip(parts, np.split(spectra, self._starts[1:-1]), strict=True)]
-        return self.balanced([factor for part in found for factor in part])
+    def terms(self, state: list[Float[np.ndarray, "_ _"]]) -> Float[np.ndarray, "N R"]:
+        """Every term of all packs at every sample, without its spectrum."""
+        return np.hstack(
+            [
+                scale[:, None] * np.prod([g.between(f) for g, f in zip(grids, part[:-1], strict=True)], axis=0)
+                for scale, grids, part in zip(self._scales, self._grids, self._split(state), strict=True)
+            ]
+        )
 
-    def balanced(self, state: list[Float[np.ndarray, "_ R"]]) -> list[Float[np.ndarray, "_ R"]]:
+    def spectra(self, state: list[Float[np.ndarray, "_ _"]]) -> Float[np.ndarray, "R S"]:
+        """The spectra of all terms."""
+        return np.hstack([part[-1] for part in self._split(state)]).T
+
+    def with_spectra(
+        self, state: list[Float[np.ndarray, "_ _"]], spectra: Float[np.ndarray, "R S"]
+    ) -> list[Float[np.ndarray, "_ _"]]:
+        """The same factors with other spectra."""
+        rows = np.split(spectra, self._starts[1:-1])
+        parts = zip(self._split(state), rows, strict=True)
+        return [factor for part, row in parts for factor in (*part[:-1], row.T)]
+
+    def with_best_spectra(self, state: list[Float[np.ndarray, "_ _"]]) -> list[Float[np.ndarray, "_ _"]]:
+        """The same factors with spectra found for them: a start whose lengths mean nothing yet."""
+        terms = self.terms(state)
+        nothing = np.zeros((terms.shape[1], self.samples.targets.shape[1]))
+        spectra, _ = self._spectra(terms, nothing, self.samples.targets.T.copy())
+        return self.balanced(self.with_spectra(state, spectra))
+
+    def balanced(self, state: list[Float[np.ndarray, "_ _"]]) -> list[Float[np.ndarray, "_ _"]]:
         """The same terms, each term's length shared equally among its factors."""
         return [factor for part in self._split(state) for factor in balanced(part)]
 
-    def swept(self, state: list[Float[np.ndarray, "_ R"]]) -> tuple[list[Float[np.ndarray, "_ R"]], float]:
+    def swept(self, state: list[Float[np.ndarray, "_ _"]]) -> tuple[list[Float[np.ndarray, "_ _"]], float]:
         """One round over all packs and axes, then all spectra at once; and the objective that is left."""
         parts = self._split(state)
         values = [
@@ -96,80 +113,144 @@ class JointProblem:
             for grids, part in zip(self._grids, parts, strict=True)
         ]
         terms = [scale[:, None] * np.prod(v, axis=0) for scale, v in zip(self._scales, values, strict=True)]
-        left = self.samples.targets - sum(term @ part[-1].T for term, part in zip(terms, parts, strict=True))
+        self._lean(terms, [part[-1] for part in parts])
+        left = self._targets.T.copy()
+        for term, part in zip(terms, parts, strict=True):
+            left -= part[-1] @ term.T
         for number, (grids, part, value) in enumerate(zip(self._grids, parts, values, strict=True)):
             spectral = part[-1]
-            target = left + terms[number] @ spectral.T
-            seen = self._eye @ spectral
-            aim = np.einsum("nkr,nk->nr", seen, np.einsum("nks,ns->nk", self._eye, target))
-            aim += (target @ spectral) * self._plain[:, None]
+            target = left + spectral @ terms[number].T
+            aim = self.samples.felt(target).T @ spectral
             gram = spectral.T @ spectral
             for mode, grid in enumerate(grids):
                 rest = self._scales[number][:, None] * np.prod([v for m, v in enumerate(value) if m != mode], axis=0)
-                part[mode] = grid.solved(part[mode], rest, seen, self._plain, aim * rest, gram)
+                seen = (self._rows(grid) @ spectral).reshape(len(rest), -1, spectral.shape[1])
+                part[mode] = grid.solved(part[mode], rest, seen, self.samples.plain, aim * rest, gram)
                 value[mode] = grid.between(part[mode])
             terms[number] = self._scales[number][:, None] * np.prod(value, axis=0)
-            left = target - terms[number] @ spectral.T
-        spectra, left = self._spectra(np.hstack(terms), np.hstack([part[-1] for part in parts]).T, left)
-        for part, rows in zip(parts, np.split(spectra, self._starts[1:-1]), strict=True):
-            part[-1] = rows.T
-        return [factor for part in parts for factor in part], self.objective(left)
+            left = target - spectral @ terms[number].T
+        state = [factor for part in parts for factor in part]
+        spectra, left = self._spectra(np.hstack(terms), self.spectra(state), left)
+        return self.with_spectra(state, spectra), self.objective(left, np.hstack(terms), spectra)
 
-    def objective(self, left: Float[np.ndarray, "N S"]) -> float:
-        """Sum of the squares of what is left, as the eye has it."""
-        return float(np.sum(np.einsum("nks,ns->nk", self._eye, left) ** 2) + self._plain @ np.sum(left**2, axis=1))
+    def objective(
+        self, left: Float[np.ndarray, "S N"], terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"]
+    ) -> float:
+        """Sum of the squares of what is left, as the eye has it, and of what guards are beyond their limits."""
+        samples, first = self.samples, len(self.samples.wi) - len(self.samples.guards)
+        eye, left = samples.eye[:, :, :first], left[:, :first]
+        seen = np.einsum("ksn,sn->kn", eye, left)
+        found = float(np.vdot(seen, seen) + samples.plain[:first] @ np.sum(left**2, axis=0))
+        if samples.limits is not None:
+            low, high = samples.limits
+            values = np.pi * (terms[first:] @ spectra) @ samples.synthesis
+            beyond = np.maximum(np.maximum((low - values) / -low, (values - high) / high), 0.0)
+            found += float(samples.guards @ (-low[0] * beyond.max(axis=1)) ** 2)
+        return found
 
     def _spectra(
-        self, terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"], left: Float[np.ndarray, "N S"]
-    ) -> tuple[Float[np.ndarray, "R S"], Float[np.ndarray, "N S"]]:
+        self, terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"], left: Float[np.ndarray, "S N"]
+    ) -> tuple[Float[np.ndarray, "R S"], Float[np.ndarray, "S N"]]:
         """A few steps of conjugate gradients, preconditioned as if an error counted the same whatever its colour."""
-        weights = np.einsum("nks,nks->n", self._eye, self._eye) / self._eye.shape[2] + self._plain
-        matrix = (terms * weights[:, None]).T @ terms
+        felt = self.samples.felt
+        matrix = (terms * self._weights[:, None]).T @ terms
         matrix[np.diag_indices_from(matrix)] *= 1.0 + 1e-9
         matrix[np.diag_indices_from(matrix)] += _TINY
         factor = cho_factor(matrix)
-
-        def felt(error: np.ndarray) -> np.ndarray:
-            return np.einsum("nks,nk->ns", self._eye, np.einsum("nks,ns->nk", self._eye, error)) + (
-                self._plain[:, None] * error
-            )
-
-        gradient = terms.T @ felt(left)
+        gradient = (felt(left) @ terms).T
         steered = cho_solve(factor, gradient)
         step, slope = steered, float(np.sum(gradient * steered))
         for _ in range(_SPECTRAL_STEPS):
             if not slope > 0.0:
                 break
-            moved = terms @ step
-            curvature = float(np.sum(moved * felt(moved)))
+            moved = step.T @ terms.T
+            felt_moved = felt(moved)
+            curvature = float(np.vdot(moved, felt_moved))
             if not curvature > 0.0:
                 break
             length = slope / curvature
             spectra, left = spectra + length * step, left - length * moved
-            gradient = terms.T @ felt(left)
+            gradient = gradient - length * (felt_moved @ terms).T
             steered = cho_solve(factor, gradient)
             before, slope = slope, float(np.sum(gradient * steered))
             step = steered + slope / before * step
         return spectra, left
+
+    def _lean(self, terms: list[Float[np.ndarray, "N _"]], spectra: list[Float[np.ndarray, "S _"]]) -> None:
+        """Let each guard lean on the limits that it is beyond now, at the few wavelengths where it is most."""
+        samples = self.samples
+        count = len(samples.guards)
+        if not count or samples.limits is None:
+            return
+        last = slice(len(samples.wi) - count, None)
+        now = sum(spectral @ term[last].T for term, spectral in zip(terms, spectra, strict=True))
+        (low, high), rows = samples.limits, np.pi * samples.synthesis.T
+        values = rows @ now
+        beyond = np.maximum((low[:, None] - values) / -low[:, None], (values - high[:, None]) / high[:, None])
+        every = np.arange(count)
+        eye = np.zeros((*samples.eye.shape[:2], count))
+        aims = np.zeros((len(eye), count))
+        for number in range(len(eye)):
+            at = np.argmax(beyond, axis=0)
+            active = beyond[at, every] > 0.0
+            limit = np.where(values[at, every] < 0.0, low[at], high[at])
+            weight = np.where(active, np.sqrt(samples.guards), 0.0) * np.where(
+                values[at, every] < 0, 1, -low[at] / limit
+            )
+            eye[number] = rows[at].T * weight
+            aims[number] = limit * weight
+            beyond[np.abs(np.arange(len(beyond))[:, None] - at) <= _APART] = 0.0
+        short = aims - np.einsum("ksg,sg->kg", eye, now)
+        back = np.linalg.pinv(eye.transpose(2, 0, 1), rcond=1e-6)
+        targets = now.T + np.einsum("gsk,kg->gs", back, short)
+        samples.eye[:, :, last] = eye
+        self._targets[last] = targets
+        self._weights[last] = np.einsum("ksg,ksg->g", eye, eye) / len(samples.synthesis)
+        for grids in self._grids:
+            for grid in grids:
+                if id(grid) in self._sorted:
+                    place = np.empty(len(grid.order), dtype=np.intp)
+                    place[grid.order] = np.arange(len(place))
+                    whole = self._sorted[id(grid)].reshape(len(place), len(eye), -1)
+                    whole[place[last]] = eye.transpose(2, 0, 1)
+
+    def _rows(self, grid: AxisSamples) -> Float[np.ndarray, "NK S"]:
+        """What the eye makes of spectra, samples in the order of an axis."""
+        if id(grid) not in self._sorted:
+            eye = self.samples.eye.transpose(2, 0, 1)[grid.order]
+            self._sorted[id(grid)] = np.ascontiguousarray(eye).reshape(-1, eye.shape[2])
+        return self._sorted[id(grid)]
+
+    @cached_property
+    def _weights(self) -> Float[np.ndarray, " N"]:
+        """What an error at each sample counts, whatever its colour."""
+        eye = self.samples.eye
+        return np.einsum("ksn,ksn->n", eye, eye) / eye.shape[1] + self.samples.plain
 
 
 def refined(
     packs: tuple[FactorPack, ...],
     samples: SeenSamples,
     sweeps: int = 8,
-    stress: Float[np.ndarray, " N"] | None = None,
 ) -> tuple[tuple[FactorPack, ...], float]:
     """The packs after some rounds over all their factors together, and the objective relative to that of no packs.
 
     The objective never rises: the sum over the samples of the squared ΔE94, to first order, and of a small share of
-    what another light might show. `stress` lets errors at each sample count that many times.
+    what another light might show.
     """
     problem = JointProblem(packs, samples)
-    if stress is not None:
-        problem.stress(stress)
     state, left = extrapolated(problem.swept, problem.start(), sweeps, 0.0, problem.balanced)
-    nothing = problem.objective(samples.targets)
+    nothing = samples.cost(())
     return problem.packed(state), float(np.sqrt(left / nothing)) if nothing > 0 else 0.0
+
+
+def held(packs: tuple[FactorPack, ...], samples: SeenSamples, sweeps: int) -> tuple[FactorPack, ...]:
+    """The packs after some rounds without extrapolation: they move no farther than their guards ask them to."""
+    problem = JointProblem(packs, samples)
+    state = problem.start()
+    for _ in range(sweeps):
+        state, _ = problem.swept(state)
+    return problem.packed(state)
 
 
 def added(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -12,15 +12,17 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ..brdf import Brdf, Lobe
 from ..factors import FactorPack, FitError
-from ..protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, lowest_shading, sphere_protocol
-from .seen import anywhere_pairs
+from ..highlight import highlight_protocol
+from ..protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
 
 # The mean may be this share of the budget, which is for the 99th percentile.
 MEAN_SHARE = 0.3
 # Lit from behind, where the protocol does not look, the 99th percentile may be this many times the budget.
 BACK_SHARE = 4.0
-# Pairs off the protocol that are searched for negative light.
-_ELSEWHERE = 20_000
+# The highlight's own pixels are its steepest flanks: their 99th percentile may be this many times the budget.
+HIGHLIGHT_SHARE = 4.0
+# XYZ of the samples of each view (front, back and, where there is one, the highlight) under each light.
+Seen = tuple[Float[np.ndarray, "_ _ 3"], ...]
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class Trial:
 
     lobe : which one its table is of, with the other lobes exact; all packs together where `joint`.
     frame : of the lobe, or "io + hd". rank : terms tried in it. seconds : since the fit began.
-    score : what is held against the budget: p99, the mean over 0.3, or p99 lit from behind over 4, whichever is worst.
+    score : what is held against the budget: p99, the mean over 0.3, p99 of the highlight's own pixels over 4, or p99
+        lit from behind over 4, whichever is worst under any light of the protocol.
     candidate : "lobes" (the BRDF's own), "io", "hd": everything in one frame; terms added later may be in either.
     joint : whether all packs were refined together on what is seen.
     """
@@ -47,19 +50,26 @@ class Trial:
 
 @dataclass(frozen=True)
 class Judged:
-    """The measured error of some packs, p99 lit from behind, and what is held against the budget: the worst share."""
+    """The measured error of some packs, and the worst p99 lit from behind."""
 
     error: FitError
     back: float
 
     @property
+    def front(self) -> float:
+        """The worst of p99, and of the mean and p99 of the highlight over their shares, under any light."""
+        shares = (max(one.p99, one.mean / MEAN_SHARE) for one in self.error.lights)
+        return max(*shares, (self.error.highlight or 0.0) / HIGHLIGHT_SHARE)
+
+    @property
     def score(self) -> float:
-        return max(self.error.p99, self.error.mean / MEAN_SHARE, self.back / BACK_SHARE)
+        """What is held against the budget."""
+        return max(self.front, self.back / BACK_SHARE)
 
     @property
     def distance(self) -> float:
         """What attempts are compared by: front and back together, so that neither is bought with much of the other."""
-        return max(self.error.p99, self.error.mean / MEAN_SHARE) + self.back / BACK_SHARE
+        return self.front + self.back / BACK_SHARE
 
     @property
     def behind(self) -> bool:
@@ -69,7 +79,7 @@ class Judged:
 
 @dataclass(eq=False)
 class Judge:
-    """The original, seen on the protocol; packs are compared with it, and every comparison is told."""
+    """The original, seen on the protocol under all its lights; packs are compared with it, and every trial is told."""
 
     brdf: Brdf
     lobes: tuple[Lobe, ...]
@@ -83,32 +93,47 @@ class Judge:
         self.front, self.back = (
             sphere_protocol(self.pixels, isotropic, angles) for angles in (LIGHT_ANGLES_DEG, BACK_LIGHT_ANGLES_DEG)
         )
-        self.reference, self.behind = self.front.reference(self.brdf), self.back.reference(self.brdf)
-        if not np.all(np.isfinite(self.reference)):
+        self.highlight = highlight_protocol(self.brdf)
+        self.views = tuple(view for view in (self.front, self.back, self.highlight) if view is not None)
+        self.references = tuple(view.references(self.brdf, LIGHTS) for view in self.views)
+        if not all(np.all(np.isfinite(xyz)) for xyz in self.references):
             raise InputError(
                 "the BRDF is not finite", field="brdf", found="NaN or infinity on the sphere", expected="numbers"
             )
 
-    def others(self, lobe: Brdf) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "M 3"]]:
-        """XYZ of all but this lobe, front and back."""
-        return self.reference - self.front.reference(lobe), self.behind - self.back.reference(lobe)
+    def others(self, lobe: Brdf) -> Seen:
+        """XYZ of all but this lobe."""
+        return tuple(
+            whole - view.references(lobe, LIGHTS) for view, whole in zip(self.views, self.references, strict=True)
+        )
 
-    def judged(
-        self, packs: tuple[FactorPack, ...], others: tuple[np.ndarray, np.ndarray] | None = None, relative: float = 0.0
-    ) -> Judged:
+    def judged(self, packs: tuple[FactorPack, ...], others: Seen | None = None, relative: float = 0.0) -> Judged:
         """`others`: what shades beside the packs, exactly known."""
-        seen, behind = self.front.sample(packs), self.back.sample(packs)
+        seen = [view.samples(packs, LIGHTS) for view in self.views]
         if others is not None:
-            seen, behind = seen + others[0], behind + others[1]
-        error = self.front.compare(self.reference, seen, relative)
-        back = self.back.compare(self.behind, behind)
-        return Judged(error, back.p99)
+            seen = [xyz + beside for xyz, beside in zip(seen, others, strict=True)]
+        return Judged(replace(self._error(seen), relative_error=relative), self._back(seen[1]))
 
-    def final(self, packs: tuple[FactorPack, ...], relative: float) -> FitError:
-        """The declared error: front, with the lowest shading there and all over the hemispheres."""
-        wi, wo = anywhere_pairs(_ELSEWHERE, 1, self.brdf.isotropic)
-        lowest = min(self.front.most_negative(packs), lowest_shading(packs, wi, wo))
-        return self.front.compare(self.reference, self.front.sample(packs), relative, lowest)
+    def _error(self, seen: list[np.ndarray]) -> FitError:
+        return self.front.compare_lights(self.references[0], seen[0], LIGHTS, self._highlights(seen))
+
+    def _highlights(self, seen: list[np.ndarray]) -> list[float]:
+        """p99 of the highlight's own pixels under each light, exposed so that the original's brightest is white: nobody
+        sees a brighter one.
+        """
+        if self.highlight is None:
+            return []
+        found = []
+        for light, original, ours in zip(LIGHTS, self.references[2], seen[2], strict=True):
+            most = max(1.0, float(original[:, 1].max()))
+            found.append(np.percentile(self.highlight.under(light).differences(original / most, ours / most), 99))
+        return [float(p99) for p99 in found]
+
+    def _back(self, seen: np.ndarray) -> float:
+        found = (
+            self.back.under(light).compare(self.references[1][index], seen[index]) for index, light in enumerate(LIGHTS)
+        )
+        return max(one.p99 for one in found)
 
     def tell(self, trial: Trial) -> None:
         """Keep the trial and pass it on."""

@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from ...spectral.projection import projection_matrix
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Lobe
 from ..factors import Axis, FactorPack
 from .cp import CompressedTable, Factors, WeightedTable, weighted_cp
@@ -65,7 +66,7 @@ class LobeTable:
             luminance = luminance * np.maximum(node_directions(lobe.frame, axes)[0][..., 2], 0.0)
         weights = floored(node_weights(table, luminance), values)
         if not np.array_equal(lobe.brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM):
-            synthesis = synthesis @ interpolation_matrix(lobe.brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
+            synthesis = synthesis @ projection_matrix(lobe.brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
         return cls(lobe, axes, values, weights, synthesis)
 
     @property

@@ -7,17 +7,19 @@ linear, its slope is finite, so that black needs no guard.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from ...spectral.projection import projection_matrix
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf
-from ..directions import spherical
+from ..directions import half_difference, spherical
 from ..factors import FactorPack
-from ..protocol import sphere_protocol
+from ..highlight import highlight_width
+from ..protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
 
 # Lights stand at most this far from the view, radians. Those beyond the second angle light a surface from behind,
 # where it shows few points and an error may be larger.
@@ -26,14 +28,19 @@ _BACK_SHARE = 0.25
 _LEAST_COSINES = (0.003, 1e-4)
 # Shares of the pairs that crowd about the mirror direction and towards the edge of the sphere; the least a pair counts.
 _MIRROR, _EDGE, _LEAST_SHARE = 0.35, 0.25, 0.01
+# What a highlight's own pixels count at least, however few pictures show.
+_HIGHLIGHT_SHARE = 0.05
 # Pairs drawn all over the hemispheres, beside so many others; each counts the least. Pictures show them so rarely that
 # nothing else would keep terms from cancelling there, and one that does not is a speck of any colour.
 _ANYWHERE = 0.15
 # What the spectra's common basis may lose, root mean square, in L*.
-_LOST = 0.005
-# What an error is seen under, and what its square counts: the light of the protocol, a warm one, one of narrow bands.
-# Without the others, spectra would be bent until D65 alone sees no difference.
-_LIGHTS = (("D65", 1.0), ("A", 0.25), ("FL11", 0.25))
+_LOST = 0.02
+# What the square of an error counts under each light that a fit is judged by. Under one alone, spectra would be bent
+# until it sees no difference.
+_LIGHT_SHARE = 0.3
+# Share of what the eye makes of errors that may be counted as if it were colourless: what is left are few directions
+# of colour at each sample, in which the lights of the protocol agree.
+_BLURRED = 0.02
 # How much an error counts that none of them shows: another light may.
 _UNSEEN = 0.3
 _BLOCK = 8192
@@ -46,28 +53,86 @@ class SeenSamples:
     """N direction pairs, and the BRDF there in a basis of S spectra common to all packs.
 
     targets : f_r cos(theta_i) as `analysis` (L,S) has it; `synthesis` (S,L) leads back; on the working wavelengths.
-    eye : turns a small error of `targets` into (ΔL*, ΔC*/S_C, ΔH*/S_H) of CIE 1994 under D65, A and FL11, one after
-        another, each times the root of what the light counts.
+    eye : K rows of S a sample, along the last axis: the sum of squares of `eye` times a small error of `targets` is
+        that of (ΔL*, ΔC*/S_C, ΔH*/S_H) of CIE 1994 under every light of the protocol.
     plain : weight of an error whatever its colour: what it would cost in L*, times a small share.
     share : how often a picture shows the pair, against how often it was drawn.
+    guards, limits : the last G pairs are held between limits (`guarded`), at these weights.
     xyz : of the pair under D65; Y of a perfect diffuser facing the light = 1. light_weights : XYZ of each coefficient.
     """
 
     wi: Float[np.ndarray, "N 3"]
     wo: Float[np.ndarray, "N 3"]
     targets: Float[np.ndarray, "N S"]
-    eye: Float[np.ndarray, "N K S"]
+    eye: Float[np.ndarray, "K S N"]
     plain: Float[np.ndarray, " N"]
     share: Float[np.ndarray, " N"]
     xyz: Float[np.ndarray, "N 3"]
     analysis: Float[np.ndarray, "L S"]
     synthesis: Float[np.ndarray, "S L"]
     light_weights: Float[np.ndarray, "S 3"]
+    guards: Float[np.ndarray, " G"] = field(default_factory=lambda: np.empty(0))
+    limits: Float[np.ndarray, "2 L"] | None = None
 
     @property
     def behind(self) -> Bool[np.ndarray, " N"]:
         """Where the light comes from behind."""
         return np.sum(self.wi * self.wo, axis=1) < np.cos(_BEHIND)
+
+    def felt(self, error: Float[np.ndarray, "S N"]) -> Float[np.ndarray, "S N"]:
+        """Half the gradient of what errors at the samples cost: the cost is the sum of `error` times this."""
+        seen = np.einsum("ksn,sn->kn", self.eye, error)
+        out = np.einsum("ksn,kn->sn", self.eye, seen)
+        out += self.plain * error
+        return out
+
+    def stressed(self, weights: Float[np.ndarray, " N"]) -> SeenSamples:
+        """The same samples, an error at each counting so many times as much."""
+        return replace(self, eye=self.eye * np.sqrt(weights), plain=self.plain * weights)
+
+    def thinned(self, step: int) -> SeenSamples:
+        """Every `step`-th sample without the guards, each counting so many times as much."""
+        some = slice(None, len(self.wi) - len(self.guards), step)
+        return replace(
+            self,
+            wi=self.wi[some],
+            wo=self.wo[some],
+            targets=self.targets[some],
+            plain=step * self.plain[some],
+            eye=np.sqrt(step) * self.eye[:, :, some],
+            guards=np.empty(0),
+            share=step * self.share[some],
+            xyz=self.xyz[some],
+        )
+
+    def guarded(
+        self, wi: Float[np.ndarray, "G 3"], wo: Float[np.ndarray, "G 3"], limits: Float[np.ndarray, "2 L"], cost: float
+    ) -> SeenSamples:
+        """With further pairs, at which packs shall shade to pi f_r cos(theta_i) between two `limits`, no matter what.
+
+        `cost` of leaving them by 0.02 at one wavelength. They come last, and count nothing while within their limits.
+        """
+        more = len(wi)
+        join, zero = np.concatenate, np.zeros(more)
+        return replace(
+            self,
+            wi=join([self.wi, wi]),
+            wo=join([self.wo, wo]),
+            targets=join([self.targets, np.zeros((more, self.targets.shape[1]))]),
+            eye=join([self.eye, np.zeros((*self.eye.shape[:2], more))], axis=2),
+            plain=join([self.plain, zero]),
+            share=join([self.share, zero]),
+            xyz=join([self.xyz, np.zeros((more, 3))]),
+            guards=join([self.guards, np.full(more, cost / 0.02**2)]),
+            limits=limits,
+        )
+
+    def cost(self, packs: tuple[FactorPack, ...]) -> float:
+        """What the errors of packs cost at all samples together: the sum of their squared ΔE94, to first order."""
+        left = self.less(packs).targets.T.copy()
+        if len(self.guards):
+            left[:, -len(self.guards) :] = 0.0
+        return float(np.vdot(left, self.felt(left)))
 
     def less(self, packs: tuple[FactorPack, ...]) -> SeenSamples:
         """The same samples with what packs shade to taken off the targets."""
@@ -75,7 +140,7 @@ class SeenSamples:
         return replace(self, targets=self.targets - sum(shaded, np.zeros_like(self.targets)))
 
     def delta_e(self, packs: tuple[FactorPack, ...]) -> Float[np.ndarray, " N"]:
-        """ΔE94 of packs at every sample under D65."""
+        """ΔE94 of packs at every sample under D65; of no meaning at guards."""
         xyz = self.xyz - self.less(packs).targets @ self.light_weights
         return delta_e_xyz(self.xyz, xyz, sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM).sum(axis=0))
 
@@ -83,8 +148,9 @@ class SeenSamples:
 def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     """Some 0.6 `count` samples of a BRDF: of `count` pairs drawn, those above the horizon."""
     wi, wo, share = seen_pairs(count, seed, brdf.isotropic)
+    share = np.maximum(share, _HIGHLIGHT_SHARE * _in_highlight(brdf, wi, wo))
     same = np.array_equal(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
-    resample = None if same else interpolation_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
+    resample = None if same else projection_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
     spectra = np.empty((len(wi), len(WORKING_WAVELENGTHS_NM)))
     for start in range(0, len(wi), _BLOCK):
         rows = slice(start, start + _BLOCK)
@@ -102,20 +168,51 @@ def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     size = max(1, int(np.sum(energy > _LOST**2 * len(wi))))
     analysis, synthesis = bright[:, None] * vectors[:, :size], vectors[:, :size].T / bright
     light_weights = synthesis @ observed
-    eye = np.concatenate([np.sqrt(counts) * _eye(spectra, synthesis, light) for light, counts in _LIGHTS], axis=1)
-    eye *= np.sqrt(share)[:, None, None]
     # Coefficients have the size of XYZ: a spectrum of length 1 in the basis is about 1 in Y.
     plain = (_UNSEEN * slope) ** 2 * share
-    return SeenSamples(wi, wo, spectra @ analysis, eye, plain, share, xyz, analysis, synthesis, light_weights)
+    eye, lost = _eye(spectra, synthesis)
+    return SeenSamples(
+        wi,
+        wo,
+        spectra @ analysis,
+        eye * np.sqrt(share),
+        plain + lost * share,
+        share,
+        xyz,
+        analysis,
+        synthesis,
+        light_weights,
+    )
+
+
+def _in_highlight(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+    """Whether pairs are of a highlight's own pixels."""
+    theta_h, theta_d, _, _ = half_difference(wi, wo)
+    known = 0.5 * np.radians(LIGHT_ANGLES_DEG)
+    widths = [highlight_width(brdf, angle)[0] for angle in known]
+    return theta_h <= np.interp(theta_d, known, widths, right=0.0)
 
 
 def _eye(
-    spectra: Float[np.ndarray, "N L"], synthesis: Float[np.ndarray, "S L"], light: str
-) -> Float[np.ndarray, "N 3 S"]:
-    """What `SeenSamples.eye` says of one light."""
-    protocol = sphere_protocol(16, light=light)
-    observed = np.pi * protocol.weights(WORKING_WAVELENGTHS_NM)
-    return np.einsum("nkc,sc->nks", _lab_slopes(spectra @ observed, observed.sum(axis=0) / np.pi), synthesis @ observed)
+    spectra: Float[np.ndarray, "N L"], synthesis: Float[np.ndarray, "S L"]
+) -> tuple[Float[np.ndarray, "K S N"], Float[np.ndarray, " N"]]:
+    """What `SeenSamples.eye` says, by the principal directions of each sample's errors under all lights together; and
+    the mean weight of the directions that are left out.
+    """
+    size = len(synthesis)
+    gram = np.zeros((len(spectra), size, size))
+    for light in LIGHTS:
+        weights = sphere_protocol(16, light=light).weights(WORKING_WAVELENGTHS_NM)
+        observed = np.pi * weights
+        slopes = _lab_slopes(spectra @ observed, weights.sum(axis=0)) @ (synthesis @ observed).T
+        gram += _LIGHT_SHARE * np.matmul(slopes.transpose(0, 2, 1), slopes)
+    values, vectors = np.linalg.eigh(gram)
+    values, vectors = np.maximum(values[:, ::-1], 0.0), vectors[:, :, ::-1]
+    kept = np.cumsum(values.mean(axis=0))
+    rows = min(int(np.sum(kept < (1.0 - _BLURRED) * kept[-1])) + 1, size)
+    eye = np.sqrt(values[:, None, :rows]) * vectors[:, :, :rows]
+    lost = values[:, rows:].sum(axis=1) / max(size - rows, 1)
+    return np.ascontiguousarray(eye.transpose(2, 1, 0)), lost
 
 
 def _lab_slopes(xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]) -> Float[np.ndarray, "N 3 3"]:
@@ -178,10 +275,31 @@ def seen_pairs(
     )
 
 
+def everywhere_angles(
+    count: int, seed: int, isotropic: bool
+) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"], Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
+    """theta_i, theta_o, phi_o - phi_i and phi_i (0 if isotropic) all over both hemispheres, in radians.
+
+    Even in theta_i and theta_o, crowding towards the plane of incidence on either side; a third of them nearer and
+    nearer to the mirror direction, and a third to the horizon.
+    """
+    u = _even_points(count, 5, seed)
+    right = 0.5 * np.pi
+    theta_i, theta_o = right * u[:, 0], right * u[:, 1]
+    phi = right * (1.0 - np.cos(2.0 * np.pi * u[:, 2]))
+    mirror, grazing = u[:, 4] < 1.0 / 3.0, u[:, 4] > 2.0 / 3.0
+    theta_o = np.where(mirror, theta_i + right * (2.0 * u[:, 1] - 1.0) ** 3, theta_o)
+    phi = np.where(mirror, np.pi * (1.0 - u[:, 2] ** 3), phi)
+    theta_i, theta_o = (np.where(grazing, right * (1.0 - u[:, k] ** 2), t) for k, t in ((0, theta_i), (1, theta_o)))
+    theta_i, theta_o = (np.clip(theta, 0.0, right - 1e-3) for theta in (theta_i, theta_o))
+    phi = np.where(u[:, 2] < 0.5, phi, -phi)
+    return theta_i, theta_o, phi, np.zeros(count) if isotropic else 2.0 * np.pi * u[:, 3]
+
+
 def anywhere_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
     """wi and wo, even in theta_i and theta_o, crowding towards the plane of incidence on either side; at most `count`.
 
-    Those of lights that no sample has (`_FARTHEST`) are left out.
+    Those of lights that no sample has (`_FARTHEST`) are left out: there packs only keep within bounds.
     """
     u = _even_points(count, 4, seed)
     theta_i, theta_o = (np.minimum(0.5 * np.pi * u[:, k], 0.5 * np.pi - 1e-3) for k in (0, 1))

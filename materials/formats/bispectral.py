@@ -15,6 +15,7 @@ from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
 from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
+from .cost import Cost, cost_of_picture
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 
@@ -30,6 +31,11 @@ _SHIFTED = re.compile(r"^(?:.*\.)?T\.[\d.,eE+-]+\w*(?:m|Hz)\.[\d.,eE+-]+\w*(?:m|
 def recognises(path: Path, head: bytes) -> bool:
     """True for an OpenEXR picture with a channel such as T.400,0nm.500,0nm."""
     return any(_SHIFTED.match(name) for name in channel_names(path, head))
+
+
+def reading_cost(path: Path) -> Cost:
+    """Of its pixels, as the header counts them."""
+    return cost_of_picture(path)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:

@@ -25,6 +25,7 @@ from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
 from ..intake.sources import MaterialSource, Rejected
 from ..measured.measurement import ScatteredMeasurement
+from .cost import Cost, cost_of_bytes
 from .measured import measured_source, placed
 from .naming import printable
 
@@ -42,6 +43,11 @@ _DOUBLE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
 def recognises(path: Path, head: bytes) -> bool:
     """True for text that begins with a count and that many wavelengths in order, or has the name of such a file."""
     return path.suffix.lower() in SUFFIXES or _begins_with_wavelengths(head)
+
+
+def reading_cost(path: Path) -> Cost:
+    """Its numbers as words, and what is worked out between scattered pairs."""
+    return cost_of_bytes(path, 13.0, 4e-6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
@@ -112,10 +118,16 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
 
 def _begins_with_wavelengths(head: bytes) -> bool:
     """The count stands alone on its line, as no table of spectra begins; a list cut off by the end of `head` counts."""
+    if b"\0" in head:
+        return False
     text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
-    lines = [_split(line.partition("#")[0]) for line in text.splitlines()]
-    lines = [line for line in lines if line]
-    if b"\0" in head or len(lines) < 2 or len(lines[0]) != 1 or not re.fullmatch(r"\d{1,5}", lines[0][0], re.ASCII):
+    # Most texts are ruled out by their first line: the others are not looked at.
+    found = (_split(line.partition("#")[0]) for line in text.splitlines())
+    first = next((line for line in found if line), [])
+    if len(first) != 1 or not re.fullmatch(r"\d{1,5}", first[0], re.ASCII):
+        return False
+    lines = [first, *(line for line in found if line)]
+    if len(lines) < 2:
         return False
     count, words = int(lines[0][0]), [word for line in lines[1:] for word in line]
     if len(words) < count:

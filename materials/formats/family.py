@@ -17,7 +17,9 @@ from typing import Any, cast
 
 from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.files import read_text
+from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ...spectral.wavelengths import material_wavelengths
 from ..intake.sources import MaterialSource, Rejected
 from ..intake.tables import Kind, Table, constant_spectrum, tables_from
 from ..records.material import Provenance
@@ -105,13 +107,20 @@ class _Entry:
         used: dict[str, Table] = {}
         notes = [str(self.values.get("notes", ""))]
         arguments = {key: self.values[key] for key in kinds if key in self.values}
-        for key in (key for key, value in arguments.items() if isinstance(value, dict)):
-            reflectance = kinds[key] == "Spectrum"
-            spectrum = self._spectrum(key, "reflectance" if reflectance else "index", used)
+        spectra = {
+            key: self._spectrum(key, "reflectance" if kinds[key] == "Spectrum" else "index", used)
+            for key, value in arguments.items()
+            if isinstance(value, dict)
+        }
+        measured = [spectra[key].wavelengths_nm for key in spectra if "constant" not in arguments[key]]
+        grid = material_wavelengths(measured)
+        for key, spectrum in spectra.items():
             invented = spectrum.range_note(WORKING_WAVELENGTHS_NM)
             notes += [f"{key} {invented}"] if invented else []
-            spectrum = spectrum.resampled(WORKING_WAVELENGTHS_NM)
-            arguments[key] = spectrum if reflectance else spectrum.samples
+            finer = finer_note(spectrum.wavelengths_nm)
+            notes += [f"{key} {finer}"] if finer else []
+            spectrum = spectrum.resampled(grid)
+            arguments[key] = spectrum if kinds[key] == "Spectrum" else spectrum.samples
         with self._placed(self.name):
             try:
                 brdf = model(**arguments)
@@ -125,7 +134,7 @@ class _Entry:
                 geometry=_joined(table.geometry for table in used.values()),
                 notes=_joined(notes),
             )
-        parameters = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()}
+        parameters = {"wavelengths_nm": grid, **brdf.parameters()}
         return MaterialSource(f"{self.family}/{self.name}", self.family, model.NAME, parameters, provenance, self.path)
 
     def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table]) -> Spectrum:

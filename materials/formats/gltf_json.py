@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ...spectral.errors import InputError
+from ...spectral.spectrum import as_float
 
 # A file of more values than this takes more memory as Python objects than a texture set does.
 MOST_VALUES = 4_000_000
@@ -75,10 +76,7 @@ class Node:
         return value
 
     def _number(self, name: str, value: Any, low: Real, high: Real) -> float:
-        try:
-            number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
-        except OverflowError:
-            number = math.inf
+        number = as_float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
         if low - _ROUNDING <= number <= high + _ROUNDING:
             number = min(max(number, low), high)
         if not (math.isfinite(number) and low <= number <= high):

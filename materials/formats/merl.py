@@ -20,6 +20,7 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.upsampling import upsampling
 from ..intake.sources import MaterialSource, Rejected
+from .cost import Cost, cost_of_bytes
 from .measured import measured_source, placed
 from .naming import printable
 
@@ -43,6 +44,11 @@ class MerlMeasurement:
 def recognises(path: Path, head: bytes) -> bool:
     """True where the file begins as this layout does, whatever its name, or has the name of one."""
     return head[:_HEADER] == np.array(SHAPE, "<i4").tobytes() or path.suffix.lower() in SUFFIXES
+
+
+def reading_cost(path: Path) -> Cost:
+    """The file, its values in order, and what stands between and beyond them."""
+    return cost_of_bytes(path, 11.0, 0.06e-6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:

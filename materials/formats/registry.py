@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 from ...spectral.errors import InputError
 from ..intake.inputs import InputFile, head_of
 from ..intake.sources import MaterialSource, Rejected
+from .cost import Cost, cost_of_bytes
 
 #: Modules beside this one, the most particular first: the first that recognises a file reads it.
 FORMATS = (
@@ -31,10 +32,12 @@ FORMATS = (
 class Format(Protocol):
     """What a module of this folder offers to be one of `FORMATS`.
 
-    A module may also have `companions(path) -> Iterable[Path]`, the further files that a recognised file is made of:
+    A module may also have `reading_cost(path) -> Cost`, where a file's size in bytes does not tell it;
+    `companions(path) -> Iterable[Path]`, the further files that a recognised file is made of:
     they are not read as sources of their own; `label(path) -> str`, for one that stands for several formats; and
     `guessed(path) -> bool`, true where little speaks for the format: found in a folder, such a file that turns out to
-    be of no use is passed over, not refused.
+    be of no use is passed over, not refused. One whose files may leave open what was measured has `ASKS = True`, and
+    `read_sources(path, uplift, answer)`.
     """
 
     NAME: str
@@ -47,6 +50,12 @@ class Format(Protocol):
     def read_sources(self, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
         """Its materials; raises `InputError` where the file as a whole cannot be used."""
         ...
+
+
+def reading_cost(reader: Format, path: Path) -> Cost:
+    """What reading a file takes at most, as its size or its header tells."""
+    of_its_own: Callable[[Path], Cost] | None = getattr(reader, "reading_cost", None)
+    return of_its_own(path) if of_its_own is not None else cost_of_bytes(path)
 
 
 @cache
@@ -78,10 +87,19 @@ def guessed(reader: Format, path: Path) -> bool:
     return getattr(reader, "guessed", lambda path: False)(path)
 
 
+def companions(reader: Format, path: Path) -> tuple[Path, ...]:
+    """The further files that a file of that format is made of."""
+    return tuple(getattr(reader, "companions", lambda path: ())(path))
+
+
 def recognised_files(
     files: Iterable[InputFile | Rejected],
+    format_of: Callable[[InputFile], Format | None] = lambda file: format_for(file.path, file.named),
 ) -> list[tuple[InputFile | Rejected, Format | None]]:
-    """Each file with its reader, or None; without those that are part of another one, such as tables and textures."""
+    """Each file with its reader, or None; without those that are part of another one, such as tables and textures.
+
+    format_of : takes the place of `format_for`.
+    """
     found: list[tuple[InputFile | Rejected, Format | None]] = []
     parts: set[Path] = set()
     for file in files:
@@ -89,14 +107,13 @@ def recognised_files(
             found.append((file, None))
             continue
         try:
-            reader = format_for(file.path, file.named)
+            reader = format_of(file)
         except InputError as reason:
             found.append((Rejected(file.name, reason), None))
             continue
         found.append((file, reader))
-        belonging: Any = getattr(reader, "companions", None)
-        if belonging is not None:
-            parts.update(path.resolve() for path in belonging(file.path))
+        if reader is not None:
+            parts.update(path.resolve() for path in companions(reader, file.path))
     return [(file, reader) for file, reader in found if not _part_of_another(file, parts)]
 
 

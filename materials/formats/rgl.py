@@ -19,6 +19,7 @@ Values include the cosine of the viewer's polar angle. Fields that are not liste
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -32,6 +33,7 @@ from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import validated_wavelengths
 from ..intake.sources import MaterialSource, Rejected
+from .cost import Cost, cost_of_bytes
 from .measured import measured_source, placed
 from .naming import printable
 
@@ -41,6 +43,9 @@ MAGIC = b"tensor_file\0"
 _VERSION = (1, 0)
 _TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
 _LONGEST_RANK = 16
+# A head of more bytes than this has the name of a field in it.
+_FIRST_FIELD = 64
+_OURS = re.compile(rb"phi_i|theta_i|ndf|sigma|luminance|spectra|rgb|jacobian|wavelengths|description")
 _AGAIN = "the file is damaged or cut short: download or copy it again"
 _AXES = ("phi_i", "theta_i")
 # Names of the axes of each field; those that are shared between fields must agree in size.
@@ -92,7 +97,17 @@ class RglMeasurement:
 
 def recognises(path: Path, head: bytes) -> bool:
     """True where the file begins as this container does, whatever its name, or has the name of one."""
-    return head.startswith(MAGIC) or path.suffix.lower() in SUFFIXES
+    return not is_other_tensor(head) and (head.startswith(MAGIC) or path.suffix.lower() in SUFFIXES)
+
+
+def is_other_tensor(head: bytes) -> bool:
+    """True for the container with fields of something else: Mueller matrices, a model of the sky."""
+    return head.startswith(MAGIC) and (b"wvls" in head or (len(head) > _FIRST_FIELD and _OURS.search(head) is None))
+
+
+def reading_cost(path: Path) -> Cost:
+    """The file, and its fields as a record keeps them."""
+    return cost_of_bytes(path, 5.0, 0.05e-6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:

@@ -8,7 +8,7 @@ else the file says) is in the record's `original`, so that nothing is lost to th
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,21 +16,28 @@ from typing import Any
 import numpy as np
 
 from ...spectral.errors import InputError
-from ...spectral.formats import csv
-from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, readers
+from ...spectral.formats import csv, spectral_exr
+from ...spectral.formats.answer import NO_ANSWER, Answer
+from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, read_with, readers
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
+from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
 from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
+from .cost import Cost, cost_of_bytes, cost_of_picture
 from .measured import sha256_of
 from .naming import id_word
 
 NAME = "measured spectra"
+ASKS = True
 SUFFIXES = tuple(dict.fromkeys(suffix for reader in readers() for suffix in reader.SUFFIXES))
 # End values are held beyond a measured range; of a surface's X, Y or Z under D65, no more may come from there.
 _MOST_MISSED = 0.15
+# A light that has fallen below this part of its peak where its samples end is taken to be dark beyond.
+_DARK_END = 0.02
 _DIFFUSE = "taken to be perfectly diffuse"
 
 
@@ -57,9 +64,15 @@ def guessed(path: Path) -> bool:
     return not (by_content and suffix in csv.SUFFIXES)
 
 
-def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """One material a spectrum, as FILE/SAMPLE; spectra need no `uplift`. Raises `InputError` as the reader does."""
-    file = _reader(path).read(path)
+def reading_cost(path: Path) -> Cost:
+    """Of a picture its pixels; of a text its words, which take more room than its numbers."""
+    return cost_of_picture(path) if _reader(path) is spectral_exr else cost_of_bytes(path)
+
+
+def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+    """One material a spectrum, as FILE/SAMPLE; spectra need no `uplift`, and an `answer` where they do not say what
+    they are. Raises `InputError` as the reader does."""
+    file = read_with(_reader(path), path, answer)
     family, content = id_word(path.stem), sha256_of(path)
     for name, reason in file.rejected:
         yield Rejected(f"{family}/{name}", reason)
@@ -84,6 +97,12 @@ def _free(word: str, taken: set[str]) -> str:
 
 
 def _reader(path: Path) -> ModuleType:
+    state = path.stat()
+    return _reader_of(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=1)  # label, doubts and spectra are asked for one after the other
+def _reader_of(path: Path, mtime_ns: int, size: int) -> ModuleType:
     by_name = [reader for reader in readers() if path.suffix.lower() in reader.SUFFIXES]
     # Any text may be called .txt: what nobody recognises is no table, rather than CGATS cut short.
     reader = format_of(path) or (csv if csv in by_name else next(iter(by_name), None))
@@ -96,9 +115,10 @@ def _source(
     path: Path, family: str, name: str, entry: SpectralEntry, file: SpectralFile, notes: list[str]
 ) -> MaterialSource:
     spectrum = entry.spectrum
-    notes = [*file.notes, *notes]
+    _check_visible(spectrum, path, entry.name)
+    notes = [entry.taken, *file.notes, *notes] if entry.taken else [*file.notes, *notes]
     if spectrum.quantity == "reflectance":
-        model, parameters, said = Lambert.NAME, *_diffuse(spectrum, path, entry.name)
+        model, parameters, said = Lambert.NAME, *_diffuse(spectrum)
         notes = [_DIFFUSE, *said, *notes]
     else:
         model, parameters = spectrum.quantity.replace(" ", "_"), {}
@@ -110,11 +130,22 @@ def _source(
         notes=" + ".join(notes),
     )
     original = _original(path, entry, file)
-    return MaterialSource(f"{family}/{name}", family, model, parameters, provenance, path, original)
+    return MaterialSource(f"{family}/{name}", family, model, parameters, provenance, path, original, _planned(entry))
 
 
-def _diffuse(spectrum: Spectrum, path: Path, name: str) -> tuple[dict[str, Any], list[str]]:
-    """Parameters of a diffuse surface on the working wavelengths, and what had to be assumed for them."""
+def _planned(entry: SpectralEntry) -> str:
+    """What a plan says of a spectrum: what it was taken for, and its range where that ends within the visible."""
+    grid, nm = WORKING_WAVELENGTHS_NM, entry.spectrum.wavelengths_nm
+    cut = nm[0] > grid[0] or nm[-1] < grid[-1]
+    return f"{entry.taken}; known from {nm[0]:g} to {nm[-1]:g} nm alone" if cut and entry.taken else entry.taken
+
+
+def _check_visible(spectrum: Spectrum, path: Path, name: str) -> None:
+    """Refuse a spectrum of too little visible light to be a colour.
+
+    A light may end before the visible does, and is then dark beyond: what counts as missing lies past an end where it
+    still shines.
+    """
     grid, nm = WORKING_WAVELENGTHS_NM, spectrum.wavelengths_nm
     if nm.size < 2 or nm[-1] <= grid[0] or nm[0] >= grid[-1]:
         raise InputError(
@@ -125,7 +156,14 @@ def _diffuse(spectrum: Spectrum, path: Path, name: str) -> tuple[dict[str, Any],
             expected=f"two or more, some within {grid[0]:g} to {grid[-1]:g} nm",
             hint="export the visible part of the measurement",
         )
-    if (missed := _missed(float(nm[0]), float(nm[-1]))) > _MOST_MISSED:
+    ends = [float(nm[0]), float(nm[-1])]
+    if spectrum.quantity == "emission":
+        dark = _DARK_END * float(spectrum.samples.max())
+        ends = [
+            min(ends[0], grid[0]) if spectrum.samples[0] <= dark else ends[0],
+            max(ends[1], grid[-1]) if spectrum.samples[-1] <= dark else ends[1],
+        ]
+    if (missed := _missed(*ends)) > _MOST_MISSED:
         raise InputError(
             "too little of the visible light was measured for a colour",
             file=path,
@@ -134,9 +172,14 @@ def _diffuse(spectrum: Spectrum, path: Path, name: str) -> tuple[dict[str, Any],
             expected=f"at most {100 * _MOST_MISSED:.0f} %, as with 430 to 650 nm",
             hint="export the whole visible range; what was not measured is not made up",
         )
-    beyond = spectrum.range_note(grid)
-    brdf = Lambert(spectrum.resampled(grid))
-    return {"wavelengths_nm": grid, **brdf.parameters()}, [beyond] if beyond else []
+
+
+def _diffuse(spectrum: Spectrum) -> tuple[dict[str, Any], list[str]]:
+    """Parameters of a diffuse surface (`material_wavelengths`), and what had to be assumed for them."""
+    nm = spectrum.wavelengths_nm
+    brdf = Lambert(spectrum.resampled(material_wavelengths([nm])))
+    said = [note for note in (spectrum.range_note(WORKING_WAVELENGTHS_NM), finer_note(nm)) if note]
+    return {"wavelengths_nm": brdf.wavelengths_nm, **brdf.parameters()}, said
 
 
 @cache

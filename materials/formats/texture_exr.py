@@ -20,10 +20,12 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_picture
 from ...spectral.formats.spectral_exr import LENGTH, MOST_COLOURS, wavelength_of
+from ...spectral.projection import finer_note
 from ...spectral.spectrum import Quantity, Spectrum
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths, validated_wavelengths
 from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
+from .cost import Cost, cost_of_picture
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .spectra import read_sources as read_chart
@@ -53,6 +55,11 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
     names = channel_names(path, head)
     return not names or any(_PLAIN.match(name) for name in names)
+
+
+def reading_cost(path: Path) -> Cost:
+    """Of its pixels, as the header counts them."""
+    return cost_of_picture(path)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
@@ -201,9 +208,10 @@ def _model(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str,
         expected = f"two or more, some within {nm[0]:g} to {nm[-1]:g} nm"
         _refuse(path, "wavelengths", "no spectrum of visible light", found, expected)
     spectrum = Spectrum.sampled(grid, _checked(mean, "reflectance", path), "reflectance")
-    beyond = spectrum.range_note(nm)
-    notes += ["taken to be perfectly diffuse", *([beyond] if beyond else [])]
-    return "lambert", {"wavelengths_nm": nm, "reflectance": spectrum.resampled(nm).samples}, notes
+    kept = spectrum.resampled(material_wavelengths([grid]))
+    assumed = (spectrum.range_note(nm), finer_note(grid))
+    notes += ["taken to be perfectly diffuse", *(note for note in assumed if note)]
+    return "lambert", {"wavelengths_nm": kept.wavelengths_nm, "reflectance": kept.samples}, notes
 
 
 def _checked(mean: np.ndarray, quantity: Quantity, path: Path) -> np.ndarray:

@@ -231,6 +231,36 @@ FORMATS = (
         mark=re.compile(rb"^DATA:\s*$.{0,200}?^\s*-\s*type:\s*[\"']?(?:tabulated (?:nk?|k)|formula \d)", re.M | re.S),
     ),
     Unread(
+        "a colour look-up table",
+        "it turns colours of one device into those of another, and holds no spectra",
+        "name it as the look of a display, in OpenColorIO; import the measurements that it was made from",
+        (".cube", ".csp", ".spi1d", ".spi3d", ".3dl", ".mga", ".look"),
+        re.compile(rb"\A(?:[^\0]{0,2000}\n)?\s*(?:LUT_[13]D_SIZE|CSPLUTV100|SPILUT 1\.0)"),
+    ),
+    Unread(
+        "a photometric file (IES LM-63, EULUMDAT)",
+        "it says how much light goes where, and holds no spectrum",
+        "export the spectrum of the lamp as IES TM-27 (.spdx) or CSV",
+        (".ies", ".ldt"),
+        re.compile(rb"\A\s*IESNA|^TILT=(?:NONE|INCLUDE)", re.M),
+    ),
+    Unread(
+        "a polarised BSDF (KAIST)",
+        "it holds Mueller matrices, and polarisation is not rendered",
+        "export what it does to unpolarised light, the first element of each matrix, as RGL or MERL",
+        (".pbsdf", ".pbrdf"),
+        re.compile(rb"\Atensor_file\0(?=.*wvls)(?=.*theta_[dh])", re.DOTALL),
+    ),
+    Unread(
+        "a tensor file of something else than a BRDF",
+        "its fields are others, such as those of a model of the sky",
+        "name the .bsdf of the measurement; a light is imported from its spectrum (CSV, IES TM-27)",
+        mark=re.compile(
+            rb"\Atensor_file\0(?!.*(?:phi_i|theta_i|ndf|sigma|luminance|spectra|rgb|jacobian|wavelengths|description)).{53}",
+            re.DOTALL,
+        ),
+    ),
+    Unread(
         "a packed archive",
         "only zip files are unpacked",
         _UNPACK,

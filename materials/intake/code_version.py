@@ -1,54 +1,118 @@
-"""Which code a fit depends on, as a hash: when it changes, materials are fitted again."""
+"""Which code a fit depends on, as a hash: when it changes, materials are fitted again.
+
+The modules are found in their sources, by what they import, also inside functions: so the hash is the same in every
+process, whatever was loaded before, and on every machine with the same code.
+"""
 
 from __future__ import annotations
 
-import ast
 import hashlib
+import re
+import sys
+from collections.abc import Iterator
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 
-from ..records.models import MEASURED
+from ...spectral.errors import InputError
+from ..records.models import MEASURED, SPECTRA
 
-_PACKAGE = Path(__file__).parents[1]
-# What spectra are made up by, and what a re-radiation folds with, stands in another package: named one by one, since
-# most changes there change no fit.
-_ELSEWHERE = {
-    "merl": ("spectral/upsampling",),
-    "rgl": ("spectral/upsampling",),
-    "fluorescent_lambert": ("spectral/bispectral",),
-}
-
-
-@cache
-def code_hash(model: str) -> str:
-    """SHA-256 of the source of the fit, of the model of that NAME, and of all in this package that the two import."""
-    own = (MEASURED[model].module.replace(".", "/"),) if model in MEASURED else (f"analytic/{model}", "analytic/model")
-    modules = sorted({name for root in ("fitting/fit", *own) for name in imported_by(root)})
-    files = [_PACKAGE / f"{name}.py" for name in modules]
-    files += [_PACKAGE.parent / f"{name}.py" for name in _ELSEWHERE.get(model, ())]
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+_ROOT = Path(__file__).parents[2]
+# What is done to materials: their fit, and the colour that the head of a file gives.
+_FIT, _COLOUR = "materials/intake/work", "materials/records/record_colour"
+# A reader stands beside the type of what it reads, which a model uses: it counts, and what it imports to read does not,
+# since what was read has a hash of its own.
+_READERS = re.compile(r"materials/formats/\w+")
+# Materials come by here, as they were read; and of all models, a fit needs the one that it is told of.
+_PASSED_OVER = ("materials/intake/sources", "materials/analytic/__init__")
+# What gives numbers. Of numpy and scipy, releases of one series mend faults alone; colour-science holds tables.
+_LIBRARIES = (("numpy", 2), ("scipy", 2), ("colour-science", None))
+_READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
+# Parsing all sources would take ten times as long. A test holds this to the parser.
+_IMPORT = re.compile(rb"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
+_FOR_TYPES = re.compile(rb"^if TYPE_CHECKING:\n(?:[ \t]+.*\n|[ \t]*\n)*", re.MULTILINE)
+_COMMENT = re.compile(rb"#[^\n]*")
 
 
 @cache
-def imported_by(module: str) -> frozenset[str]:
-    """Modules of this package that `module` ("fitting/fit", "analytic/lambert") imports, directly or not, and itself;
-    readers of files excepted."""
+def code_hash(model: str, root: Path = _ROOT) -> str:
+    """SHA-256 of the code that the record of a material of that model depends on, and of the libraries' versions.
+
+    root : the folder that holds the packages.
+    """
+    digest = hashlib.sha256("|".join(_library(*row) for row in _LIBRARIES).encode())
+    for module in modules_of(model, root):
+        digest.update(f"|{module}|".encode() + hashlib.sha256(_source(root, module) or b"").digest())
+    return digest.hexdigest()
+
+
+@cache
+def readers_hash(root: Path = _ROOT) -> str:
+    """SHA-256 of all code that reading a file may run, with the libraries'; "" where the sources cannot be listed."""
+    files = sorted(file for package in ("materials", "spectral") for file in (root / package).rglob("*.py"))
+    if not files:
+        return ""
+    digest = hashlib.sha256("|".join([sys.version, *(_library(name, None) for name in _READERS_USE)]).encode())
+    for file in files:
+        digest.update(f"|{file.relative_to(root).as_posix()}|".encode() + hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+@cache
+def modules_of(model: str, root: Path = _ROOT) -> tuple[str, ...]:
+    """The modules, as "materials/fitting/fit", that a fit of that model can reach by imports, sorted."""
+    own = MEASURED[model].module.replace(".", "/") if model in MEASURED else f"analytic/{model}"
+    # A spectrum without a surface is fitted by nothing.
+    roots = (_COLOUR,) if model in SPECTRA else (_FIT, _COLOUR, f"materials/{own}")
+    return tuple(sorted(frozenset[str]().union(*(imported_by(name, root) for name in roots))))
+
+
+@cache
+def imported_by(module: str, root: Path = _ROOT) -> frozenset[str]:
+    """Modules that `module` ("materials/fitting/fit") imports, directly or not, and itself.
+
+    Raises
+    ------
+    InputError
+        The module has no source: metamer was installed without its sources.
+    """
     found: set[str] = set()
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        file = _PACKAGE / f"{name}.py"
-        # A reader changes what is read, and that has a hash of its own.
-        if name in found or name.startswith("formats/") or not file.is_file():
+        if name in found or name in _PASSED_OVER or (text := _source(root, name)) is None:
             continue
         found.add(name)
-        here = file.parent
-        for node in ast.walk(ast.parse(file.read_bytes())):
-            if isinstance(node, ast.ImportFrom) and node.level:
-                base = here.parents[node.level - 2] if node.level > 1 else here
-                if not base.is_relative_to(_PACKAGE):
-                    continue
-                place = base.joinpath(*(node.module or "").split(".")) if node.module else base
-                names = [place] if place.with_suffix(".py").is_file() else [place / each.name for each in node.names]
-                waiting += [path.relative_to(_PACKAGE).as_posix() for path in names]
+        if not _READERS.fullmatch(name):
+            waiting += imports_in(name, text)
+    if not found:
+        hint = "install metamer with its sources, as pip does"
+        raise InputError("code without its source", file=root / module, expected="a .py file", hint=hint)
     return frozenset(found)
+
+
+def imports_in(module: str, text: bytes) -> Iterator[str]:
+    """What the source of a module may import of the packages beside it; not all of these names need be modules."""
+    for dots, place, names in _IMPORT.findall(_FOR_TYPES.sub(b"", text)):
+        if not dots:
+            continue
+        folder = module.split("/")[: -len(dots)]
+        base = "/".join([*folder, *place.decode().split(".")] if place else folder)
+        words = _COMMENT.sub(b"", names).strip(b"() \t").replace(b"\n", b" ").split(b",")
+        # A name stands for a module, or for something in one; where that is a package, in its own file.
+        yield base
+        yield f"{base}/__init__"
+        yield from (f"{base}/{word.split()[0].decode()}" for word in words if word.strip())
+
+
+@cache
+def _source(root: Path, module: str) -> bytes | None:
+    """The source of a module, also out of a packed installation; None where there is none."""
+    try:
+        return __loader__.get_data(str(root / f"{module}.py"))
+    except OSError:
+        return None
+
+
+def _library(name: str, parts: int | None) -> str:
+    return f"{name} {'.'.join(version(name).split('.')[:parts])}"

@@ -5,27 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
+from ...spectral.ending import saying
 from ...spectral.errors import InputError, NoRoomError
+from ...spectral.formats.answer import NO_ANSWER, Answer
+from ...spectral.processes import Lost, Task, supervised
 from ...spectral.upsampling import DEFAULT_METHOD
 from ..factors import FitError
 from ..records.material import MaterialRecord
-from ..records.record import write_record
+from ..records.record import material_path, write_record
+from .cost import Jobs, fit_too_large, jobs_for
+from .doing import Doing
 from .import_folder import writing_to
 from .inputs import inputs_of
-from .plan import PlannedFile, PlannedMaterial, Settings, material_path, planned
+from .known import Known
+from .plan import PlannedFile, PlannedMaterial, Settings, planned
 from .sources import MaterialSource, check_uplift, nothing_to_import
 from .work import Fitted, fit_material
-from .workers import Lost, Task, jobs_that_fit, supervised
 
 # ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
 DEFAULT_BUDGET = 0.5
-# A process that fits, without what it is given: measured, benchmarks/importing.py.
-_WORKER_BYTES = 600 << 20
-# How many times a material's own size its fit needs beside that.
-_COPIES = 6
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,10 @@ def import_sources(
     family: str | None = None,
     apart: bool = False,
     again: bool = False,
+    begins: Callable[[Sequence[PlannedMaterial], Jobs], None] = lambda pending, jobs: None,
+    doing: Callable[[str, Doing], None] = lambda material_id, doing: None,
+    answer: Answer = NO_ANSWER,
+    broken_off: Callable[[ImportReport], None] = lambda report: None,
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
@@ -124,6 +130,11 @@ def import_sources(
     uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     family : takes the place of the family of every material.
     again : fit and write what is there already, too: the way to mend a damaged file.
+    begins : called with what is to be fitted and in how many processes, before the first of it is read.
+    doing : called with (id, what its work is at) whenever that changes; while files are looked at, with the name of
+        one that takes long to read.
+    answer : what was measured, and on which scale, where a file does not say it.
+    broken_off : hears the report where a signal ends the process (`spectral.ending`); Ctrl-C raises elsewhere.
 
     Raises
     ------
@@ -132,16 +143,26 @@ def import_sources(
     ImportInterrupted
         Ctrl-C: finished materials stay, no half-written file does.
     """
-    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family, again)
+    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family, again, answer)
     check_uplift(uplift)
     with ExitStack() as stack:
-        files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looked_at)
+        known = Known.of(folder)
+        files = planned(stack.enter_context(inputs_of(sources)), folder, settings, looked_at, known, doing)
         if not any(file.materials for file in files):
             raise nothing_to_import(", ".join(map(str, sources)), len(files))
         if not dry_run:
             stack.enter_context(writing_to(folder))
+            stack.callback(known.save)
+            # Also now: an import that is ended in the middle has looked at its files.
+            known.save()
         # From here on an interrupt leaves a catalogue, and a report.
         told = _Told(folder, files, progress)
+
+        def last_words() -> str:
+            broken_off(told.report())
+            return f"{told.report().sentence}."
+
+        stack.enter_context(saying(last_words))
         try:
             pending = told.all_but_new()
             if dry_run:
@@ -150,11 +171,21 @@ def import_sources(
                 return told.report()
             # The longest fits first, so that no process works alone at the end; more numbers are a guess at longer.
             pending.sort(key=lambda material: -material.size)
-            work = _on_cluster(pending, budget, scheduler) if scheduler else _here(pending, budget, jobs, apart)
+            if scheduler:
+                begins(pending, Jobs(1))
+                work = _on_cluster(pending, budget, scheduler, doing)
+            else:
+                pending = told.all_that_fit(pending)
+                processes = jobs_for([material.size for material in pending], jobs)
+                begins(pending, processes)
+                work = _here(pending, budget, processes.count, apart, doing)
             # Whoever stops listening, by Ctrl-C too, ends the workers at once.
             with closing(work):
                 for material, source, fitted in work:
-                    told.tell(material, _stored(folder, material, source, fitted))
+                    outcome = _stored(folder, material, source, fitted)
+                    if outcome.status == "imported":
+                        known.wrote(material.id, material.source_hash)
+                    told.tell(material, outcome)
         except NoRoomError as reason:
             return told.report(str(reason))
         except KeyboardInterrupt:
@@ -190,6 +221,17 @@ class _Told:
                     self.tell(material, ImportOutcome(material.id, material.status, material.reason))
         return new
 
+    def all_that_fit(self, pending: Sequence[PlannedMaterial]) -> list[PlannedMaterial]:
+        """Tell of those whose fit memory cannot hold; the rest."""
+        fitting = []
+        for material in pending:
+            name = self.file_of[id(material)].name
+            if (refusal := fit_too_large(material.size, name, material.id)) is None:
+                fitting.append(material)
+            else:
+                self.tell(material, ImportOutcome(material.id, "failed", str(refusal)))
+        return fitting
+
     def report(self, stopped: str = "") -> ImportReport:
         remaining = len(self.file_of) - len(self.outcomes)
         return ImportReport(self.folder, tuple(self.outcomes), remaining, self.files, stopped)
@@ -198,25 +240,33 @@ class _Told:
 Work = Generator[tuple[PlannedMaterial, MaterialSource | None, Fitted], None, None]
 
 
-def _loaded(pending: Iterable[PlannedMaterial]) -> Iterator[tuple[PlannedMaterial, MaterialSource | InputError]]:
+def _loaded(
+    pending: Iterable[PlannedMaterial], doing: Callable[[str, Doing], None]
+) -> Iterator[tuple[PlannedMaterial, MaterialSource | InputError]]:
     """Each material with its data, read when it is asked for."""
     for material in pending:
         assert material.load is not None
+        doing(material.id, Doing("reading"))
         try:
             yield material, material.load()
         except InputError as reason:
             yield material, reason
 
 
-def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None, apart: bool) -> Work:
+def _here(
+    pending: Sequence[PlannedMaterial],
+    budget: float,
+    jobs: int,
+    apart: bool,
+    doing: Callable[[str, Doing], None],
+) -> Work:
     """The work in processes of this machine, or in this one."""
     if not pending:
         return
-    jobs = min(jobs_that_fit(jobs, _WORKER_BYTES + _COPIES * pending[0].size), len(pending))
     unread: list[tuple[PlannedMaterial, Fitted]] = []
 
     def tasks() -> Iterator[Task]:
-        for material, source in _loaded(pending):
+        for material, source in _loaded(pending, doing):
             if isinstance(source, InputError):
                 unread.append((material, Fitted((), None, 0.0, str(source))))
             else:
@@ -224,20 +274,22 @@ def _here(pending: Sequence[PlannedMaterial], budget: float, jobs: int | None, a
 
     if jobs <= 1 and not apart:
         for task in tasks():
-            yield *task.key, fit_material(*task.arguments)
+            yield *task.key, fit_material(*task.arguments, told=partial(doing, task.key[0].id))
     else:
-        with closing(supervised(fit_material, tasks(), jobs)) as results:
+        with closing(supervised(fit_material, tasks(), jobs, lambda key, what: doing(key[0].id, what))) as results:
             for key, result in results:
                 yield *key, Fitted((), None, 0.0, result.reason) if isinstance(result, Lost) else result
     for material, fitted in unread:
         yield material, None, fitted
 
 
-def _on_cluster(pending: Sequence[PlannedMaterial], budget: float, scheduler: str) -> Work:
+def _on_cluster(
+    pending: Sequence[PlannedMaterial], budget: float, scheduler: str, doing: Callable[[str, Doing], None]
+) -> Work:
     """The same work by the workers of a Dask scheduler."""
     from .cluster import fitted_on_cluster
 
-    yield from fitted_on_cluster(_loaded(pending), budget, scheduler)
+    yield from fitted_on_cluster(_loaded(pending, doing), budget, scheduler)
 
 
 def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: Fitted) -> ImportOutcome:

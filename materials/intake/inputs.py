@@ -6,7 +6,6 @@ import glob
 import os
 import re
 import struct
-import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...spectral.errors import InputError
+from ...spectral.private_folder import private_folder
 from ..records.record import MARKER
 from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpacked
 from .sources import Rejected
@@ -69,10 +69,10 @@ def inputs_of(words: Iterable[str | Path]) -> Iterator[tuple[InputFile | Rejecte
         A word that stands for nothing: no such file, an empty folder, a pattern that fits no file, a place that cannot
         be reached.
     """
-    with tempfile.TemporaryDirectory(prefix="metamer-") as private:
+    with private_folder() as private:
         found: dict[Path, InputFile | Rejected] = {}
         for number, word in enumerate(words):
-            for entry in _word(str(word), Path(private) / str(number)):
+            for entry in _word(str(word), private / str(number)):
                 found.setdefault(entry.path if isinstance(entry, InputFile) else Path(entry.name), entry)
         yield tuple(found.values())
 

@@ -14,13 +14,18 @@ from typing import Any
 import numpy as np
 
 from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.formats.answer import NO_ANSWER, Answer, contradiction
 from ...spectral.upsampling import DEFAULT_METHOD, METHODS
 from ..records.material import Provenance
+from ..records.models import quantity_of
 
 
 @dataclass(frozen=True)
 class MaterialSource:
-    """One material before its fit: what a `MaterialRecord` says but the packs; `file` is for messages."""
+    """One material before its fit: what a `MaterialRecord` says but the packs; `file` is for messages.
+
+    taken : which quantity and scale it was taken for, and by which signs, for a plan; "" where its format says so.
+    """
 
     id: str
     family: str
@@ -29,6 +34,7 @@ class MaterialSource:
     provenance: Provenance
     file: Path
     original: Mapping[str, Any] = field(default_factory=dict)
+    taken: str = ""
 
     @property
     def content_hash(self) -> str:
@@ -56,10 +62,13 @@ class Rejected:
     reason: InputError
 
 
-def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[MaterialSource | Rejected, ...]:
+def read_sources(
+    path: str | Path, uplift: str = DEFAULT_METHOD, answer: Answer = NO_ANSWER
+) -> tuple[MaterialSource | Rejected, ...]:
     """Every material that a file, or a folder of files, gives.
 
     `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
+    `answer`: what was measured, where a file does not say it.
     What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
     that is no source at all raises `InputError`.
     """
@@ -74,7 +83,7 @@ def read_sources(path: str | Path, uplift: str = DEFAULT_METHOD) -> tuple[Materi
             if isinstance(file, Rejected):
                 found.append(file)
             elif reader is not None:
-                found += read_with(reader, file.path, uplift)
+                found += read_with(reader, file.path, uplift, answer)
             elif file.named:
                 raise not_a_source(file.path)
             else:
@@ -91,10 +100,21 @@ def check_uplift(uplift: str) -> None:
         raise UnknownNameError("upsampling method", uplift, METHODS)
 
 
-def read_with(reader: Any, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`."""
+def read_with(reader: Any, path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+    """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`.
+
+    What says itself that it is another quantity than the answer is refused, not overruled.
+    """
     try:
-        yield from reader.read_sources(path, uplift)
+        if getattr(reader, "ASKS", False):
+            yield from reader.read_sources(path, uplift, answer)
+            return
+        for material in reader.read_sources(path, uplift):
+            if isinstance(material, MaterialSource) and not answer.allows(said := _surface(material.model)):
+                refusal = contradiction(answer, said, f"the format ({reader.NAME})", file=path, field=material.id)
+                yield Rejected(material.id, refusal)
+            else:
+                yield material
     except InputError as reason:
         yield Rejected(path.name, reason)
     except Exception as reason:
@@ -102,7 +122,15 @@ def read_with(reader: Any, path: Path, uplift: str) -> Iterator[MaterialSource |
         found = f"{type(reason).__name__}: {reason}".split("\n")[0]
         hint = "report it with the file: a reader should say what is wrong with it"
         problem = f"the reader of {reader.NAME} broke down"
-        yield Rejected(path.name, InputError(problem, file=path, found=found, hint=hint))
+        refusal = InputError(problem, file=path, found=found, hint=hint)
+        refusal.__cause__ = reason
+        yield Rejected(path.name, refusal)
+
+
+def _surface(model: str) -> str:
+    """What a model's data are; whatever a fluorescent surface sends back, it is no light."""
+    quantity = quantity_of(model)
+    return "reflectance" if quantity == "bispectral" else quantity
 
 
 def nothing_to_import(path: str | Path, looked_at: int) -> InputError:

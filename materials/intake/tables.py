@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,14 +12,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.formats.answer import Scale
 from ...spectral.formats.csv import read_csv_spectra
-from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum, check_values
+from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum, as_float, check_values
 
 Kind = Literal["reflectance", "index"]
 # A refractive index is held as an emission is: finite and not negative, without an upper bound, interpolated linearly.
 _MEASURED_AS: dict[Kind, Quantity] = {"reflectance": "reflectance", "index": "emission"}
-_KEYS = ("file", "colour_checker", "source", "licence", "geometry", "quantity", "sha256")
-_LARGEST = sys.float_info.max
+_KEYS = ("file", "colour_checker", "source", "licence", "geometry", "quantity", "scale", "sha256")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +27,7 @@ class Table:
     """Spectra by column name; read, and checked against `sha256`, when first asked for.
 
     origin : a CSV file, or the name of a chart of colour-science.
+    scale : of a reflectance: "fraction", or "percent", which is divided by 100.
     file, name : where the table is described, for messages.
     """
 
@@ -39,6 +39,7 @@ class Table:
     quantity: Kind
     sha256: str
     file: Path
+    scale: Scale = "fraction"
 
     @cached_property
     def _spectra(self) -> dict[str, Spectrum]:
@@ -49,7 +50,11 @@ class Table:
                 digest.update(column.encode() + np.stack([spectrum.wavelengths_nm, spectrum.samples]).tobytes())
             found = digest.hexdigest()
         else:
-            spectra = read_csv_spectra(self.origin, _MEASURED_AS[self.quantity])
+            # Percent has no upper bound before it is divided.
+            measured = "radiance factor" if self.scale == "percent" else _MEASURED_AS[self.quantity]
+            spectra = read_csv_spectra(self.origin, measured)
+            if self.scale == "percent":
+                spectra = {column: _in_fractions(spectrum, self.origin, column) for column, spectrum in spectra.items()}
             found = hashlib.sha256(self.origin.read_bytes()).hexdigest()
         if self.sha256 and found != self.sha256:
             raise InputError(
@@ -79,8 +84,7 @@ def constant_spectrum(value: object, quantity: Kind) -> Spectrum:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError("not a number", found=repr(value), expected="a number")
     grid = WORKING_WAVELENGTHS_NM
-    # A whole number may be too large for any float; the check below refuses what stands for it.
-    values = np.full(grid.size, float(value) if abs(value) < _LARGEST else np.inf)
+    values = np.full(grid.size, as_float(value))
     check_values(values, grid, _MEASURED_AS[quantity], field="constant")
     return Spectrum.sampled(grid, values, _MEASURED_AS[quantity])
 
@@ -104,9 +108,23 @@ def _table(name: str, entry: Any, file: Path) -> Table:
     quantity = entry.get("quantity", "reflectance")
     if quantity not in get_args(Kind):
         raise UnknownNameError("quantity", str(quantity), get_args(Kind), file=file, field=f"{name}.quantity")
+    scale = entry.get("scale", "fraction")
+    if scale not in get_args(Scale):
+        raise UnknownNameError("scale", str(scale), get_args(Scale), file=file, field=f"{name}.scale")
+    if scale == "percent" and (quantity != "reflectance" or "file" not in entry):
+        hint = "leave scale out"
+        raise InputError(
+            "no percent here", file=file, field=f"{name}.scale", expected="a file of reflectances", hint=hint
+        )
     origin = file.parent / str(entry["file"]) if "file" in entry else str(entry["colour_checker"])
     geometry, sha256 = str(entry.get("geometry", "")), str(entry.get("sha256", ""))
-    return Table(name, origin, str(entry["source"]), str(entry["licence"]), geometry, quantity, sha256, file)
+    return Table(name, origin, str(entry["source"]), str(entry["licence"]), geometry, quantity, sha256, file, scale)
+
+
+def _in_fractions(spectrum: Spectrum, file: Path, column: str) -> Spectrum:
+    values = spectrum.samples / 100.0
+    check_values(values, spectrum.wavelengths_nm, "reflectance", file=file, field=column)
+    return Spectrum.sampled(spectrum.wavelengths_nm, values, "reflectance")
 
 
 def _colour_checker(chart: str, file: Path, name: str) -> dict[str, Spectrum]:

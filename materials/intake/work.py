@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ...spectral.errors import MetamerError
 from ..factors import FactorPack, FitError
-from ..fitting.fit import Trial, fit
 from ..records.models import SPECTRA, rebuild
+from .doing import Doing, Hears, share_done
 from .sources import MaterialSource
+
+if TYPE_CHECKING:
+    from ..fitting.fit import Trial
 
 
 @dataclass(frozen=True)
@@ -26,22 +30,34 @@ class Fitted:
     trials: tuple[Trial, ...] = ()
 
 
-def fit_material(material: MaterialSource, budget: float) -> Fitted:
-    """Fit one material; a spectrum without a surface has nothing to fit. What goes wrong is in `reason`."""
+def fit_material(material: MaterialSource, budget: float, told: Hears = lambda doing: None) -> Fitted:
+    """Fit one material; a spectrum without a surface has nothing to fit. What goes wrong is in `reason`.
+
+    told : hears what the fit is at.
+    """
     start = time.perf_counter()
 
     def done(packs: tuple[FactorPack, ...] = (), error: FitError | None = None, reason: str = "") -> Fitted:
         return Fitted(packs, error, time.perf_counter() - start, reason, tuple(trials))
 
+    def tried(trial: Trial) -> None:
+        trials.append(replace(trial, seconds=0.0))
+        told(Doing(f"{trial.rank} terms in {trial.frame}, p99 {trial.error.p99:.2f}", share_done(trials, budget)))
+
     trials: list[Trial] = []
     if material.model in SPECTRA:
         return done()
     try:
+        told(Doing("preparing"))
         brdf = rebuild(material.model, material.parameters)
         measured_packs = getattr(brdf, "measured_packs", None)
         if measured_packs is not None:
             return done(*measured_packs())
-        result = fit(brdf, budget=budget, tried=lambda trial: trials.append(replace(trial, seconds=0.0)))
+        # An import that finds everything done does not wait for what fits.
+        from ..fitting.fit import fit
+
+        told(Doing("tabulating"))
+        result = fit(brdf, budget=budget, tried=tried)
         return done(result.packs, result.error)
     except MetamerError as reason:
         return done(reason=str(reason))

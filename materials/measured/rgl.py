@@ -22,8 +22,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
+from ...spectral.projection import finer_note
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths
 from ..brdf import Brdf, Lobe, eval_lit
 from ..directions import TAU, angles
 from ..formats.rgl import RglMeasurement
@@ -84,9 +85,11 @@ class RglBrdf(Brdf):
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
         return self.measurement.isotropic
 
-    @property
+    @cached_property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return WORKING_WAVELENGTHS_NM
+        """The working wavelengths, or those of the file, as far as they are seen, where these are finer."""
+        told = self.measurement.wavelengths_nm
+        return WORKING_WAVELENGTHS_NM if told is None else material_wavelengths([told])
 
     @property
     def spectral(self) -> bool:
@@ -108,9 +111,11 @@ class RglBrdf(Brdf):
             how = f"RGB is taken as {PRIMARIES}, which the file does not state; spectra by {self.method}"
         else:
             how = f"known from {told[0]:g} to {told[-1]:g} nm, linear between; beyond, the end values are held"
+        finer = None if told is None else finer_note(told)
         kept = f"{negative} of {values.size} values are negative, down to {values.min():.3g}, and kept so"
         return (
             how,
+            *([finer] if finer else []),
             *([kept] if negative else []),
             f"light from {theta[0]:.1f} to {theta[-1]:.1f} deg; beyond, the end values are held",
             "stored values were divided by cos(theta_o), beyond 89.9 deg by that of 89.9 deg",
@@ -123,7 +128,7 @@ class RglBrdf(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr on the working wavelengths."""
+        """f_r in 1/sr on `wavelengths_nm`."""
         if self.spectral:
             return eval_lit(lambda i, o: self._looked_up(self._resampled, i, o), len(self.wavelengths_nm), wi, wo)
         return eval_lit(
@@ -175,7 +180,7 @@ class RglBrdf(Brdf):
     def _resampled(self) -> Float[np.ndarray, "S H W L"]:
         told = self.measurement.wavelengths_nm
         assert told is not None
-        matrix = np.stack([np.interp(WORKING_WAVELENGTHS_NM, told, unit) for unit in np.eye(len(told))])
+        matrix = np.stack([np.interp(self.wavelengths_nm, told, unit) for unit in np.eye(len(told))])
         return self._stored @ matrix
 
     @cached_property

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from ...spectral.wavelengths import interpolation_matrix, material_wavelengths
 from ..brdf import Brdf, Lobe, eval_lit
 from ..directions import half_difference, io_angles, io_from_half_difference, spherical
 from .kriging import Kernel, Kriging, PairAngles, krige
@@ -126,9 +126,10 @@ class ScatteredBrdf(Brdf):
         background = np.asarray(parameters["background"], dtype=float)
         return cls(measurement, background, kernel, bool(parameters.get("reciprocal", 0)))
 
-    @property
+    @cached_property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return WORKING_WAVELENGTHS_NM
+        """The working wavelengths, or those of the measurement where these are finer."""
+        return material_wavelengths([self.measurement.wavelengths_nm])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -152,7 +153,7 @@ class ScatteredBrdf(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr on the working wavelengths, looked up in a dense table of the interpolant."""
+        """f_r in 1/sr on `wavelengths_nm`, looked up in a dense table of the interpolant."""
         return eval_lit(lambda i, o: self._resampled(self._looked_up(i, o)), len(self.wavelengths_nm), wi, wo)
 
     def eval_measured(
@@ -278,7 +279,7 @@ class ScatteredBrdf(Brdf):
         return smooth.T, linear.T
 
     def _resampled(self, values: Float[np.ndarray, "N L"]) -> np.ndarray:
-        """On the working wavelengths: Sprague, and linear for a spectrum that Sprague would take below zero."""
+        """On `wavelengths_nm`: Sprague, and linear for a spectrum that Sprague would take below zero."""
         smooth, linear = self._resampling
         out = values @ smooth
         bad = (out < 0).any(axis=1)

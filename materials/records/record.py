@@ -12,7 +12,7 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
                          [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
     /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians;
                          factors of precision "half" are float16
-    /error               attributes of `FitError`
+    /error               attributes of `FitError`; lights, a row a light
     /trials              a table (N,): what the fit tried, one column a field of `Trial`
 """
 
@@ -47,11 +47,16 @@ from .record_head import (
     other_schema,
     read_head,
 )
-from .trial_table import trial_table, trials_from
+from .trial_table import lights_from, trial_table, trials_from
 
 SUFFIX = ".h5"
 # What makes a folder a catalogue.
 MARKER = "catalogue.toml"
+
+
+def material_path(folder: Path, material_id: str) -> Path:
+    """Where a catalogue keeps a material."""
+    return folder / f"{material_id}{SUFFIX}"
 
 
 def check_marker(folder: Path) -> None:
@@ -177,14 +182,14 @@ def _tree(record: MaterialRecord) -> Node:
     tree.children["original"] = mapping_node(record.original)
     tree.children["packs"] = Node(children={str(index): _pack_node(pack) for index, pack in enumerate(record.packs)})
     if record.error is not None:
-        tree.children["error"] = Node(dataclasses.asdict(record.error))
+        tree.children["error"] = _error_node(record.error)
     if record.trials:
         tree.children["trials"] = Node(value=trial_table(record.trials))
     return tree
 
 
 def _record(tree: Node) -> MaterialRecord:
-    error = FitError(**tree["error"].attributes) if "error" in tree.children else None
+    error = _error(tree["error"]) if "error" in tree.children else None
     packs = tree["packs"].children
     return MaterialRecord(
         id=tree.attributes["id"],
@@ -198,6 +203,19 @@ def _record(tree: Node) -> MaterialRecord:
         original=mapping_from(tree["original"]),
         trials=trials_from(tree["trials"].array) if "trials" in tree.children else (),
     )
+
+
+def _error_node(error: FitError) -> Node:
+    figures = {name: value for name, value in vars(error).items() if name != "lights" and value is not None}
+    node = Node(figures)
+    if error.lights:
+        node.children["lights"] = Node(value=trial_table(error.lights))
+    return node
+
+
+def _error(node: Node) -> FitError:
+    lights = lights_from(node["lights"].array) if "lights" in node.children else ()
+    return FitError(**node.attributes, lights=lights)
 
 
 def _pack_node(pack: FactorPack) -> Node:

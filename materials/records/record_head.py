@@ -39,7 +39,8 @@ def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> di
     stated = None
     if error is not None:
         figures = {name: _figure(getattr(error, name)) for name in ("mean", "p95", "p99", "maximum")}
-        stated = {**figures, "light": error.light, "observer": error.observer}
+        lights = {one.light: _figure(one.p99) for one in error.lights}
+        stated = {**figures, "light": error.light, "observer": error.observer, "lights": lights}
     return {
         "format": FORMAT,
         "schema": SCHEMA,

@@ -1,4 +1,4 @@
-"""What a fit tried, as a table: one row a trial, one column a plain field, so that fields may come and go."""
+"""What a fit tried and measured: a table of a row a trial or a light, a column a field; fields may come and go."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..factors import FitError
+from ..factors import FitError, LightError
 
 if TYPE_CHECKING:
     from ..fitting.fit import Trial
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _PLAIN = (bool, int, float, str, type(None))
 
 
-def trial_table(trials: Sequence[Trial]) -> np.ndarray:
+def trial_table(trials: Sequence[Trial | LightError]) -> np.ndarray:
     """Structured array (N,): a column a field, "error.mean" and so on for those of the error; text is UTF-8.
 
     Missing numbers (None) are NaN; tuples of plain values are JSON text. Anything else is left out.
@@ -44,7 +44,14 @@ def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
     )
 
 
-def _row(trial: Trial) -> dict[str, Any]:
+def lights_from(table: np.ndarray) -> tuple[LightError, ...]:
+    """The figures of each light of a table that `trial_table` made."""
+    return tuple(
+        _built(LightError, {name: table[name][row] for name in table.dtype.names or ()}) for row in range(len(table))
+    )
+
+
+def _row(trial: Trial | LightError) -> dict[str, Any]:
     row = {}
     for field in dataclasses.fields(trial):
         value = getattr(trial, field.name)

@@ -116,19 +116,27 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     sphere = sphere_protocol(pixels, isotropic, light=declared.light)
     if (sphere.text, sphere.observer) != (declared.protocol, declared.observer):
         return None
-    light, eye = [illuminant(sphere.light)], observer(sphere.observer)
-    return sphere.compare(original_xyz(record, sphere, light, eye)[0], packs_xyz(record, sphere, light, eye)[0])
+    names = [one.light for one in declared.lights] or [declared.light]
+    lights, eye = [illuminant(name) for name in names], observer(sphere.observer)
+    original, packs = (xyz(record, sphere, lights, eye) for xyz in (original_xyz, packs_xyz))
+    return sphere.compare_lights(original, packs, names)
 
 
 def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:
-    off = [name for name in _FIGURES if not abs(getattr(declared, name) - getattr(measured, name)) <= TOLERANCE]
+    pairs = list(zip(declared.lights or (declared,), measured.lights, strict=True))
+    off = [
+        (one.light, name, getattr(one, name), getattr(other, name))
+        for one, other in pairs
+        for name in _FIGURES
+        if not abs(getattr(one, name) - getattr(other, name)) <= TOLERANCE
+    ]
     if not off:
         return None
     return InputError(
         "the declared error does not hold",
         file=path,
         field="error",
-        found=", ".join(f"{name} {getattr(measured, name):.4f} measured" for name in off),
-        expected=", ".join(f"{name} {getattr(declared, name):.4f}" for name in off) + f", within {TOLERANCE:g} ΔE94",
+        found=", ".join(f"{name} {found:.4f} measured under {light}" for light, name, _, found in off),
+        expected=", ".join(f"{name} {said:.4f}" for _, name, said, _ in off) + f", within {TOLERANCE:g} ΔE94",
         hint=IMPORT_AGAIN,
     )

@@ -15,12 +15,26 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..spectrum import Quantity
+from .answer import NO_ANSWER, Answer, Scale
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
-from .cgats_quantity import Told, check_agreement, luminance_ratio, told_quantity
+from .cgats_quantity import Luminances, Told, check_agreement, luminances, signs_of_table, told_quantity
 from .cgats_tables import CgatsTable, read_tables
 from .reading import SpectralFile, StatedColour
-from .shared.gathering import MOST_SAMPLES, Gathering, reflective_divisor
+from .shared.gathering import MOST_SAMPLES, Gathering
+from .shared.resemblance import likenesses
+from .shared.scale import Divisor, Values, divisor_of
+from .shared.signs import (
+    Decision,
+    Sign,
+    contradicted,
+    decided,
+    is_sensitivity,
+    not_a_colour,
+    signs_of_all,
+    speaks_against,
+    taken_as,
+    undecided,
+)
 from .shared.text import head_text, is_missing, shortened
 from .shared.words import (
     colour_axis,
@@ -31,6 +45,7 @@ from .shared.words import (
 )
 
 NAME = "CGATS"
+ASKS = True
 SUFFIXES = (".txt", ".sp", ".cie", ".ti3", ".it8", ".ccss", ".cgats")
 
 _IDENTIFIER = re.compile(r"\s*(?:CGATS|ISO ?28178|IT8|CTI[123]|CCSS|CCMX|SPECT\b|CMF\b|CAL\b|LGOROWLENGTH|MPP\b)", re.I)
@@ -49,6 +64,8 @@ _DETAILS = {
 }
 # Samples whose stated colours are looked at, and a value that percent of a black ink stay below.
 _COMPARED, _DARKEST_PERCENT = 200, 1.5
+# Times its norm that a fluorescent white stays below.
+_ABOVE_NORM = 1.5
 _CONDITION_KEYS = ("MEASUREMENT_SOURCE", "MEASUREMENT_CONDITION", "M_CONDITION", "FILTER", "DESCRIPTOR", "CONDITION")
 
 
@@ -59,7 +76,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return bool(_KEYWORD.search(text) or (_IDENTIFIER.match(first) and len(first.split()) <= 2))
 
 
-def read(path: Path) -> SpectralFile:
+def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of every table, with the XYZ and Lab beside it.
 
     Raises
@@ -80,7 +97,7 @@ def read(path: Path) -> SpectralFile:
         elif not bands(table) and not pairs(table):
             without.append(_holdings(table))
         else:
-            _gather(table, gathering, path, "" if len(tables) == 1 else f"table {number}")
+            _gather(table, gathering, path, "" if len(tables) == 1 else f"table {number}", answer)
     if without and len(without) == len(tables):
         raise InputError(
             "no spectra in this file",
@@ -100,12 +117,12 @@ def _holdings(table: CgatsTable) -> str:
     return f"{len(table.rows)} samples with {', '.join(kinds[:8]) or 'names'} and no spectra"
 
 
-def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str) -> None:
+def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, answer: Answer) -> None:
     fields, points = bands(table), pairs(table)
     if len(table.rows) * max(len(fields), len(points)) > MOST_SAMPLES:
         raise InputError("too many samples in one file", file=path, expected=f"at most {MOST_SAMPLES}")
     if fields:
-        grid, order = grid_of(table, fields, gathering, path)
+        grid, order = grid_of(table, fields, path)
         values_at, marks = [fields[index].column for index in order], {band.scale for band in fields}
     else:
         grid, values_at, marks = None, [pair[1] for pair in points], {pair[2] for pair in points}
@@ -122,7 +139,11 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str) -> 
         for row in table.rows
     ]
     told = told_quantity(table, [band.quantity for band in fields], path)
-    quantity, divisor = _scaled(table, told, marks, values, grids, stated, gathering)
+    try:
+        decision, scale = _measured(table, told, marks, values, grids, stated, answer, gathering)
+    except InputError as reason:
+        gathering.rejected.append((place or path.stem, reason))
+        return
     named = {field.upper(): column for column, field in reversed(beside)}
     order = [named[key] for key in _NAMES if key in named]
     for index, row in enumerate(table.rows):
@@ -136,47 +157,82 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str) -> 
         others = {field: shortened(row[column]) for column, field in beside if not _is_colour(field) and row[column]}
         details = {**others, **common}
         gathering.add(
-            name, grids[index], values[index], quantity, divisor=divisor, stated=stated[index], details=details
+            name,
+            grids[index],
+            values[index],
+            decision.quantity,
+            divisor=scale.by,
+            stated=stated[index],
+            details=details,
+            taken=taken_as(decision, None if decision.quantity == "emission" else scale),
         )
 
 
-def _scaled(
+def _measured(
     table: CgatsTable,
     told: Told,
     marks: set[str],
     values: np.ndarray,
     grids: list[np.ndarray],
     stated: list[tuple[StatedColour, ...]],
+    answer: Answer,
     gathering: Gathering,
-) -> tuple[Quantity, float]:
-    """Quantity and divisor of the values (N,L) of a table; what no word tells is held against the colours beside."""
+) -> tuple[Decision, Divisor]:
+    """What the values (N,L) of a table are, and what to divide them by.
+
+    Raises
+    ------
+    InputError
+        Nothing tells, or what does is at odds with the numbers, the colours beside, or the person.
+    """
+    path = gathering.path
     finite = values[np.isfinite(values)]
     lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    norm = _norm(table, marks, gathering.path)
+    norm = _norm(table, marks, path)
     few = slice(_COMPARED)
 
-    def ratio(divisor: float) -> float | None:
-        return luminance_ratio(grids[few], values[few] / divisor, stated[few])
+    def beside(divisor: float) -> Luminances:
+        return luminances(grids[few], values[few] / divisor, stated[few])
 
-    quantity = told.quantity
-    if told.named_by:
-        by_surface = ratio(norm or (100.0 if highest > 2.0 else 1.0))
-        quantity = "reflectance" if by_surface is not None and 0.7 < by_surface < 1.4 else "emission"
-        surface = ", but the colours beside are a surface's" if quantity == "reflectance" else ""
-        gathering.note(f"{told.named_by} names a light{surface}: taken as {quantity}")
-    elif quantity is None:
-        above = table.identifier.upper() == "SPECT" and highest / (norm or 1.0) > 1.0 + 1e-9
-        quantity = "emission" if above else "reflectance"
-        which = "values above its norm are taken as emission" if above else "taken as reflectance"
-        gathering.note(f"the file does not say what was measured; {which}")
-    divisor = norm or _divisor(table, quantity, marks, lowest, highest, gathering)
+    numbers = _signs_of_numbers(grids, values, path)
+    if told.quantity is not None:
+        signs = [Sign("words", told.quantity, told.words, True)]
+    else:
+        usual = norm or (100.0 if highest > 2.0 else 1.0)
+        above = table.identifier.upper() == "SPECT" and norm is not None and highest / norm > _ABOVE_NORM
+        condition = condition_in(" ".join(table.keywords.get(key, "") for key in _CONDITION_KEYS))
+        signs = [*signs_of_table(table, told, condition, beside(usual), above, path), *numbers]
+    decision = decided(signs, answer, path)
+    if decision is None:
+        raise undecided(signs, path, None, len(values))
+    if speaks_against(decision, numbers):
+        raise contradicted(decision, numbers, path, "BEGIN_DATA")
+    scale = _divisor(table, decision, marks, norm, (lowest, highest), answer, path)
     if norm and norm != 1.0:
         gathering.note(f"values are divided by SPECTRAL_NORM, {norm:g}")
-    dark = norm is None and divisor == 100.0 and highest <= _DARKEST_PERCENT
-    if quantity != "emission" and (told.quantity is None or dark):
-        assumed = f"{quantity} in {'percent' if divisor == 100.0 else f'parts of {divisor:g}'}"
-        check_agreement(ratio(divisor), assumed, gathering.path)
-    return quantity, divisor
+    elif scale.note:
+        gathering.note(scale.note)
+    dark = norm is None and scale.by == 100.0 and highest <= _DARKEST_PERCENT
+    if decision.quantity != "emission" and (not decision.stated or dark):
+        assumed = f"{decision.quantity} in {'percent' if scale.by == 100.0 else f'parts of {scale.by:g}'}"
+        check_agreement(beside(scale.by).ratio, assumed, path)
+    return decision, scale
+
+
+def _signs_of_numbers(grids: list[np.ndarray], values: np.ndarray, path: Path) -> list[Sign]:
+    """The signs that the numbers of every sample have, where all are on one grid.
+
+    Raises
+    ------
+    InputError
+        They are those of an observer.
+    """
+    if not grids or any(grid is not grids[0] for grid in grids):
+        return []
+    alike = likenesses(grids[0], values)
+    if observers := [likeness for likeness in alike if likeness is not None and is_sensitivity(likeness)]:
+        raise not_a_colour(observers[0], path, "BEGIN_DATA")
+    return signs_of_all(grids[0], values, alike)
 
 
 def _is_colour(field: str) -> bool:
@@ -209,25 +265,32 @@ def _norm(table: CgatsTable, marks: set[str], path: Path) -> float | None:
 
 def _divisor(
     table: CgatsTable,
-    quantity: Quantity,
+    decision: Decision,
     marks: set[str],
-    lowest: float,
-    highest: float,
-    gathering: Gathering,
-) -> float:
-    """What to divide by for fractions where no norm is stated."""
-    if quantity == "emission":
-        return 1.0
-    path, by_argyll = gathering.path, table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
+    norm: float | None,
+    ends: tuple[float, float],
+    answer: Answer,
+    path: Path,
+) -> Divisor:
+    """What to divide by for fractions: the norm, else what the names of fields or the format say, else the values."""
+    if decision.quantity == "emission":
+        return Divisor(norm or 1.0, "fraction", "")
+    # A file that says how surfaces were measured says reflectance, if not the word.
+    worded = decision.stated or answer.quantity is None
+    values = Values(*ends, decision.quantity != "transmittance", worded)
+    by_argyll = table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
+    if norm not in (None, 1.0, 100.0):
+        return Divisor(norm, "fraction", f"SPECTRAL_NORM {norm:g}")
+    if norm is not None:
+        return divisor_of(values, "percent" if norm == 100.0 else "fraction", "SPECTRAL_NORM", answer.scale, path)
     if "PCT" in marks or "DEC" in marks:
-        divisor, note = reflective_divisor(lowest, highest, "percent" if "PCT" in marks else "fraction", path)
-    elif table.identifier.upper().startswith("CTI") and (by_argyll or highest > _DARKEST_PERCENT):
-        divisor, note = 100.0, "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
-    else:
-        divisor, note = reflective_divisor(lowest, highest, None, path)
-    if note:
-        gathering.note(note)
-    return divisor
+        mark = "PCT" if "PCT" in marks else "DEC"
+        stated: Scale = "percent" if mark == "PCT" else "fraction"
+        return divisor_of(values, stated, f"fields called SPECTRAL_{mark}", answer.scale, path)
+    if table.identifier.upper().startswith("CTI") and (by_argyll or values.highest > _DARKEST_PERCENT):
+        note = "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
+        return divisor_of(values, "percent", "the format", answer.scale, path)._replace(note=note)
+    return divisor_of(values, None, "", answer.scale, path)
 
 
 def _common(table: CgatsTable, place: str) -> dict[str, str]:

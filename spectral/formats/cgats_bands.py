@@ -11,7 +11,6 @@ import numpy as np
 from ..errors import InputError
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable
-from .shared.gathering import Gathering
 from .shared.text import shortened
 
 BAND = re.compile(
@@ -78,7 +77,7 @@ def pairs(table: CgatsTable) -> list[tuple[int, int, str]]:
     ]
 
 
-def grid_of(table: CgatsTable, found: list[Band], gathering: Gathering, path: Path) -> tuple[np.ndarray, list[int]]:
+def grid_of(table: CgatsTable, found: list[Band], path: Path) -> tuple[np.ndarray, list[int]]:
     """Wavelengths (L,) ascending and the order of the bands.
 
     ArgyllCMS names a band for its wavelength rounded to a nanometre: SPECTRAL_BANDS, SPECTRAL_START_NM and
@@ -101,8 +100,14 @@ def grid_of(table: CgatsTable, found: list[Band], gathering: Gathering, path: Pa
         return named, order
     exact = np.linspace(start, end, len(found))
     if (np.abs(exact - named) > 0.5 + 1e-6).any():
-        gathering.note("SPECTRAL_START_NM and SPECTRAL_END_NM do not agree with the names of the bands, which are used")
-        return named, order
+        raise InputError(
+            "the file says two things of where its bands are",
+            file=path,
+            field="SPECTRAL_START_NM and SPECTRAL_END_NM",
+            found=f"{start:g} to {end:g} nm, and fields named for {named[0]:g} to {named[-1]:g} nm",
+            expected="the first and the last wavelength of the fields",
+            hint="correct the ones that are wrong",
+        )
     return exact, order
 
 

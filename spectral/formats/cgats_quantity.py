@@ -5,12 +5,13 @@ By the file's own words, the first that speaks:
 1. MEAS_TYPE or MEASUREMENT_TYPE: emission, ambient and flash; reflective; transmissive.
 2. DEVICE_CLASS: DISPLAY and EMISINPUT are emission, OUTPUT and INPUT reflectance.
 3. a .ccss, or the keywords DISPLAY, TECHNOLOGY or LUMINANCE_XYZ_CDM2: emission.
-4. the identifier: IT8.7/1 is a target of transmission, IT8.7/2 one of reflection; then names of fields (REFL_380).
+4. the identifier: IT8.7/1 is a target of transmission, /2 to /5 of reflection; then names of fields (REFL_380).
 5. "emission", "transmission", "reflection" and their like in the keywords of mode, type, unit and source, then in
    DESCRIPTOR, FILE_DESCRIPTOR and TARGET_TYPE, then in any other.
-6. a display or a light in one of those three: emission, which a note says, unless the colours beside are of a surface.
-7. nothing, which a note says: a SPECT file with values above its norm is emission, the rest reflectance, unless the
-   colours beside the spectra are no surface's: then it is refused.
+6. nothing: then signs that agree (`shared.signs`), or the person who imports it. A display or a light in one of those
+   three is a sign; so are geometry, condition and white base of an instrument that measures surfaces, amounts of ink,
+   an illuminant that colours were computed for, colours beside the spectra that are those of surfaces, and values of a
+   SPECT file above its norm. What was taken so and is at odds with the colours beside is refused.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from ..observers import observer
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable
 from .reading import StatedColour
+from .shared.signs import Sign, signs_beside, signs_of_name
 from .shared.text import shortened
 from .shared.words import measured, names_light, quantity_in
 
@@ -42,21 +44,30 @@ _WORDS: tuple[tuple[re.Pattern[str], Quantity], ...] = (
     (re.compile(r"transmi(?:ssi|tt[ae])", re.I), "transmittance"),
     (re.compile(r"reflect(?!or)|r[eé]mission\b", re.I), "reflectance"),
 )
-_TARGET = re.compile(r"IT8\.7/([12])(?!\d)", re.I)
-_TARGETS: dict[str, Quantity] = {"1": "transmittance", "2": "reflectance"}
+# Targets of film and of photographic paper, and of four-colour printing.
+_TARGET = re.compile(r"IT8\.7/([1-5])(?!\d)", re.I)
+_TARGETS: dict[str, Quantity] = {"1": "transmittance", **dict.fromkeys("2345", "reflectance")}
 _MODE = re.compile(r"MODE(?!L)|TYPE|UNIT|^MEAS")
 _DESCRIPTIONS = ("DESCRIPTOR", "FILE_DESCRIPTOR", "TARGET_TYPE")
 # Who made the file and what lay below the sample say nothing of the measurement.
 _ELSEWHERE = ("ORIGINATOR", "MANUFACTURER", "CREATED", "SAMPLE_BACKING", *_DESCRIPTIONS)
 _SCREEN = re.compile(r"\b(?:display|monitor|projector|ambient|flash)", re.I)
-_STATE = 'add a line MEAS_TYPE "EMISSION", "REFLECTIVE" or "TRANSMISSIVE" below the first one'
+# What only an instrument for surfaces has: a white that its readings relate to, and two angles.
+_SURFACE_WORDS = re.compile(r"white ?base|\b45\D{0,8}0\b|\b0\D{0,3}45\b|\bd[ie]?[/:] ?[08]\b|sphere|\bSC[IE]\b", re.I)
+_INKS = re.compile(r"(?:CMYK?|CMYKOG\w*|\d?CLR)_[CMYK1-9]\w*|DOT_\w+|CMYK\w*", re.I)
+_STATE = 'say --as, or add a line MEAS_TYPE "EMISSION", "REFLECTIVE" or "TRANSMISSIVE" below the first one'
+# ArgyllCMS calls its own files so, whatever they hold.
+_BOILERPLATE = re.compile("power/reflectance", re.I)
 _GRID_NM = np.arange(400.0, 701.0, 10.0)
 
 
 class Told(NamedTuple):
-    """What a table says was measured; None where nothing does. `named_by`: the words that name a light, and no more."""
+    """What a table says was measured, and where; None where nothing does. `named_by`: words that name a light, and no
+    more.
+    """
 
     quantity: Quantity | None
+    words: str = ""
     named_by: str = ""
 
 
@@ -71,14 +82,14 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None], path: Pat
     for key in ("MEAS_TYPE", "MEASUREMENT_TYPE"):
         for pattern, quantity in _MEASURED:
             if re.search(pattern, keywords.get(key, ""), re.I):
-                return Told(quantity)
+                return Told(quantity, f"the keyword {key}")
     device = keywords.get("DEVICE_CLASS", "").upper()
     if device in ("DISPLAY", "EMISINPUT") or table.identifier.upper().startswith("CCSS"):
-        return Told("emission")
+        return Told("emission", "its device class" if device else f"the identifier {table.identifier}")
     if device in ("OUTPUT", "INPUT"):
-        return Told("reflectance")
-    if {"DISPLAY", "TECHNOLOGY", "LUMINANCE_XYZ_CDM2"} & set(keywords):
-        return Told("emission")
+        return Told("reflectance", f"DEVICE_CLASS {device}")
+    if named_display := {"DISPLAY", "TECHNOLOGY", "LUMINANCE_XYZ_CDM2"} & set(keywords):
+        return Told("emission", f"the keyword {min(named_display)}")
     target = _TARGET.match(table.identifier)
     identified = _TARGETS[target[1]] if target else None
     said = _by_words(keywords, path)
@@ -86,11 +97,14 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None], path: Pat
         raise _contradiction(path, "identifier", f"{table.identifier}, and words that say {said}")
     by_field: Quantity | None = next((one for one in named if one), None)
     if identified or by_field or said:
-        return Told(identified or by_field or said)
+        where = (
+            f"the identifier {table.identifier}" if identified else "names of fields" if by_field else "its keywords"
+        )
+        return Told(identified or by_field or said, where)
     for key in _DESCRIPTIONS:
         words = keywords.get(key, "")
         if names_light(words) or _SCREEN.search(words):
-            return Told("emission", f"{key}, {shortened(words, 60)!r}")
+            return Told(None, "", f"{key}, {shortened(words, 60)!r}")
     return Told(None)
 
 
@@ -100,8 +114,7 @@ def _by_words(keywords: dict[str, str], path: Path) -> Quantity | None:
     others: dict[str, Quantity] = {}
     for key, words in keywords.items():
         if key in _DESCRIPTIONS:
-            # ArgyllCMS calls its own files "Spectral power/reflectance information", whichever they are.
-            told = None if "power/reflectance" in words.casefold() else quantity_in(words)
+            told = None if _BOILERPLATE.search(words) else quantity_in(words)
             if told in ("absorbance", "index"):
                 expected = "reflectance, transmittance or emission"
                 raise InputError(
@@ -144,18 +157,72 @@ def _contradiction(path: Path, field: str, found: str) -> InputError:
     )
 
 
-def luminance_ratio(
-    grids: Iterable[np.ndarray], fractions: Iterable[np.ndarray], stated: Iterable[tuple[StatedColour, ...]]
-) -> float | None:
-    """The Y that is stated over the Y of the spectra as a surface's, the median of all samples; None where none tells.
+def signs_of_table(
+    table: CgatsTable, told: Told, condition: str | None, beside: Luminances, above_norm: bool, path: Path
+) -> list[Sign]:
+    """The signs of a table that states nothing (rule 6), but those in its numbers.
 
-    Lab and XYZ count each for itself, and the one nearer to 1 is given: XYZ may be on another scale.
+    Parameters
+    ----------
+    beside : the luminances of the colours beside the spectra, against the spectra as surfaces.
+    above_norm : whether values exceed SPECTRAL_NORM by more than a fluorescent white does.
+    """
+    found = signs_of_name("file name", path.stem, "the file name")
+    surfaces, ratio = beside.of_surfaces, beside.ratio
+    several = len(surfaces) > 1 and max(surfaces) > 1.1 * min(surfaces) and 2 * len(surfaces) > len(beside.ratios)
+    if told.named_by and not several:
+        found.append(Sign("words beside", "emission", told.named_by))
+    for key in _DESCRIPTIONS:
+        if not told.named_by and not _BOILERPLATE.search(table.keywords.get(key, "")):
+            found += signs_beside(table.keywords.get(key, ""), key, path)
+    if instrument := next((key for key, words in table.keywords.items() if _SURFACE_WORDS.search(words)), None):
+        found.append(Sign("instrument", "reflectance", f"the keyword {instrument} of an instrument for surfaces"))
+    if condition:
+        found.append(Sign("condition", "reflectance", f"the condition {condition} of reflection"))
+    if any(_INKS.fullmatch(field) for field in table.fields):
+        found.append(Sign("fields", "reflectance", "amounts of ink"))
+    if any(field.upper().startswith(("SPECTRAL_PCT", "SPECTRAL_DEC")) for field in table.fields):
+        found.append(Sign("fields", "reflectance", "fields in parts of a white"))
+    if table.identifier.upper() == "SPECT":
+        found.append(Sign("format", "emission", "SPECT without a MEAS_TYPE"))
+    if surfaces:
+        found.append(Sign("colours beside", "reflectance", "a colour beside, which is that of a surface"))
+    if several:
+        found.append(Sign("several colours", "reflectance", f"{len(surfaces)} colours of that kind"))
+    elif ratio is not None and not 0.1 < ratio < 10.0:
+        found.append(Sign("colours beside", "emission", "colours beside, which no surface of these spectra has"))
+    if above_norm:
+        found.append(Sign("norm", "emission", "values above SPECTRAL_NORM"))
+    return found
+
+
+class Luminances(NamedTuple):
+    """The Y that samples state, of the perfect diffuser 100, and that over the Y of their spectra as surfaces."""
+
+    stated: tuple[float, ...]
+    ratios: tuple[float, ...]
+
+    @property
+    def ratio(self) -> float | None:
+        """The median ratio, None where no sample tells."""
+        return float(np.median(self.ratios)) if self.ratios else None
+
+    @property
+    def of_surfaces(self) -> tuple[float, ...]:
+        """The stated luminances that are those of the spectra, as surfaces."""
+        return tuple(y for y, ratio in zip(self.stated, self.ratios, strict=True) if 0.7 < ratio < 1.4)
+
+
+def luminances(
+    grids: Iterable[np.ndarray], fractions: Iterable[np.ndarray], stated: Iterable[tuple[StatedColour, ...]]
+) -> Luminances:
+    """Luminances by Lab or by XYZ, whichever is nearer to the spectra: XYZ may be on another scale.
 
     Parameters
     ----------
     grids, fractions, stated : per sample wavelengths (L,) in nm, values (L,) as fractions of 1, and the colours beside.
     """
-    ratios: dict[str, list[float]] = {"XYZ": [], "Lab": []}
+    found: dict[str, list[tuple[float, float]]] = {"XYZ": [], "Lab": []}
     for grid, values, colours in zip(grids, fractions, stated, strict=True):
         there = np.isfinite(values) & np.isfinite(grid)
         if not colours or np.count_nonzero(there) < 2 or grid[there].min() > 450 or grid[there].max() < 650:
@@ -165,9 +232,10 @@ def luminance_ratio(
         for colour in colours:
             luminance = float(colour.values[1] if colour.space == "XYZ" else _luminance(colour.values[0]))
             if max(luminance, computed) >= 1.0:
-                ratios[colour.space].append(max(luminance, 1e-3) / max(computed, 1e-3))
-    medians = [float(np.median(found)) for found in ratios.values() if found]
-    return min(medians, key=lambda ratio: abs(np.log(ratio)), default=None)
+                found[colour.space].append((luminance, max(luminance, 1e-3) / max(computed, 1e-3)))
+    pairs = [pairs for pairs in found.values() if pairs]
+    nearest = min(pairs, key=lambda pairs: abs(np.log(np.median([ratio for _, ratio in pairs]))), default=[])
+    return Luminances(tuple(y for y, _ in nearest), tuple(ratio for _, ratio in nearest))
 
 
 @cache

@@ -7,6 +7,7 @@ where anything unexpected is an error.
 from __future__ import annotations
 
 import csv
+import re
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -17,21 +18,30 @@ from ..errors import InputError
 from ..files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
+from .answer import NO_ANSWER, Answer
 from .reading import HEAD, SpectralFile
 from .shared.text import head_text, is_jcamp
 from .tables.column import ragged
-from .tables.dialect import comment, dialect_of
+from .tables.dialect import comment, dialect_of, two_numbers
 from .tables.entries import read_table
 from .tables.layout import layout_of
 
 NAME = "table (CSV, TSV)"
+ASKS = True
 SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
+
+
+# Columns of numbers that are known for something else: colour look-up tables, photometric files of lamps.
+_OTHER = re.compile(r"\A(?:[^\0]{0,2000}\n)?\s*(?:LUT_[13]D_SIZE|CSPLUTV100|SPILUT 1\.0|IESNA|TILT=)")
+_OTHERS = (".cube", ".csp", ".spi1d", ".spi3d", ".3dl", ".mga", ".look", ".ies", ".ldt")
 
 
 def recognises(path: Path, head: bytes) -> bool:
     """Text with a table of wavelengths and numbers in it, or one that is named .csv or .tsv."""
     text = head_text(head)
-    if text.lstrip()[:1] in ("", "<", "{") or is_jcamp(text):
+    if text.lstrip()[:1] in ("", "<", "{") or is_jcamp(text) or _OTHER.search(text):
+        return False
+    if path.suffix.casefold() in _OTHERS:
         return False
     if path.suffix.casefold() in (".csv", ".tsv"):
         return True
@@ -40,20 +50,22 @@ def recognises(path: Path, head: bytes) -> bool:
         with suppress(OSError), path.open("rb") as file:
             text = head_text(file.read(16 * HEAD))
     lines = [line for line in text.splitlines() if line.strip() and comment(line) is None]
+    if not any(map(two_numbers, lines)):
+        return False
     dialect = dialect_of(lines)
     rows = [(index, dialect.cells(line)) for index, line in enumerate(lines[:-1] if len(lines) > 2 else lines)]
     return layout_of(rows, dialect) is not None
 
 
-def read(path: Path) -> SpectralFile:
-    """Read every spectrum of a table; what the file does not call anything is taken for reflectance.
+def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+    """Read every spectrum of a table; what the file does not call anything is what the `answer` says, or refused.
 
     Raises
     ------
     InputError
         No table of wavelengths and numbers, or none of its spectra can be used.
     """
-    return read_table(path, NAME, "reflectance")
+    return read_table(path, NAME, answer)
 
 
 def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> dict[str, Spectrum]:

@@ -114,6 +114,14 @@ def write_exr(path: str | Path, attributes: dict, channels: dict[str, np.ndarray
             ) from None
 
 
+def samples_in(path: Path) -> int:
+    """Numbers in all channels of all parts, as the header says; 0 where it cannot be read."""
+    try:
+        return sum(header.area * len(header.names) for header in _headers(path))
+    except InputError:
+        return 0
+
+
 def check_size(path: Path, most: int) -> list[_Header]:
     """The headers of all parts; raises `InputError` where they cannot be read, or name more than `most` samples."""
     headers = _headers(existing_file(path))

@@ -10,7 +10,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from .answer import NO_ANSWER, Answer
 from .reading import SpectralFile
+from .shared.signs import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.column import Column
 from .tables.dialect import dialect_of
@@ -18,9 +20,11 @@ from .tables.entries import gathered
 from .tables.parsing import Table, parse_table
 
 NAME = "instrument text"
+ASKS = True
 SUFFIXES = (".txt", ".xls", ".csv")
 
 _MARKER = re.compile(r"^[>\s]*Begin (?:Processed )?Spectral Data", re.I | re.M)
+_LIGHT_METER = re.compile(r"^\W*(?:CCT|Tcp|LUX|fc|Illuminance|Duv|CRI|LambdaP)\b", re.I | re.M)
 _KEY = re.compile(
     r"^\W*(?:CCT|Tcp|LUX|fc|Illuminance|Duv|CRI|LambdaP|Viewing Angle|Tristimulus|Peak Wavelength|I-?Time|"
     r"Integration time)\b",
@@ -35,15 +39,16 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
     if _MARKER.search(text):
         return True
+    if not _KEY.search(text):
+        return False
     lines = [line for line in text.splitlines() if line.strip()]
     dialect = dialect_of(lines)
     first = [dialect.wavelength(cells[0]) for line in lines if (cells := dialect.cells(line))]
-    told = sum(bool(found and found[1] and 100.0 <= found[0] <= 20_000.0) for found in first)
-    return told >= 3 and bool(_KEY.search(text))
+    return sum(bool(found and found[1] and 100.0 <= found[0] <= 20_000.0) for found in first) >= 3
 
 
-def read(path: Path) -> SpectralFile:
-    """Read the spectrum of an instrument's report, emission unless its words say otherwise.
+def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+    """Read the spectrum of an instrument's report: emission where it has the keys of a light meter.
 
     A report that lists one spectrum at two steps keeps the finer.
 
@@ -52,7 +57,10 @@ def read(path: Path) -> SpectralFile:
     InputError
         No wavelengths with values, or values that the quantity cannot take.
     """
-    return gathered(_finest(parse_table(path)), path, NAME, "emission")
+    table = _finest(parse_table(path))
+    key = _LIGHT_METER.search(table.words)
+    said = f"the key {key[0].strip()!r} of a light meter" if key else ""
+    return gathered(table, path, NAME, answer, [Sign("format", "emission", said, True)] if key else [])
 
 
 def _finest(table: Table) -> Table:

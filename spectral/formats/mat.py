@@ -14,33 +14,22 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..spectrum import Quantity
+from .answer import NO_ANSWER, Answer
+from .mat_quantity import decision_of, no_colour, response, scale_of
 from .mat_variables import Variable, is_hdf5, read_variables
 from .reading import SpectralFile
-from .shared.gathering import MOST_SPECTRA, Gathering, reflective_divisor
+from .shared.gathering import MOST_SPECTRA, Gathering
+from .shared.signs import taken_as
 from .shared.text import shortened
-from .shared.words import measured, names_light, quantity_in, unit_in
 
 NAME = "MATLAB"
+ASKS = True
 SUFFIXES = (".mat",)
 
 _AXIS = re.compile(r"(?:.*[._])?(?:wave(?:length|len)?s?|wl|wls|wvl|lambdas?|lam|nm)(?:_?nm)?(?:_?\d)?", re.I)
 _STEPS = re.compile(r"S_(\w+)")
-_KIND = {"sur": "reflectance", "srf": "reflectance", "spd": "emission", "refl": "reflectance", "spec": None}
 _NAMES = re.compile(r"(?:.*[._])?(?:names?|labels?|samples?|ids?|titles?|chips?|patch(?:es)?)", re.I)
 _NOT_SPECTRA = re.compile(r"(?:\w*basis|\w*coeff?s?|xyz|lab|rgb|srgb|mean|std|sigma)(?:_\w+)?", re.I)
-# At the top of a file of the Psychophysics Toolbox: sensitivities and bases.
-_TOOLBOX = re.compile(r"[TB](?:_\w+)?", re.I)
-_RESPONSES = (
-    ("colour-matching functions", r"xyz(?:\d\w*)?|cmfs?|colou?r[ -]?match\w*"),
-    (
-        "sensitivities of the eye",
-        r"cones?|lms|fundamentals|stockman|smith[ -]?pokorny|v ?lambda|luminosity|photopic|scotopic",
-    ),
-    ("optical densities", r"den|densit(?:y|ies)|macular"),
-    ("sensitivities of a camera", r"sensitivit(?:y|ies)|responsivit(?:y|ies)|quantum efficiency|qe"),
-)
-_ILLUM = re.compile(r"(?<![a-z])illums?(?![a-z])", re.I)
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -54,7 +43,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return is_hdf5(head) or first_matrix
 
 
-def read(path: Path) -> SpectralFile:
+def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every array that is as long as the wavelengths.
 
     Raises
@@ -66,14 +55,14 @@ def read(path: Path) -> SpectralFile:
     gathering = Gathering(path, NAME)
     numbers = {name: value for name, value in variables.items() if isinstance(value, np.ndarray)}
     words = {name: value for name, value in variables.items() if isinstance(value, list) and not _NAMES.fullmatch(name)}
-    said = " ".join(" ".join(value) for value in words.values())[:8000]
+    said = "\n".join("\n".join(value) for value in words.values())[:8000]
     axes = _axes(numbers, variables, path, gathering)
     arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes, path)) is not None}
-    responses = {name: what for name in arrays if (what := _response(name))}
+    responses = {name: what for name in arrays if (what := response(name))}
     left = {name: axis for name, axis in arrays.items() if name not in responses and not _is_no_spectrum(name)}
     if not left:
         if responses:
-            raise _no_colour(*next((what, name) for name, what in responses.items()), path)
+            raise no_colour(*next((what, name) for name, what in responses.items()), path)
         sizes = " or ".join(str(size) for size in sorted({grid.size for grid in axes.values()}))
         raise InputError(
             "no spectra beside the wavelengths",
@@ -87,7 +76,7 @@ def read(path: Path) -> SpectralFile:
         gathering.note(f"{name} is left out: {responses.get(name, 'no spectrum, by its name')}")
     details = {name: shortened("; ".join(value), 400) for name, value in words.items()}
     for name, axis in left.items():
-        _gather(name, numbers[name], axes[axis], said, variables, len(left) > 1, gathering, path)
+        _gather(name, numbers[name], axes[axis], said, variables, len(left) > 1, gathering, path, answer)
     return gathering.finish(details)
 
 
@@ -115,28 +104,7 @@ def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray], path: Pa
 
 
 def _is_no_spectrum(name: str) -> bool:
-    return bool(_NOT_SPECTRA.fullmatch(name.rpartition(".")[2]) or _TOOLBOX.fullmatch(name))
-
-
-def _response(words: str) -> str | None:
-    """What is no spectrum of a colour by these words, such as "colour-matching functions"; None where it may be one."""
-    words = words.rpartition(".")[2].replace("_", " ")
-    if _KIND.get(words.partition(" ")[0].casefold()) or measured(quantity_in(words)):
-        return None
-    return next(
-        (what for what, pattern in _RESPONSES if re.search(rf"(?<![a-z])(?:{pattern})(?![a-z])", words, re.I)), None
-    )
-
-
-def _no_colour(what: str, field: str, path: Path) -> InputError:
-    return InputError(
-        "not the spectrum of a colour",
-        file=path,
-        field=field,
-        found=f"{what}, by its name or comment",
-        expected="reflectance, transmittance or emission",
-        hint="where it is one, call the variable reflectance, transmittance or spd",
-    )
+    return bool(_NOT_SPECTRA.fullmatch(name.rpartition(".")[2]))
 
 
 def _axes(
@@ -190,6 +158,7 @@ def _gather(
     several: bool,
     gathering: Gathering,
     path: Path,
+    answer: Answer,
 ) -> None:
     if values.shape[0] == values.shape[1] == grid.size:
         gathering.note(f"{name} is square: its columns are taken as the spectra")
@@ -202,19 +171,27 @@ def _gather(
             found=f"{len(spectra)}",
             expected=f"at most {MOST_SPECTRA}",
         )
-    quantity, told = _quantity(name, said, path, gathering)
-    divisor = 1.0
-    finite = spectra[np.isfinite(spectra)]
-    if quantity != "emission" and finite.size:
-        unit = unit_in(name) or unit_in(said)
-        divisor, note = reflective_divisor(float(finite.min()), float(finite.max()), unit, path, told=told)
-        if note:
-            gathering.note(note)
+    try:
+        decision = decision_of(name, said, grid, spectra, answer, path)
+        scale = scale_of(name, said, grid, spectra, decision, answer, path)
+    except InputError as reason:
+        gathering.rejected.append((f"{path.stem} {name}" if several else path.stem, reason))
+        return
+    if scale and scale.note:
+        gathering.note(scale.note)
     labels = _labels(name, len(spectra), variables)
     stem = f"{path.stem} {name}" if several else path.stem
     for index, row in enumerate(spectra):
         label = labels[index] if labels and labels[index] else f"{stem} {index + 1}" if len(spectra) > 1 else stem
-        gathering.add(label, grid, row, quantity, divisor=divisor, details={"variable": name, "column": str(index + 1)})
+        gathering.add(
+            label,
+            grid,
+            row,
+            decision.quantity,
+            divisor=scale.by if scale else 1.0,
+            details={"variable": name, "column": str(index + 1)},
+            taken=taken_as(decision, scale),
+        )
 
 
 def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str] | None:
@@ -224,35 +201,4 @@ def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str] 
         beside = struct and key.rpartition(".")[0] == struct and _NAMES.fullmatch(key)
         if isinstance(value, list) and len(value) == count and (count > 1 or beside):
             return value
-    return None
-
-
-def _quantity(name: str, said: str, path: Path, gathering: Gathering) -> tuple[Quantity, bool]:
-    """What a variable holds, and whether anything says so."""
-    told = _told(name) or quantity_in(said)
-    if told in ("absorbance", "index"):
-        raise InputError(
-            f"{told} is not the spectrum of a colour",
-            file=path,
-            field=name,
-            expected="reflectance, transmittance or emission",
-        )
-    if quantity := measured(told):
-        return quantity, True
-    for words in (said, path.stem):
-        if what := _response(words):
-            raise _no_colour(what, name, path)
-    words = name.replace(".", " ").replace("_", " ")
-    if names_light(path.stem) or names_light(said) or names_light(words) or _ILLUM.search(words):
-        gathering.note(f"{name} is taken as emission, after its name or comment")
-        return "emission", True
-    gathering.note("the file does not say what was measured; taken as reflectance")
-    return "reflectance", False
-
-
-def _told(name: str) -> str | None:
-    """What the name of a variable says, its own before that of the struct that it is in."""
-    for part in reversed(name.split(".")):
-        if told := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
-            return told
     return None

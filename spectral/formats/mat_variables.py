@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..ending import clearing, undisturbed
 from ..errors import InputError
 from ..files import existing_file
 from .mat_library import Variable, is_hdf5
@@ -45,9 +46,7 @@ def read_variables(path: Path) -> dict[str, Variable]:
     command = [sys.executable, "-m", f"{__package__}.mat_library", str(path.absolute()), str(MOST_SAMPLES)]
     single = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONFAULTHANDLER": ""}
     try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_PATIENCE, env={**os.environ, **single}
-        )
+        done = _run(command, {**os.environ, **single})
     except subprocess.TimeoutExpired:
         raise _damaged(path, f"nothing after {_PATIENCE:g} seconds") from None
     except OSError as reason:
@@ -70,6 +69,27 @@ def read_variables(path: Path) -> dict[str, Variable]:
         return {
             name: np.asarray(held[f"a{index}"]) if words is None else words for index, (name, words) in enumerate(names)
         }
+
+
+def _run(command: list[str], env: dict[str, str]) -> subprocess.CompletedProcess[bytes]:
+    """`subprocess.run`, whose process does not outlive this one where a signal ends it."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def kill() -> None:
+        for process in started:
+            process.kill()
+
+    with clearing(kill):
+        with undisturbed():
+            pipe = subprocess.PIPE
+            started.append(subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, env=env))
+        with started[0] as process:
+            try:
+                out, err = process.communicate(timeout=_PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
+        return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
 def _damaged(path: Path, found: str) -> InputError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -15,9 +15,11 @@ from jaxtyping import Float
 from ..errors import InputError
 from ..files import existing_file
 from ..spectrum import Spectrum
+from .answer import NO_ANSWER, Answer, contradiction
 
 #: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
-#: SUFFIXES, `recognises(path, head)` and `read(path)`.
+#: SUFFIXES, `recognises(path, head)` and `read(path)`; one whose files may leave open what was measured has ASKS = True
+#: and `read(path, answer)`.
 FORMATS = (
     "spectral_exr",
     "mat",
@@ -61,12 +63,14 @@ class SpectralEntry:
     spectrum : at the file's own wavelengths; percent is already divided by 100.
     stated : tristimulus values beside it.
     details : whatever else the file says of it: geometry, condition (M0 ... M3), instrument, units, ...
+    taken : which quantity and scale it was taken for, and by which signs; "" where the format itself says so.
     """
 
     name: str
     spectrum: Spectrum
     stated: tuple[StatedColour, ...] = ()
     details: Mapping[str, str] = field(default_factory=dict)
+    taken: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +115,12 @@ def format_of(path: str | Path) -> ModuleType | None:
     return next((reader for reader in readers() if reader.recognises(path, head)), None)
 
 
-def read_spectra(path: str | Path) -> SpectralFile:
+def read_spectra(path: str | Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of a file in whatever format it is.
+
+    Parameters
+    ----------
+    answer : what was measured, where the file does not say it.
 
     Raises
     ------
@@ -130,4 +138,28 @@ def read_spectra(path: str | Path) -> SpectralFile:
             expected="one of: " + ", ".join(known.NAME for known in readers()),
             hint="export the measurement as CxF3, CGATS or a table with one wavelength a row",
         )
-    return reader.read(Path(path))
+    return read_with(reader, Path(path), answer)
+
+
+def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
+    """Read a file by one reader; spectra whose format says another quantity than the answer are among `rejected`.
+
+    Raises
+    ------
+    InputError
+        As the reader does; or every spectrum of the file is of another quantity.
+    """
+    if getattr(reader, "ASKS", False):
+        return reader.read(path, answer)
+    file = reader.read(path)
+    said = f"the format ({reader.NAME})"
+    entries, rejected = [], list(file.rejected)
+    for entry in file.entries:
+        quantity = entry.spectrum.quantity
+        if answer.allows(quantity):
+            entries.append(entry if entry.taken else replace(entry, taken=f"{quantity}, by {said}"))
+        else:
+            rejected.append((entry.name, contradiction(answer, quantity, said, file=path, field=entry.name)))
+    if file.entries and not entries:
+        raise rejected[len(file.rejected)][1]
+    return replace(file, entries=tuple(entries), rejected=tuple(rejected))

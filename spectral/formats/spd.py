@@ -6,12 +6,15 @@ import re
 from pathlib import Path
 
 from ..errors import InputError
+from .answer import NO_ANSWER, Answer
 from .reading import HEAD, SpectralFile
+from .shared.signs import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.entries import gathered
 from .tables.parsing import parse_table
 
 NAME = "SPD"
+ASKS = True
 SUFFIXES = (".spd", ".usr", ".opt")
 
 _GLAZING = re.compile(r"^\s*\{\s*Units,?\s*Wavelength Units\s*\}", re.I)
@@ -31,8 +34,11 @@ def recognises(path: Path, head: bytes) -> bool:
     return bool(re.search(r"\d", text)) and text.lstrip()[:1] not in ("<", "{")
 
 
-def read(path: Path) -> SpectralFile:
-    """Read spectral power, emission unless the file's words say otherwise, or the three spectra of a glazing.
+def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+    """Read the columns of a text, or the three spectra of a glazing.
+
+    The suffix is a hint at spectral power, of which the name of the file is the origin: renderers call reflectances so,
+    too.
 
     Raises
     ------
@@ -54,4 +60,5 @@ def read(path: Path) -> SpectralFile:
         product = _PRODUCT.search(head)
         for column, (quantity, side) in zip(columns, _SIDES, strict=True):
             column.words, column.name = quantity, f"{product[1] if product else path.stem} {side}"
-    return gathered(table, path, NAME, "emission")
+    hints = [Sign("file name", "emission", "the suffix .spd")] if path.suffix.casefold() == ".spd" else []
+    return gathered(table, path, NAME, answer, hints)

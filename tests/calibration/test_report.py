@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.calibration.report import review_row, write_report
+from metamer.calibration.page import TEMPLATES
+from metamer.calibration.report import RowColour, review_row, write_report
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
 from metamer.spectral.errors import ComparisonError, InputError
 
@@ -146,7 +147,8 @@ def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
     text = path.read_text("utf-8")
     page = Tags(text)
     assert page.open == []
-    assert len(page.sources) == 9 and all(source.startswith("data:image/webp;base64,") for source in page.sources)
+    kinds = [source.partition(";")[0].removeprefix("data:image/") for source in page.sources]
+    assert kinds == 3 * ["webp", "webp", "png"]
     assert not re.search(r"https?://|@import|url\(", text)
     for link in page.links:
         assert link[1:] in page.ids if link.startswith("#") else not link.startswith("/"), link
@@ -159,6 +161,47 @@ def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
         "recovered",
     ):
         assert part in words, part
+
+
+def test_the_worst_material_comes_first_and_the_figures_keep_their_order(tmp_path):
+    """Pixels without a number are worse than any figure; within a material the lights stay as they were asked for."""
+    rows = [row("fair", "D65", 0.4), row("fair", "A", 0.5), row("bad", "D65", 0.3), row("bad", "A", 2.0)]
+    rows.append(row("holed", "D65", p99=0.2, undefined=1))
+    page, figures = write(tmp_path, rows)
+    cards = re.findall(r'<article class="card" id="\w+" data-order="(\d)" data-name="(\w+)"', page.read_text("utf-8"))
+    assert cards == [("3", "holed"), ("2", "bad"), ("1", "fair")]
+    lights = re.findall(r'<section class="row" data-light="(\w+)"', page.read_text("utf-8"))
+    assert lights == ["D65", "D65", "A", "D65", "A"]
+    listed = [(one["material"], one["illuminant"]) for one in json.loads(figures.read_text("utf-8"))["results"]]
+    assert listed == [(one.material, one.illuminant) for one in rows]
+
+
+def test_equal_reviews_are_equal_pages(tmp_path):
+    for name in ("one", "other"):
+        write(tmp_path / name, [row(), row(illuminant="A", p99=1.2), row("other", p99=9.0)])
+    for file in ("index.html", "review.json"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "other" / file).read_bytes()
+
+
+def test_colour_of_the_original_data_is_on_the_page(tmp_path):
+    colour = RowColour(np.array([0.2, 0.1, 0.05]), np.array([38.0, 51.25, -7.0]), "45a:0")
+    page, figures = write(tmp_path, [row(colour=colour)])
+    words = " ".join("".join(Tags(page.read_text("utf-8")).text).split())
+    assert "L* 38.0 a* 51.2 b* \N{MINUS SIGN}7.0 (45a:0)" in words
+    (found,) = json.loads(figures.read_text("utf-8"))["results"]
+    assert found["colour"] == {"xyz": [0.2, 0.1, 0.05], "lab": [38.0, 51.25, -7.0], "geometry": "45a:0"}
+
+
+def test_paper_is_no_narrow_screen():
+    """Layouts for narrow windows hold for screens; on paper cards stay whole and headings stay with what follows."""
+    css = (TEMPLATES / "report.css").read_text("utf-8")
+    assert set(re.findall(r"@media ([^{]*max-width[^{]*) {", css)) == {
+        "screen and (max-width: 1100px)",
+        "screen and (max-width: 760px)",
+    }
+    paper = css.partition("@media print {")[2]
+    assert re.search(r"\.card {[^}]*grid-template-columns: 190px 1fr;[^}]*break-inside: avoid", paper)
+    assert re.search(r"h1, h2, h3, \.hint {[^}]*break-after: avoid", paper)
 
 
 def test_names_and_notes_are_escaped(tmp_path):

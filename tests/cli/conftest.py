@@ -82,7 +82,7 @@ def started(tmp_path):
         # A shell's background job hands an ignored SIGINT down to all of its children.
         listen = (
             "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
-            "from metamer.cli.main import main; sys.exit(main(sys.argv[1:]))"
+            "from metamer.cli.main import main; sys.exit(main())"
         )
         process = subprocess.Popen(
             [sys.executable, "-c", listen, *map(str, words)],

@@ -35,7 +35,7 @@ def source(tmp_path):
 
 @pytest.fixture(autouse=True)
 def fast_fit(monkeypatch):
-    def fit_one(material, budget):
+    def fit_one(material, budget, told=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
@@ -43,7 +43,7 @@ def fast_fit(monkeypatch):
 
     monkeypatch.setattr(importing, "fit_material", fit_one)
     # Here, too, what stands in for the fit: another process would not know it.
-    monkeypatch.setattr(importing, "supervised", lambda work, tasks, jobs: ((t.key, work(*t.arguments)) for t in tasks))
+    monkeypatch.setattr(importing, "supervised", lambda work, tasks, *_: ((t.key, work(*t.arguments)) for t in tasks))
     monkeypatch.setenv("COLUMNS", "120")
 
 
@@ -90,14 +90,13 @@ def test_dry_run_says_what_it_would_do(source, tmp_path, capsys):
     assert not (tmp_path / "cat").exists()
 
 
-def test_interrupt_ends_with_130_and_a_sentence(source, tmp_path, capsys, monkeypatch):
+def test_an_interrupt_says_what_is_there(source, tmp_path, monkeypatch):
     def stopped(*args, **options):
         raise ImportInterrupted(ImportReport(tmp_path / "cat", (), 2))
 
     monkeypatch.setattr(importing, "import_sources", stopped)
-    assert metamer("import", source, "--into", tmp_path / "cat") == 130
-    assert "Interrupted." in (out := capsys.readouterr().out)
-    assert "stopped with 2 to go, and the same command goes on from here" in out
+    with pytest.raises(KeyboardInterrupt, match="stopped with 2 to go, and the same command goes on from here"):
+        metamer("import", source, "--into", tmp_path / "cat")
 
 
 def test_missing_source_is_an_input_error(tmp_path):

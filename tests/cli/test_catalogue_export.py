@@ -1,5 +1,7 @@
 """`metamer catalogue export` as people call it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from metamer.cli.main import main
@@ -73,10 +75,14 @@ def test_force(capsys, catalogue, tmp_path):
 
 
 def test_a_folder_without_room_is_refused_with_what_to_do(capsys, catalogue, tmp_path, monkeypatch):
-    def refuse(*_args, **_options):
-        raise OSError(30, "Read-only file system")
+    made = Path.mkdir
 
-    monkeypatch.setattr("metamer.materials.exporting.tempfile.TemporaryDirectory", refuse)
+    def refuse(path, *args, **options):
+        if path.parent == tmp_path:
+            raise OSError(30, "Read-only file system")
+        made(path, *args, **options)
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
     out = tmp_path / "x.csv"
     code, _, err = run(capsys, "grey/deep", "--catalogue", catalogue, "--format", "csv", "-o", out)
     assert code == 4 and "found: Read-only file system" in err and "try: name a folder that you may write to" in err

@@ -1,23 +1,19 @@
 """`metamer catalogue import`: the plan, the report, progress on a terminal, and words that do not fit."""
 
 import inspect
-import io
 import json
-import sys
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
 from metamer.cli import catalogue_import
-from metamer.cli.main import parser
+from metamer.cli.words import parser
 from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import DEFAULT_BUDGET
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.upsampling import DEFAULT_METHOD
-from rich.console import Console
 
-SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
+SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 
 
 @pytest.fixture
@@ -32,7 +28,7 @@ def source(tmp_path):
 
 @pytest.fixture(autouse=True)
 def fast_fit(monkeypatch):
-    def fit_material(material, budget):
+    def fit_material(material, budget, told=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
@@ -40,14 +36,15 @@ def fast_fit(monkeypatch):
 
     monkeypatch.setattr(importing, "fit_material", fit_material)
     # Here, too, what stands in for the fit: another process would not know it.
-    monkeypatch.setattr(importing, "supervised", lambda work, tasks, jobs: ((t.key, work(*t.arguments)) for t in tasks))
+    monkeypatch.setattr(importing, "supervised", lambda work, tasks, *_: ((t.key, work(*t.arguments)) for t in tasks))
 
 
 def test_plan_is_a_table_of_files(metamer, source, tmp_path):
     code, said, _ = metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--dry-run")
     assert code == 4
     rows = {line.split()[0]: line.split()[1:] for line in said.splitlines() if line.strip()}
-    assert rows["chart.csv"] == ["table", "(CSV,", "TSV)", "2", "2"]
+    assert rows["chart.csv"][:5] == ["table", "(CSV,", "TSV)", "2", "2"]
+    assert "reflectance in fractions, by the line 'reflectance'" in said
     assert rows["bad.bsdf"][-2:] == ["1", "1"]
     assert "README" not in said and "1 files not recognised" in said
     assert f"failed: {source}/bad.bsdf" in said and "2 to import, 1 failed" in said
@@ -128,30 +125,6 @@ def test_values_that_do_not_fit(metamer, source, tmp_path, option):
     assert code == 4 and "nonsense:" in said and "Traceback" not in said
 
 
-def test_terminal_shows_a_bar_with_the_time_left(source, tmp_path, monkeypatch):
-    screen = io.StringIO()
-    monkeypatch.setattr(catalogue_import, "shows_bars", lambda stream: True)
-    monkeypatch.setattr("rich.console.Console", lambda: Console(file=screen, force_terminal=True, width=100))
-    with ExitStack() as stack:
-        bar = catalogue_import.terminal_bar(stack)
-        importing.import_sources(
-            [source / "chart.csv"],
-            tmp_path / "cat",
-            jobs=1,
-            progress=catalogue_import.import_progress(stack, bar),
-            looked_at=catalogue_import.looking_progress(bar),
-        )
-    shown = screen.getvalue()
-    assert "2/2" in shown and "left" in shown and "chart/" in shown
-
-
-@pytest.mark.parametrize("shown", [True, False])
-def test_only_what_can_show_a_bar_gets_one(monkeypatch, shown):
-    monkeypatch.setattr(catalogue_import, "shows_bars", lambda stream: shown and stream is sys.stdout)
-    with ExitStack() as stack:
-        assert (catalogue_import.terminal_bar(stack) is not None) == shown
-
-
 def test_defaults_in_the_help_are_those_of_the_importer():
     """Repeated so that `--help` need not wait for the fit."""
     args = parser().parse_args(["catalogue", "import"])
@@ -161,15 +134,16 @@ def test_defaults_in_the_help_are_those_of_the_importer():
 
 
 def test_again_mends_what_is_damaged(metamer, source, tmp_path):
-    """The head alone says that a material is there; `--again` does not ask it."""
+    """A file whose end is missing is no material, though its head says so; `--again` asks nothing."""
     command = ("catalogue", "import", source / "chart.csv", "--into", tmp_path / "cat", "--jobs", 1)
     metamer(*command)
     path = tmp_path / "cat" / "chart" / "red.h5"
     whole = path.read_bytes()
     path.write_bytes(whole[:5000])
-    assert "2 skipped" in metamer(*command)[1] and path.stat().st_size == 5000
     code, said, _ = metamer("catalogue", "verify", tmp_path / "cat", "--quick")
     assert code == 4 and "--again" in said
+    assert "1 imported, 1 skipped" in metamer(*command)[1]
+    assert path.read_bytes() == whole
     assert "2 imported" in metamer(*command, "--again")[1]
     assert path.read_bytes() == whole
 
@@ -189,3 +163,16 @@ def test_names_do_not_steer_the_terminal(metamer, source, tmp_path):
     (source / "a\x1b[31m\nb.bsdf").write_bytes(b"tensor_file\0\1\0")
     _, said, _ = metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--dry-run", "--verbose")
     assert "\x1b" not in said and "a\\x1b[31m\\nb.bsdf" in said
+
+
+def test_one_answer_settles_all_files_and_what_is_refused_alike_is_said_together(metamer, tmp_path):
+    (tmp_path / "in").mkdir()
+    for number in range(4):
+        (tmp_path / "in" / f"s{number}.csv").write_text("nm,sample\n380,0.3\n500,0.5\n780,0.8\n")
+    words = ("catalogue", "import", tmp_path / "in", "--into", tmp_path / "cat", "--dry-run")
+    code, said, _ = metamer(*words)
+    assert code == 4 and said.count("what was measured?") == 1 and said.count("try: ") == 1
+    assert all(f"s{number}.csv: sample: no word" in said for number in range(4))
+    code, said, _ = metamer(*words, "--as", "reflectance", "--scale", "fraction")
+    assert code == 0 and "reflectance in fractions, by --as" in said and "4 to import" in said
+    assert metamer(*words, "--as", "emission", "--scale", "percent")[0] == 64

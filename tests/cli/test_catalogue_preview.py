@@ -10,8 +10,9 @@ import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from metamer.viewer.preview import contact_sheet, thumbnails
+from metamer.viewer.sheet_text import line_length, write_line
 from metamer.viewer.software import SoftwareRenderer
-from PIL import Image
+from PIL import Image, ImageFont
 
 
 @pytest.fixture
@@ -101,6 +102,30 @@ def test_long_names_fit_under_their_picture(folder, load_sphere):
     narrow = contact_sheet(drawn, columns=1)
     assert narrow.shape[1] == 16 + 2 * 12
     assert not (narrow[:, -12:] - narrow[0, 0]).any(), "nothing is written beyond the edge"
+
+
+def test_words_on_a_contact_sheet_stand_apart():
+    """Between words there is clearly more room than between letters: three empty columns in a row at least."""
+    font = ImageFont.load_default(11)
+    text = "materials, their factor packs"
+    drawn = Image.new("RGB", (200, 20))
+    write_line(drawn, (0, 0), text, (255, 255, 255), font)
+    inked = np.asarray(drawn).any(axis=(0, 2))[: line_length(text, font)]
+    gaps = [len(gap) for gap in re.findall(r"0+", "".join("1" if column else "0" for column in inked).strip("0"))]
+    assert sum(gap >= 3 for gap in gaps) == text.count(" "), gaps
+
+
+def test_a_capital_delta_is_drawn_as_one():
+    """A triangle: one stroke at the top, a bar as wide as the letter at the foot, and nothing in its middle."""
+    drawn = Image.new("RGB", (60, 40))
+    write_line(drawn, (0, 0), "Δ", (255, 255, 255), ImageFont.load_default(30))
+    ink = np.asarray(drawn)[..., 0].astype(float)
+    rows = np.flatnonzero(ink.sum(axis=1))
+    first, last = ink[rows[0] + 1], ink[rows[-1]]
+    assert (last > 100).sum() > 4 * (first > 100).sum() > 0
+    middle = ink[(rows[0] + 2 * rows[-1]) // 3]
+    inside = np.flatnonzero(middle > 100)
+    assert (middle[inside[0] : inside[-1]] == 0).any()
 
 
 @pytest.fixture

@@ -1,10 +1,13 @@
 """`metamer fit`: its table, its bar, its JSON, its exit codes."""
 
 import json
+import subprocess
+import sys
 from typing import ClassVar
 
 import pytest
 from metamer.cli import fit as command
+from metamer.cli import fit_progress
 from metamer.cli.main import main
 from metamer.materials.fitting import fit as engine
 
@@ -71,17 +74,20 @@ def test_the_options_are_those_of_the_fit():
     assert command.METHODS == engine.METHODS
 
 
-def test_interrupting_says_what_was_found_so_far(tiny_catalogue, capsys, monkeypatch):
-    told = command._line
-
-    def interrupted(trial):
-        if trial.rank > 1:
-            raise KeyboardInterrupt
-        return told(trial)
-
-    monkeypatch.setattr(command, "_line", interrupted)
-    assert main(["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--budget", "1e-9"]) == 130
-    assert "Best so far: 1 terms in io, mean" in capsys.readouterr().err
+def test_interrupting_says_what_was_found_so_far(tiny_catalogue):
+    words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--budget", "1e-9"]
+    listen = "import os, signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"""{listen}
+from metamer.cli import fit as command
+from metamer.cli.main import main
+told = command._line
+command._line = lambda trial: os.kill(os.getpid(), signal.SIGINT) if trial.rank > 1 else told(trial)
+sys.exit(main())
+"""
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 130, done.stderr
+    begin = "metamer: interrupted; nothing half-written is left behind. Best so far: 1 terms in io, mean"
+    assert done.stderr.splitlines()[-1].startswith(begin)
 
 
 def test_a_terminal_gets_a_bar(tiny_catalogue, capsys, monkeypatch):
@@ -96,11 +102,43 @@ def test_a_terminal_gets_a_bar(tiny_catalogue, capsys, monkeypatch):
             Terminal.said.append(words)
             super().update(task_id, **words)
 
-    monkeypatch.setattr(command, "shows_bars", lambda stream: True)
+    monkeypatch.setattr(fit_progress, "shows_bars", lambda stream: True)
     monkeypatch.setattr(progress, "Progress", Terminal)
     assert main(["fit", "tiny/satin-green", "--catalogue", str(tiny_catalogue), "--budget", "1.5"]) == 0
     assert Terminal.said[-1]["completed"] == 1.0
     assert "best so far" in Terminal.said[-1]["description"]
+
+
+def test_what_it_is_at_is_said_at_once_and_then(tiny_catalogue, capsys, monkeypatch):
+    """Before the material is loaded; on standard error, so that standard output holds the trials alone."""
+    lines = []
+
+    class Watched(fit_progress.FitProgress):
+        def at(self, phase, share):
+            super().at(phase, share)
+            lines.append(self.line())
+
+    monkeypatch.setattr(command, "FitProgress", Watched)
+    assert main(["fit", "tiny/satin-green", "--catalogue", str(tiny_catalogue), "--budget", "1.5"]) == 0
+    said = capsys.readouterr()
+    first, second = said.err.splitlines()[:2]
+    assert first == "loading tiny/satin-green"
+    assert second.startswith("fitting tiny/satin-green, about ")
+    assert "so far" not in said.out and said.out.startswith("tiny/satin-green: ashikhmin_shirley")
+    assert lines[0].startswith("tabulating, 1 s so far, about")
+    assert "best so far" in lines[-1] and "left" in lines[-1]
+
+
+def test_nothing_heavy_is_loaded_before_the_first_word():
+    script = (
+        "import sys\n"
+        "from contextlib import ExitStack\n"
+        "from metamer.cli.fit_progress import FitProgress\n"
+        "with ExitStack() as stack:\n"
+        "    print(FitProgress(stack, 'a/b').line(), *{'numpy', 'scipy', 'colour', 'rich'} & set(sys.modules))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert (done.stdout, done.stderr) == ("still loading a/b\n", "loading a/b\n")
 
 
 def test_wrong_words_are_refused(tiny_catalogue, capsys):

@@ -7,8 +7,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from metamer.cli.main import COMMANDS
+from metamer.cli import words as known
 from metamer.cli.shared import progress_bar, shortened, shows_bars
+from metamer.cli.words import COMMANDS
 from metamer.spectral.errors import ComparisonError, InputError, UsageError
 
 
@@ -22,6 +23,35 @@ def test_help_names_every_command(metamer):
     assert set(COMMANDS) <= set(out.split())
 
 
+def commands(parser=None, words=()):
+    """The words of every command and what parses them."""
+    for action in (
+        (parser or known.parser())._subparsers._group_actions if (parser or known.parser())._subparsers else ()
+    ):
+        for word, inner in action.choices.items():
+            yield (*words, word), inner
+            yield from commands(inner, (*words, word))
+
+
+@pytest.mark.parametrize("words", [words for words, _ in commands()], ids=" ".join)
+def test_every_command_says_what_it_does_and_refuses_words_under_its_own_usage(metamer, words):
+    code, out, _ = metamer(*words, "--help")
+    assert code == 0 and out.startswith(f"usage: metamer {' '.join(words)} ")
+    sentence = dict(commands())[words].description
+    assert sentence and sentence.endswith("."), words
+    code, _, err = metamer(
+        *words, "--bogus", *{"render": ["a", "-o", "b"], "fit": ["a"], "catalogue": []}.get(words[0], [])
+    )
+    assert code == 64 and err.startswith(f"usage: metamer {' '.join(words)}"), err
+
+
+def test_help_of_one_benchmark_is_of_that_one(metamer):
+    _, out, _ = metamer("bench", "factor", "--help")
+    assert "--growth" in out and "shading" not in out
+    _, out, _ = metamer("bench", "basis", "--help")
+    assert "--growth" not in out and "--json" in out
+
+
 def test_no_words_show_the_help_and_count_as_wrong_usage(metamer):
     code, out, _ = metamer()
     assert code == 64
@@ -32,6 +62,10 @@ def test_no_words_show_the_help_and_count_as_wrong_usage(metamer):
     ("words", "said"),
     [
         (["paint"], "paint"),
+        (["rendr"], "did you mean render?"),
+        (["catalogue", "lst"], "did you mean list?"),
+        (["review", "--ilumminants", "D65"], "did you mean --illuminants?"),
+        (["names", "illuminant"], "did you mean illuminants?"),
         (["review", "--illuminant-list", "D65"], "--illuminant-list"),
         (["review", "--illuminants", ","], "names nothing"),
         (["review", "--budget", "0"], "a ΔE94 above 0, not 0"),

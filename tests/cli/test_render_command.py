@@ -55,7 +55,9 @@ def test_illuminant_replaces_that_of_every_light(render):
     assert pictures["A"].values[..., 1].mean() > 1.2 * pictures["D65"].values[..., 1].mean()
 
 
-def test_mip_mapped_factors_are_said_in_the_file(render):
+def test_mip_mapped_factors_are_said_in_the_file(render, scene):
+    # Of a matt surface every factor is one: there is nothing to average.
+    scene.write_text(scene.read_text(encoding="utf-8").replace("matt-red", "satin-green"), encoding="utf-8")
     pictures = {name: render(f"{name}.exr", "--filtering", name)[3] for name in ("linear", "mipmapped")}
     linear, mipmapped = (read_xyz_exr(path)[0].values for path in pictures.values())
     assert 0.0 < np.abs(mipmapped - linear).max() < 0.1 * linear.max()
@@ -113,6 +115,48 @@ def test_folder_of_that_name(render, tmp_path, name):
     assert code == 4
     assert str(tmp_path / name) in err
     assert not list(tmp_path.glob(".ball*")), "half a file is left"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "position = [0, 0, 4]",
+            "position = [0, 0, 0.3]",
+            'camera "front" stands inside part "ball", and no light does',
+        ),
+        ("direction_to_light = [-0.45, 0.46, 0.766]", "direction_to_light = [0, 0, -1]", 'camera "front" is black'),
+        ("target = [0, 0, 0]", "target = [0, 0, 9]", 'camera "front" sees nothing: it looks 180 degrees past'),
+        (
+            "direction_to_light = [-0.45, 0.46, 0.766]",
+            'name = "lamp"\nposition = [0.1, 0, 0]\nintensity_cd = 9',
+            'light "lamp" stands inside part "ball"',
+        ),
+    ],
+)
+@pytest.mark.parametrize(
+    "words", [("ball.png",), ("ball.exr", "--spectral"), ("ball.exr", "--reference")], ids=" ".join
+)
+def test_pictures_of_nothing_are_written_with_a_warning(render, scene, old, new, said, words):
+    text = scene.read_text(encoding="utf-8")
+    assert old in text
+    scene.write_text(text.replace(old, new), encoding="utf-8")
+    code, _, err, path = render(*words)
+    assert code == 0 and path.exists()
+    warnings = [line for line in err.splitlines() if line.startswith("metamer: warning: ")]
+    assert any(said in line for line in warnings), err
+    assert len(warnings) == len(set(warnings))
+
+
+def test_a_picture_that_is_clipped_as_a_whole_is_said_and_one_in_part_is_not(render, scene):
+    text = scene.read_text(encoding="utf-8").replace(
+        "direction_to_light = [-0.45, 0.46, 0.766]", "direction_to_light = [0, 0, 1]"
+    )
+    scene.write_text(text + "[viewing]\nreference_illuminance_lux = 1e-3\n", encoding="utf-8")
+    assert "clipped as a whole" in render("ball.png")[2]
+    scene.write_text(text + "[viewing]\nreference_illuminance_lux = 100\n", encoding="utf-8")
+    assert "clipped" in render("ball.png")[1]
+    assert "warning" not in render("ball.png")[2]
 
 
 def test_material_that_the_catalogue_lacks(render, scene):

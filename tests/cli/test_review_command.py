@@ -7,6 +7,7 @@ import signal
 import h5py
 import pytest
 from metamer.spectral.formats.xyz_exr import read_xyz_exr
+from metamer.viewer.review import OWN_LIGHT
 from PIL import Image
 
 
@@ -43,11 +44,13 @@ def test_every_row_has_its_files(review, tmp_path):
     for row in rows:
         with Image.open(tmp_path / "out" / row["image"]) as picture:
             assert picture.size == (32, 32)
-        image, coverage = read_xyz_exr(tmp_path / "out" / row["files"]["XYZ EXR"])
-        assert image.values.shape == (32, 32, 3) and 0.5 < coverage.mean() < 0.8
+        for label in ("XYZ EXR", "reference EXR"):
+            image, coverage = read_xyz_exr(tmp_path / "out" / row["files"][label])
+            assert image.values.shape == (32, 32, 3) and 0.5 < coverage.mean() < 0.8
     files = {path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*") if path.is_file()}
     listed = {name for row in rows for name in (row["image"], *row["files"].values())}
-    assert files == {"index.html", "review.json", *listed}
+    kept = {name for name in files if name.startswith("rows/")}
+    assert len(kept) == 2 and files == {"index.html", "review.json", *listed, *kept}
     assert str(tmp_path / "out" / "index.html") in said and str(tmp_path / "out" / "review.json") in said
     assert "4 rows" in said and "Renderer: software (numpy)" in said
 
@@ -141,11 +144,18 @@ def test_empty_scene(review, scene):
     assert "the file is empty" in err
 
 
-def test_materials_for_a_scene_without_review(review, scene, scene_text):
-    scene.write_text(scene_text, encoding="utf-8")
-    code, _, err, _ = review("--materials", "*")
-    assert code == 4
-    assert "[review] on" in err
+def test_materials_for_a_scene_without_review_are_swept_over_its_first_part(review, scene, scene_text):
+    """Under the light that the scene has: only the material is asked to be another."""
+    plane = '\n[[part]]\nname = "floor"\nshape = "plane"\nmaterial = "tiny/copper"\ntranslate = [0, -1, 0]\n'
+    scene.write_text(scene_text + plane, encoding="utf-8")
+    code, said, err, found = review("--materials", "*-green,tiny/r*")
+    assert code == 0, said + err
+    rows = found["results"]
+    assert [(row["material"], row["illuminant"]) for row in rows] == [
+        ("tiny/satin-green", OWN_LIGHT),
+        ("tiny/rough-blue", OWN_LIGHT),
+    ]
+    assert any("no [review]" in words and '"ball"' in words for words in found["colour_chain"])
 
 
 def test_missing_catalogue(review, tmp_path):
@@ -201,7 +211,7 @@ def test_part_that_is_out_of_sight_is_named(review, scene, scene_text):
     )
     code, _, err, _ = review()
     assert code == 4
-    assert "tiny/copper under as lit: no pixel" in err
+    assert "tiny/copper under the scene's lights: no pixel" in err
 
 
 def test_folder_where_a_file_should_go(review, tmp_path):
@@ -240,12 +250,6 @@ def test_ctrl_c_leaves_nothing_half_written(started, scene, tiny_catalogue, tmp_
     assert "interrupted; nothing half-written is left behind" in err
     assert "Traceback" not in err
     assert "Report:" not in said
-    # What was finished stays and is whole; the figures of an earlier review do not stand beside new pictures.
+    # The report of before stays as it was; what this one has drawn waits beside it.
     left = sorted(path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file())
-    assert all(name.startswith("pictures/tiny_") for name in left), left
-    for name in left:
-        if name.endswith(".exr"):
-            assert read_xyz_exr(out / name)[0].values.shape == (200, 200, 3)
-        else:
-            with Image.open(out / name) as picture:
-                picture.load()
+    assert "review.json" in left and all(name.startswith("unfinished/") for name in left if name != "review.json"), left

@@ -5,6 +5,7 @@ import pytest
 from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
 from metamer.materials.factors import Axis, FactorPack
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -68,3 +69,38 @@ def test_nothing_to_plan_and_budgets_that_are_none(chart):
         plan_scene([], [illuminant("D65")], observer("1931_2"))
     with pytest.raises(InputError, match="budget must be positive"):
         plan_scene(chart, [illuminant("D65")], observer("1931_2"), 0.0)
+
+
+def on(wavelengths_nm, reflectance):
+    """The surface of one colour, sampled elsewhere than on the working wavelengths."""
+    factors = tuple(np.ones((2, 1)) for _ in AXES)
+    spectral = np.asarray(reflectance(wavelengths_nm))[None] / np.pi
+    return (FactorPack("io", AXES, factors, spectral, SpectralBasis.sampled(wavelengths_nm), None),)
+
+
+GRIDS = {
+    "working": WORKING_WAVELENGTHS_NM,
+    "ten": np.arange(400.0, 701.0, 10.0),
+    "fine": np.arange(360.0, 781.0, 1.0),
+    "shifted": np.arange(382.0, 731.0, 10.0),
+    "uneven": np.array([390.0, 410.0, 440.0, 447.5, 520.0, 600.0, 610.0, 690.0]),
+}
+
+
+@pytest.mark.parametrize("names", [("working", "ten"), ("ten", "shifted"), ("uneven", "working"), tuple(GRIDS)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_packs_of_different_wavelengths_are_planned_together(names, turned):
+    """Each still has its own colour under every light, to the share of the budget that the plan says it spends."""
+    lights, eye = [illuminant(name) for name in ("D65", "A", "FL11")], observer("1931_2")
+    packs = [on(GRIDS[name], lambda nm, k=k: 0.4 + 0.3 * np.sin(nm / (40 + 9 * k))) for k, name in enumerate(names)]
+    plan = plan_scene(packs[::-1] if turned else packs, lights, eye, 0.5)
+    for pack in (pack for material in packs for pack in material):
+        for light in lights:
+            own, shown = (np.pi * p.fold(light, eye)[0] for p in (pack, pack.in_basis(plan.basis)))
+            assert delta_e_xyz(own, shown, eye.white(light)) < plan.spectral_delta_e94 + 0.01
+
+
+def test_a_finer_neighbour_leaves_colours_on_the_working_wavelengths_as_they_are(chart):
+    """Ten wavelengths are found among the 81: the grid of the scene is that of the packs that are shaded in it."""
+    plan = plan_scene([*chart, on(GRIDS["ten"], lambda nm: nm / 1000)], [illuminant("D65")], observer("1931_2"))
+    np.testing.assert_array_equal(plan.basis.wavelengths_nm, WORKING_WAVELENGTHS_NM)

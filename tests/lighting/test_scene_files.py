@@ -251,10 +251,13 @@ def test_a_light_spectrum_of_zeros_is_an_error(scene, tmp_path):
 
 
 def test_a_missing_spectrum_or_mesh_is_named_with_its_own_path(scene, tmp_path):
-    with pytest.raises(InputError, match=r"lamp\.csv"):
-        scene(BARE + '[[light]]\nspectrum = "lamp.csv"\n')
-    with pytest.raises(InputError, match=r"body\.glb: no such mesh file"):
-        scene('[[part]]\nmesh = "body.glb"\n')
+    with pytest.raises(InputError, match=r"(?s)lamp\.csv.*named in: .*scene\.toml, light 1 \(booth\)\.spectrum"):
+        scene(BARE + '[[light]]\nname = "booth"\nspectrum = "lamp.csv"\n')
+    with pytest.raises(InputError, match=r"(?s)body\.glb: no such mesh file.*named in: .*scene\.toml, part 2 \(car\)"):
+        scene(BARE + '[[part]]\nname = "car"\nmesh = "body.glb"\n')
+    (tmp_path / "cut.ply").write_bytes(b"ply\nformat ascii 1.0\nelement vertex 3\nend_header\n0 0 0\n")
+    with pytest.raises(InputError, match=r"(?s)cut\.ply.*cut short.*named in: .*scene\.toml, part 1"):
+        scene('[[part]]\nmesh = "cut.ply"\n')
     (tmp_path / "two.csv").write_text("wavelength,warm,cold\n400,1,2\n700,1,2\n")
     with pytest.raises(UnknownNameError, match="nearest: warm"):
         scene(BARE + '[[light]]\nspectrum = "two.csv"\nspectrum_column = "warn"\n')
@@ -282,6 +285,15 @@ def test_a_lamp_in_the_very_middle_leaves_a_finite_scale(scene):
     nearest = 0.25 * 0.5 * np.linalg.norm(high - low)
     assert loaded.viewing.reference_illuminance_lux == pytest.approx(100 / nearest**2)
     np.testing.assert_allclose(loaded.adopted_white(), loaded.observer.white(illuminant("A")), rtol=1e-14)
+    (note,) = [note for note in loaded.notes if "the white" in note]
+    assert note.startswith("light 1 stands 0 from the middle of the scene; for the white") and "0.433 off" in note
+
+
+def test_a_lamp_beyond_the_middle_counts_from_where_it_stands_and_needs_no_note(scene):
+    lamp = '[[light]]\nname = "lamp"\nposition = [0, 0, 2]\nintensity_cd = 100\n[[camera]]\n'
+    loaded = scene(BARE + lamp)
+    assert loaded.viewing.reference_illuminance_lux == pytest.approx(25)
+    assert loaded.notes == ()
 
 
 def test_a_measured_light_says_what_was_assumed_of_it(scene, tmp_path):
@@ -294,13 +306,18 @@ def test_a_measured_light_says_what_was_assumed_of_it(scene, tmp_path):
     ("rows", "problem"),
     [
         ("900,1\n950,1\n", "the light is not known where the observer sees"),
-        ("546,1\n", "a light of one sample has no spectrum"),
         ("380,0\n840,0\n850,1\n", "the light has zero power"),
     ],
 )
 def test_a_light_that_the_observer_cannot_see_is_named(scene, tmp_path, rows, problem):
     (tmp_path / "lamp.csv").write_text("nm,lamp\n" + rows)
     with pytest.raises(InputError, match=rf"scene\.toml: light 1\.spectrum: {problem}"):
+        scene(BARE + '[[light]]\nspectrum = "lamp.csv"\n')
+
+
+def test_a_lamp_of_one_sample_is_named_with_its_scene(scene, tmp_path):
+    (tmp_path / "lamp.csv").write_text("nm,lamp\n546,1\n")
+    with pytest.raises(InputError, match=r"(?s)lamp\.csv.*named in: .*scene\.toml, light 1\.spectrum"):
         scene(BARE + '[[light]]\nspectrum = "lamp.csv"\n')
 
 

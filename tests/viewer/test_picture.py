@@ -1,21 +1,26 @@
 """Pictures to files: spectra fold back to the XYZ picture, and what is assumed is said."""
 
+from dataclasses import replace
+from importlib.metadata import version
+
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError, UsageError
+from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.headless import GLRenderer
-from metamer.viewer.picture import check_output, lit_by, render_picture, render_spectral
+from metamer.viewer.picture import check_output, lit_by, render_picture, render_reference, render_spectral
 from metamer.viewer.renderer import radiance_weights
 from metamer.viewer.software import SoftwareRenderer
 
 # Between 5 nm samples, a product of light and reflectance is no longer what the two are one by one.
 FOLDED_DELTA_E94 = 0.1
+NM = WORKING_WAVELENGTHS_NM
 
 
 @pytest.fixture(scope="module")
@@ -71,17 +76,45 @@ def test_perfect_diffuser_under_equal_energy_is_one(scenes, software):
 
 def test_any_wavelengths_and_any_basis(scenes, software):
     """A number of wavelengths that is no multiple of three, and packs that a plan has projected."""
-    scene = scenes.sphere_scene("matt", size=16, samples=1)
     grid = np.arange(400.0, 701.0, 10.0)
+    lamp = Spectrum.sampled(grid, illuminant("D65").resampled(grid).samples, "emission")
+    scene = scenes.sphere_scene("matt", size=16, samples=1).with_illuminant(lamp, "lamp")
     spectra = software.render_spectra(scene, None, scenes.PACKS, grid)
     fine = software.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
     ratio = spectra[8, 8] / fine[8, 8, 4:65:2]
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-5)
 
 
-def test_light_that_misses_every_wavelength_is_an_error(scenes, software):
+def test_a_line_between_wavelengths_is_shared_out_between_its_neighbours(scenes, software):
+    """A laser at 532 nm: none of the 81 samples meets it, and all of its light stands in two of them."""
     scene = scenes.sphere_scene("matt", size=16, samples=1)
-    line = Spectrum.sampled([531.0, 532.0, 533.0], [0.0, 1.0, 0.0], "emission")
+    line = Spectrum.sampled([531.9, 532.0, 532.1], [0.0, 1.0, 0.0], "emission")
+    laser = scene.with_illuminant(line, "laser")
+    spectra = software.render_spectra(laser, None, {"matt": (scenes.lambert_pack(np.full(81, 0.5)),)}, NM)[8, 8]
+    assert spectra[NM == 530] / spectra[NM == 535] == pytest.approx(1.5, rel=1e-3)
+    assert np.count_nonzero(spectra) == 2
+    xyz, _ = software.render(laser, None, {"matt": (scenes.lambert_pack(np.full(81, 0.5)),)})
+    np.testing.assert_allclose(radiance_weights(scene.observer, NM) @ spectra, xyz[8, 8], rtol=0.02)
+
+
+def test_a_lamp_that_is_finer_than_the_picture_keeps_its_colour(scenes, software):
+    """Narrow lines anywhere: every fifth sample makes another lamp of it, its means about them nearly the same one."""
+    fine = np.arange(380.0, 780.1, 0.5)
+    lines = sum(np.exp(-(((fine - at) / 0.8) ** 2)) for at in (404.7, 436.2, 487.9, 546.8, 577.3, 612.4, 651.8))
+    lamp = Spectrum.sampled(fine, 0.02 + lines, "emission")
+    eye, to_xyz = observer("1931_2"), radiance_weights(observer("1931_2"), NM)
+    white = eye.white(lamp)
+    off = []
+    for thinned in (lamp.averaged(NM), lamp.resampled(NM)):
+        found = to_xyz @ thinned.samples
+        off.append(float(delta_e_xyz(white, found / found[1], white)))
+    assert off[0] < 0.5 and off[1] > 10 * off[0], off
+    assert lamp.averaged(fine) is lamp
+
+
+def test_light_that_sends_nothing_at_any_wavelength_is_an_error(scenes, software):
+    scene = scenes.sphere_scene("matt", size=16, samples=1)
+    line = Spectrum.sampled([799.0, 800.0, 801.0], [0.0, 1.0, 0.0], "emission")
     with pytest.raises(InputError, match="sends nothing at these wavelengths"):
         software.render_spectra(scene.with_illuminant(line, "laser"), None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
 
@@ -117,8 +150,6 @@ def test_spectral_file_reads_back(tiny, software, tmp_path):
 
 
 def test_preview_in_the_spectral_file_is_as_bright_as_the_picture(tiny, software, tmp_path):
-    from metamer.spectral.formats.exr import read_exr
-
     scene, catalogue = tiny
     render_spectral(scene, catalogue, tmp_path / "ball.exr", None, software)
     _, channels = read_exr(tmp_path / "ball.exr")
@@ -148,3 +179,24 @@ def test_known_kinds_of_file(tiny, software, tmp_path, name):
     scene, catalogue = tiny
     render_picture(scene, catalogue, tmp_path / name, None, software)
     assert (tmp_path / name).stat().st_size > 500
+
+
+def test_headers_say_what_a_picture_is_of(tiny, software, tmp_path):
+    scene, catalogue = tiny
+    scene = lit_by(replace(scene, name="Kugel, grün"), "A")
+    said = {
+        "scene": "Kugel, grün",
+        "camera": scene.camera().name,
+        "material": "tiny/satin-green",
+        "illuminant": "A",
+        "observer": "CIE 1931 2 Degree Standard Observer",
+        "renderer": software.made_by,
+        "software": f"Metamer {version('metamer')}",
+    }
+    render_picture(scene, catalogue, tmp_path / "a.exr", None, software)
+    render_spectral(scene, catalogue, tmp_path / "s.exr", None, software)
+    render_reference(scene, catalogue, tmp_path / "r.exr", None)
+    for name, maker in (("a", said["renderer"]), ("s", said["renderer"]), ("r", "reference: rays, every wavelength")):
+        header, _ = read_exr(tmp_path / f"{name}.exr")
+        assert header["renderer"].startswith(maker)
+        assert {key: header[key] for key in said} == {**said, "renderer": header["renderer"]}

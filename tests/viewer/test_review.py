@@ -13,11 +13,13 @@ from metamer.lighting.reference import reference_image
 from metamer.lighting.scene import Review
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.records.record import MARKER, write_record
-from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
 from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
+from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
+from metamer.spectral.observers import observer
 from metamer.viewer.context import NoGL
 from metamer.viewer.display import DisplayTransform
 from metamer.viewer.headless import GLRenderer
@@ -62,8 +64,8 @@ def picture_of(out, row):
 def test_shape_of_review_json(written):
     _, document = written
     assert list(document) == [
-        "schema", "metamer", "created", "renderer", "status", "budget_delta_e94", "formula", "plan", "colour_chain",
-        "self_check", "results",
+        "schema", "metamer", "created", "renderer", "status", "budget_delta_e94", "formula", "plan", "warnings",
+        "colour_chain", "self_check", "results",
     ]  # fmt: skip
     assert document["metamer"] == "test" and document["renderer"] == "software (numpy)"
     assert document["budget_delta_e94"] == 1.0 and document["formula"] == "CIE 1994"
@@ -116,6 +118,56 @@ def test_figures_are_those_of_the_pictures_and_the_reference(written, sphere, ca
         # The file holds the very numbers that were compared.
         np.testing.assert_allclose(list(figures.values()), found, rtol=1e-9, err_msg=str(row))
         assert row["pixels"] == values.size
+
+
+def test_reference_and_map_are_files_too(written):
+    """What a row says can be found again from its files alone, without a ray."""
+    out, document = written
+    for row in document["results"]:
+        sample, *_ = picture_of(out, row)
+        reference, _ = read_xyz_exr(out / row["files"]["reference EXR"])
+        _, channels = read_exr(out / row["files"]["ΔE94 EXR"])
+        kept = channels["deltaE94"]
+        compared = ~np.isnan(kept)
+        assert compared.sum() == row["pixels"]
+        again = delta_e_xyz(reference.values.astype(np.float64), sample, reference.white_xyz, "CIE 1994")
+        np.testing.assert_allclose(again[compared], kept[compared], atol=2e-4)
+        figures = [kept[compared].mean(), *np.percentile(kept[compared], (95, 99)), kept[compared].max()]
+        np.testing.assert_allclose(list(row["delta_e94"].values()), figures, rtol=1e-5)
+
+
+def test_headers_say_where_a_picture_comes_from(written, sphere):
+    out, document = written
+    row = document["results"][1]
+    said = {
+        "scene": sphere.name,
+        "camera": sphere.camera().name,
+        "material": row["material"],
+        "illuminant": row["illuminant"],
+        "observer": row["observer"],
+        "renderer": document["renderer"],
+        "software": "Metamer test",
+    }
+    for label, picture in (("XYZ EXR", "sample"), ("reference EXR", "reference"), ("ΔE94 EXR", "CIE 1994")):
+        header, _ = read_exr(out / row["files"][label])
+        assert {name: header[name] for name in said} == said
+        assert header["picture"].startswith(picture)
+    words = (out / row["image"]).read_bytes()
+    assert all(f"{name}: {text}".encode() in words for name, text in said.items())
+
+
+def test_rows_hold_the_colour_of_the_original_data(written, catalogue):
+    """A matt surface looks alike from everywhere, so its 45:0 reading is its reflectance, integrated."""
+    _, document = written
+    rows = {row["illuminant"]: row for row in document["results"] if row["material"] == "tiny/matt-red"}
+    brdf = catalogue.load("tiny/matt-red").brdf()
+    eye = observer("1931_2")
+    reflectance = np.pi * brdf.eval(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.6, 0.8]))
+    for name, row in rows.items():
+        xyz = eye.weights(illuminant(name), brdf.wavelengths_nm) @ reflectance
+        np.testing.assert_allclose(row["colour"]["xyz"], xyz, rtol=1e-9)
+        np.testing.assert_allclose(row["colour"]["lab"], lab_from_xyz(xyz, np.array(row["white_xyz"])), rtol=1e-9)
+        assert row["colour"]["geometry"] == "45a:0"
 
 
 def test_gl_and_numpy_write_the_same_review(written, sphere, catalogue, gl, tmp_path):
@@ -262,7 +314,7 @@ def test_material_that_vanishes_while_references_are_computed(sphere, catalogue,
     monkeypatch.setattr(Catalogue, "match", lambda *_: ("tiny/matt-red", "tiny/copper"))
     with pytest.raises(UnknownNameError, match="unknown material"):
         run(sphere, Catalogue(empty), tmp_path / "out", jobs=2, illuminants=["D65"])
-    assert not list((tmp_path / "out" / "pictures").iterdir())
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -283,4 +335,4 @@ def test_a_light_that_nothing_adapts_from_is_named_before_any_work(sphere, catal
     """Low-pressure sodium: two lines, so yellow that Bradford's blue response to them is negative."""
     with pytest.raises(InputError, match=r"illuminant LPS: Bradford adaptation has no meaning for this white"):
         review(sphere, catalogue, tmp_path, illuminants=("D65", "LPS"), renderer=SoftwareRenderer(), version="test")
-    assert not list((tmp_path / "pictures").iterdir())
+    assert not list(tmp_path.iterdir())

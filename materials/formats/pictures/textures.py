@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import sys
-import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,6 +19,7 @@ from jaxtyping import Float
 from ....spectral.errors import InputError
 from ....spectral.formats.exr import MAGIC as EXR_MAGIC
 from ....spectral.formats.exr import read_picture
+from ....spectral.private_folder import private_folder
 
 Encoding = Literal["sRGB", "linear"]
 
@@ -144,8 +144,8 @@ class Texture:
 
     def _exr_values(self) -> np.ndarray:
         # OpenEXR reads files alone, and a record holds bytes.
-        with tempfile.TemporaryDirectory(prefix="metamer-") as folder:
-            copy = Path(folder) / "map.exr"
+        with private_folder() as folder:
+            copy = folder / "map.exr"
             copy.write_bytes(self.data)
             try:
                 picture = read_picture(copy, MOST_TEXELS * 4)

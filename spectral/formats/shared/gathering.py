@@ -13,7 +13,6 @@ from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
 from ..reading import SpectralEntry, SpectralFile, StatedColour
 from .text import shortened
-from .words import Unit
 
 #: Spectra in one file, and samples in all of them together.
 MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000
@@ -78,12 +77,13 @@ class Gathering:
         divisor: float = 1.0,
         stated: tuple[StatedColour, ...] = (),
         details: Mapping[str, str] | None = None,
+        taken: str = "",
     ) -> None:
         """Take one spectrum: `values` (L,) over `divisor` at `wavelengths_nm` (L,), NaN where there is no sample.
 
         Descending wavelengths are turned round, samples without a value left out, readings of nothing that fall a
         little below zero taken as zero, and a reflectance above 1 called a radiance factor, each with a note. What
-        cannot be used goes among `rejected`.
+        cannot be used goes among `rejected`. `taken` is kept beside it.
         """
         name = shortened(name, 200)
         grid, samples = np.asarray(wavelengths_nm, dtype=np.float64), np.asarray(values, dtype=np.float64)
@@ -101,7 +101,9 @@ class Gathering:
         except InputError as reason:
             self.rejected.append((name, reason))
             return
-        self.entries.append(SpectralEntry(name, spectrum, stated, said))
+        if taken and spectrum.quantity != quantity:
+            taken = f"{spectrum.quantity}, above 1; {taken}"
+        self.entries.append(SpectralEntry(name, spectrum, stated, said, taken))
 
     def _spectrum(
         self, name: str, grid: np.ndarray, samples: np.ndarray, divisor: float, quantity: Quantity, said: dict[str, str]
@@ -232,50 +234,3 @@ def _sentence(sentence: str, names: list[str], everything: int) -> str:
         return f"{sentence} (all {everything} spectra)"
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     return f"{sentence} ({', '.join(names[:3])}{more})"
-
-
-def reflective_divisor(
-    lowest: float, highest: float, unit: Unit | None, path: Path, told: bool = True
-) -> tuple[float, str | None]:
-    """What to divide by for fractions of 1 in a file of reflectance or transmittance, and the note that says why.
-
-    A stated unit is followed. Otherwise values up to 2 are fractions; values that are all above 1.5, or reach above 10,
-    can only be percent; what is between could be either.
-
-    Parameters
-    ----------
-    told : whether the file says that it holds reflectance or transmittance.
-
-    Raises
-    ------
-    InputError
-        Nothing is stated, and the values could be percent of a dark sample or radiance factors of a bright one; or
-        they are so large or small that they need be neither.
-    """
-    said = f"{lowest:.4g} to {highest:.4g}"
-    # Between the blackest black that is sold as a paint and a white a little above the perfect one: a fluorescent paint
-    # reads more, but so does a lamp.
-    if unit is None and not told and not 0.002 <= highest <= 120.0:
-        raise InputError(
-            "what was measured?",
-            file=path,
-            field="values",
-            found=f"{said}, no word and no unit above them",
-            expected="a header that says reflectance, transmittance or emission, and the unit",
-            hint='write "reflectance (%)" or "irradiance (mW/m2/nm)" above the values',
-        )
-    if unit == "percent":
-        doubt = "; none of them exceeds 1, which is dark for percent" if highest <= 1.0 else ""
-        return 100.0, f"the file states percent: values from {said} are divided by 100{doubt}"
-    if unit == "fraction" or (highest <= 2.0 and lowest <= 1.5):
-        return 1.0, None
-    if lowest > 1.5 or highest > 10.0:
-        return 100.0, f"no unit is stated; values from {said} can only be percent and are divided by 100"
-    raise InputError(
-        "percent or fractions?",
-        file=path,
-        field="values",
-        found=f"{said}, no unit stated",
-        expected="a unit in the header, such as % or 0..1",
-        hint='write "reflectance (%)" or "radiance factor" above the values',
-    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from pathlib import Path
 
 from ...errors import InputError
@@ -27,6 +28,8 @@ def decoded(data: bytes) -> str | None:
     """Text of bytes: UTF-8, UTF-16 with a byte-order mark, or one byte a character; None if it is no text."""
     if encoding := _WIDE.get(data[:2]):
         text = data[2:].decode(encoding, errors="replace")
+    elif b"\0" in data:
+        return None
     else:
         try:
             text = data.decode("utf-8-sig")
@@ -38,6 +41,7 @@ def decoded(data: bytes) -> str | None:
     return None if _BINARY.search(text) else text
 
 
+@lru_cache(maxsize=2)  # each reader in turn asks for the same one
 def head_text(head: bytes) -> str:
     """The start of a file as text, "" if it is no text; the character that is cut at its end does no harm."""
     if head[:2] in _WIDE:

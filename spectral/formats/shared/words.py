@@ -15,15 +15,16 @@ Unit = Literal["percent", "fraction"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"reflect(?!or)|\brefl\b|geometr|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
-    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR\d?$|\bR(?:SCI|SCE)\b|\bSC[IE]\b|\bpaint",
+    r"reflect(?!or)|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
+    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
     re.I,
 )
 _TRANSMITTANCE = re.compile(r"transm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(
-    r"irradian|radian(?:ce|t|cy)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
+    r"irradian|radian(?:ce|cy)|radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
+    r"spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
-    r"[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|counts?\b|photon|"
+    r"[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
     r"cd\s?/\s?m|(?-i:\bLv\b|\bLUM\b)|\bCS-?[12]000A?\b|\bPR-?[67]\d\d\b|"
     r"\bCCT\b|\blux\b|\[lx\]",
     re.I,
@@ -44,6 +45,8 @@ _POWER = re.compile(
     r"(?:power|intensit(?:y|ies)|energy|flux|output|radiometric|[mµμunp]?W|lum|luminous)\W{0,2}(?:[\[(][^\[\]()]{0,30}[\])])?",
     re.I,
 )
+# A letter that stands for a quantity in a heading; "T%" and "%R" keep theirs.
+_LETTER = re.compile(r"(?<![%\w:=]\s)(?<![%\w:=])\b[RT]\s*$")
 _SETS = {
     frozenset({"n", "k"}): "index",
     frozenset({"n"}): "index",
@@ -54,6 +57,16 @@ _SETS = {
     frozenset({"r", "g", "b"}): "colours",
     frozenset({"red", "green", "blue"}): "colours",
 }
+# Channels of a camera, or samples: nothing else has all three colours of its own.
+_CHANNELS = re.compile(r"(?:r|g|b|gr|gb|g1|g2|ir|nir|w|red|green|blue|green ?[12rb]|clear)", re.I)
+_COUNTS = re.compile(r"\bcounts?\b|\bADU\b|\bdigital numbers?\b", re.I)
+_PHOTONS = re.compile(r"photon|quanta\b|[mµμun]mol\b|einstein", re.I)
+# Lines that say so strongly that two of them on different things leave the question open.
+_STRONG_EMISSION = re.compile(
+    r"irradian|(?<![a-z])radiance(?![ _-]*factor)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
+    r"W\s?/?\s?\(?(?:m|cm)\s?(?:\^|\*\*)?-?[2²]",
+    re.I,
+)
 _OBSERVER_FILE = re.compile(r"xyz|linss|lms|cmf|colou?r.?match", re.I)
 _INDEX = re.compile(r"refractive|extinction|\.(?:eta|k)$|\bior\b", re.I)
 # What lights are called, where nothing says what was measured.
@@ -69,7 +82,8 @@ _PERHAPS_LIGHT = re.compile(
     r"mercury)\.?\d{0,2}",
     re.I,
 )
-_PERCENT = re.compile(r"%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
+# "grey 50%" is the name of a sample.
+_PERCENT = re.compile(r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
 _FRACTION = re.compile(
     r"\b0(?:\.0)?\s*(?:\.\.+|-|–|to)\s*1(?:\.0)?\b|fraction|decimal|\b_?dec\b|\[-\]|unitless|dimensionless", re.I
 )
@@ -110,6 +124,28 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     return "emission" if _EMISSION.search(words) else None
 
 
+def quantity_in_lines(words: str) -> tuple[Quantity | Literal["absorbance", "index"] | None, str]:
+    """What the lines above a table say is measured, and the line; None and "" where none does, or two say two things.
+
+    A letter alone at the end of a line is a part of a name, and an instrument that says how much light there was
+    (lux, CCT) may have measured a surface in it; a heading counts for more than such lines.
+    """
+    found: dict[str, tuple[Quantity | Literal["absorbance", "index"], str]] = {}
+    lines = [_one_line(line) for line in words.splitlines()[:400]]
+    for line in lines:
+        told = quantity_in(line) or ("emission" if names_power(line) else None)
+        by_letter = told in ("reflectance", "transmittance") and quantity_in(_LETTER.sub("", line)) is None
+        if told is not None and not by_letter:
+            found.setdefault(told, (told, line))
+    for refused in ("absorbance", "index"):
+        if refused in found:
+            return found[refused]
+    surfaces = [name for name in found if name != "emission"]
+    if surfaces and (len(surfaces) > 1 or any(_STRONG_EMISSION.search(line) for line in lines)):
+        return None, ""
+    return found[surfaces[0]] if surfaces else found.get("emission", (None, ""))
+
+
 def measured(told: str | None) -> Quantity | None:
     """The quantity that `quantity_in` told, None where it told none or one that is no spectrum of a colour."""
     return {name: name for name in get_args(Quantity)}.get(told)
@@ -118,6 +154,12 @@ def measured(told: str | None) -> Quantity | None:
 def names_sensitivity(heading: str) -> bool:
     """Whether a heading is that of an eye's or a sensor's sensitivity; elsewhere it may be an instrument's setting."""
     return bool(_SENSITIVITY.search(_one_line(heading)))
+
+
+def names_raw(heading: str) -> Literal["counts", "photons"] | None:
+    """What a heading says that is counted and not measured as power: an instrument's counts, or photons."""
+    heading = _one_line(heading)
+    return "photons" if _PHOTONS.search(heading) else "counts" if _COUNTS.search(heading) else None
 
 
 def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
@@ -130,6 +172,8 @@ def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
     if len(plain) == 3 and not any(plain) and _OBSERVER_FILE.search(file):
         return "sensitivity"
     capital = any(heading.startswith("N") for heading in headings)  # a sample; the index is n
+    if {"r", "g", "b"} <= {word[:1] for word in plain} and len(plain) < 7 and all(map(_CHANNELS.fullmatch, plain)):
+        return "colours"
     return _SETS.get(frozenset(plain)) if len(set(plain)) == len(plain) and not capital else None
 
 

@@ -36,7 +36,7 @@ class AcrossReader:
         prefix = re.match(r"\s*([RT])[ _.:-]?\s*\d", heads[self.axes[0]])
         words = " ".join(heads[column] for column in others if colour_axis(heads[column]) is None)
         words += {"R": " reflectance", "T": " transmittance"}[prefix[1]] if prefix else ""
-        kinds = [column for column in others if re.search("type|mode|quantity|measure", heads[column], re.I)]
+        kinds = [column for column in others if re.search("type|mode|quantity|measure|geometr", heads[column], re.I)]
         names = [column for column in others if is_name_header(heads[column]) and colour_axis(heads[column]) is None]
         # A name is better than a number; without either, whatever stands first.
         names.sort(key=lambda column: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[column], re.I)))

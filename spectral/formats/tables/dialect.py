@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from ...errors import InputError
@@ -29,6 +30,40 @@ _WITH_WORD = re.compile(
 )
 
 
+_DIGIT = re.compile(r"\d")
+# What two cells with a number each cannot do without.
+_TWO_NUMBERS = re.compile(r"\d\D+\d")
+
+
+def two_numbers(line: str) -> bool:
+    """Whether there may be two cells with a number each in a line, whatever parts them: soon seen of most lines.
+
+    >>> two_numbers("380 nm  0.25"), two_numbers("In 1924, the CIE met.")
+    (True, False)
+    """
+    return _TWO_NUMBERS.search(line) is not None
+
+
+def _number(cell: str, decimal: str) -> float:
+    return number(cell.rstrip("% ") if cell.endswith("%") else cell, decimal)
+
+
+@lru_cache(maxsize=1 << 14)  # who looks for a table asks for each cell in many ways
+def _wavelength(cell: str, decimal: str) -> tuple[float, bool] | None:
+    # Most cells of most files are words.
+    if _DIGIT.search(cell) is None:
+        return None
+    plain = _number(cell, decimal)
+    if plain == plain:
+        return plain, False
+    cell = cell[:60]
+    if match := _WITH_UNIT.fullmatch(cell):
+        return float(match["nm"].replace(",", ".")) * (1.0 if match["unit"][0] in "nN" else 1000.0), True
+    if match := _WITH_WORD.fullmatch(cell):
+        return float(match["nm"].replace(",", ".")), True
+    return None
+
+
 @dataclass(frozen=True)
 class Dialect:
     """What parts the cells of a line ("" for white space), and the decimal mark."""
@@ -49,19 +84,11 @@ class Dialect:
 
     def number(self, cell: str) -> float:
         """The number in a cell, NaN if there is none; a percent sign after it is left out (see `in_percent`)."""
-        return number(cell.rstrip("% ") if cell.endswith("%") else cell, self.decimal)
+        return _number(cell, self.decimal)
 
     def wavelength(self, cell: str) -> tuple[float, bool] | None:
         """The wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""
-        plain = self.number(cell)
-        if plain == plain:
-            return plain, False
-        cell = cell[:60]
-        if match := _WITH_UNIT.fullmatch(cell):
-            return float(match["nm"].replace(",", ".")) * (1.0 if match["unit"][0] in "nN" else 1000.0), True
-        if match := _WITH_WORD.fullmatch(cell):
-            return float(match["nm"].replace(",", ".")), True
-        return None
+        return _wavelength(cell, self.decimal)
 
 
 def in_percent(cell: str) -> bool:
@@ -77,23 +104,19 @@ def dialect_of(lines: Sequence[str]) -> Dialect:
     """The dialect in which most cells of a sample of lines are numbers, in rows of two numbers or more."""
     middle = len(lines) // 2
     sample = [*lines[:150], *lines[max(150, middle - 100) : middle + 100], *lines[max(150, len(lines) - 50) :]]
-    sample = [line[:20_000] for line in sample if line.strip()]
+    sample = [line for line in (line[:20_000] for line in sample) if two_numbers(line)]
     best: list[tuple[int, Dialect]] = []
     for delimiter, marks in _CANDIDATES:
-        scored = [(_score(Dialect(delimiter, mark), sample), Dialect(delimiter, mark)) for mark in marks]
-        best.append(max(scored, key=lambda pair: pair[0]))
+        dialects = [Dialect(delimiter, mark) for mark in marks]
+        rows = [dialects[0].cells(line)[:300] for line in sample if delimiter in line]
+        best.append(max(((_score(dialect, rows), dialect) for dialect in dialects), key=lambda pair: pair[0]))
     most = max(score for score, _ in best)
     return next(dialect for score, dialect in best if score >= 0.6 * most)
 
 
-def _score(dialect: Dialect, sample: Sequence[str]) -> int:
-    total = 0
-    for line in sample:
-        if dialect.delimiter and dialect.delimiter not in line:
-            continue
-        numbers = sum(dialect.wavelength(cell) is not None for cell in dialect.cells(line)[:300])
-        total += numbers if numbers > 1 else 0
-    return total
+def _score(dialect: Dialect, rows: Sequence[Sequence[str]]) -> int:
+    counts = (sum(_wavelength(cell, dialect.decimal) is not None for cell in row) for row in rows)
+    return sum(count for count in counts if count > 1)
 
 
 def comment(line: str) -> str | None:

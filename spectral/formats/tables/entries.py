@@ -5,90 +5,80 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from itertools import groupby
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ...errors import InputError
-from ...spectrum import Quantity
+from ..answer import Answer, Scale
 from ..reading import SpectralFile
-from ..shared.gathering import DELETED, Gathering, in_visible, reflective_divisor
+from ..shared.gathering import DELETED, Gathering, in_visible
+from ..shared.scale import Divisor, Values, divisor_of
+from ..shared.signs import Sign, taken_as, undecided
 from ..shared.text import shortened
 from ..shared.words import (
-    Unit,
     colour_axis,
     condition_in,
     illuminant_in,
-    measured,
-    names_light,
-    names_perhaps_light,
-    names_power,
-    names_sensitivity,
     observer_in,
     quantity_in,
-    quantity_of_set,
     stated_colours,
     unit_in,
 )
 from .column import Column
 from .parsing import Table, parse_table
+from .quantities import Judged, counts_removed, judged
 
 # Columns that say what the Lab and XYZ of a row are for.
 _LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)
 
 
-def read_table(path: Path, format_name: str, usual: Quantity) -> SpectralFile:
-    """Read every spectrum of a text table; what the file does not call anything is taken for the `usual` quantity.
+def read_table(path: Path, format_name: str, answer: Answer, hints: Sequence[Sign] = ()) -> SpectralFile:
+    """Read every spectrum of a text table; `gathered` says what the parameters are.
 
     Raises
     ------
     InputError
         No table of wavelengths and numbers, or none of its spectra can be used.
     """
-    return gathered(parse_table(path), path, format_name, usual)
+    return gathered(parse_table(path), path, format_name, answer, hints)
 
 
-def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> SpectralFile:
+def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: Sequence[Sign] = ()) -> SpectralFile:
     """A table's columns as entries.
 
-    A column is what its own header says, else what the lines above its table say, else `usual`, with a note. The unit
-    is looked for in the same places; `reflective_divisor` says what follows where there is none.
+    A column is what its own header says, else what the lines above its table say, else what the person says, else what
+    several signs agree on (`shared.signs`). The unit is looked for in the same places; `shared.scale` says what follows
+    where there is none. What nothing tells is refused, all of it at once.
+
+    Parameters
+    ----------
+    answer : what a person says where the file does not.
+    hints : signs that the format adds, such as the suffix of its name.
     """
     gathering = Gathering(path, format_name)
     for note in table.notes:
         gathering.note(note)
     columns = _without_counts(_named(table, path), gathering)
-    told = _told(columns, path)
-    if not all(told):
-        if usual != "emission" and all(names_light(column.name) for column in columns):
-            usual = "emission"
-        if usual != "emission" and len(columns) == 1:
-            _check_no_light(columns[0].name, path)
-        gathering.note(f"the file does not say what was measured; taken as {usual}")
-    units: list[Unit | None] = [
-        unit_in(column.unit) or unit_in(column.words) or _unit_of_lines(column.around) for column in columns
-    ]
     grids = [_grid(column, gathering) for column in columns]
-    ranges: dict[tuple[int, Unit | None], tuple[float, float]] = {}
-    for column, quantity, unit, grid in zip(columns, told, units, grids, strict=True):
-        if (quantity or usual) != "emission" and column.bad is None:
-            low, high = ranges.get((column.alike, unit), (math.inf, -math.inf))
-            values = _of_light(grid, np.asarray(column.values, dtype=np.float64)).tolist()
-            ranges[column.alike, unit] = min([low, *values]), max([high, *values])
+    found = judged(columns, grids, answer, hints, path)
+    units = [_unit(column) for column in columns]
+    scales = _scales(columns, grids, found, units, answer, path)
+    open_ones = [(column, one) for column, one in zip(columns, found, strict=True) if not (one.decision or one.refusal)]
+    if open_ones:
+        signs = [sign for _, one in open_ones for sign in one.signs]
+        refusal = undecided(signs, path, ", ".join(column.name for column, _ in open_ones[:3]), len(open_ones))
+        gathering.rejected.append((open_ones[0][0].name, refusal))
     together = Counter(column.table for column in columns)
-    for column, quantity, unit, grid in zip(columns, told, units, grids, strict=True):
-        if (refusal := _refusal(column, quantity, path)) is not None:
-            gathering.rejected.append((column.name, refusal))
+    for column, one, grid, scale in zip(columns, found, grids, scales, strict=True):
+        if one.decision is None or isinstance(scale, InputError):
+            refusal = one.refusal or scale
+            if isinstance(refusal, InputError):
+                gathering.rejected.append((column.name, refusal))
             continue
-        kind = measured(quantity) or usual
-        divisor = 1.0
-        if kind != "emission" and (column.alike, unit) in ranges:
-            low, high = ranges[column.alike, unit]
-            stated_unit = "fraction" if unit is None and kind == "radiance factor" and high <= 20.0 else unit
-            divisor, note = reflective_divisor(low, high, stated_unit, path, told=quantity is not None)
-            if note:
-                gathering.note(note)
+        if scale and scale.note:
+            gathering.note(scale.note)
         alone = together[column.table] == 1
         beside = {key: table.dialect.number(value) for key, value in column.preamble.items()} if alone else {}
         cells = {head: table.dialect.number(cell) for head, cell in column.beside.items() if colour_axis(head)}
@@ -104,41 +94,56 @@ def gathered(table: Table, path: Path, format_name: str, usual: Quantity) -> Spe
             illuminant_in(own) or illuminant_in(column.around),
             observer_in(own) or observer_in(column.around),
         )
-        gathering.add(column.name, grid, column.values, kind, divisor=divisor, stated=stated, details=details)
+        gathering.add(
+            column.name,
+            grid,
+            column.values,
+            one.decision.quantity,
+            divisor=scale.by if scale else 1.0,
+            stated=stated,
+            details=details,
+            taken=taken_as(one.decision, scale),
+        )
     return gathering.finish(table.preamble)
 
 
-def _told(columns: list[Column], path: Path) -> list[str | None]:
-    """What each column says of itself, else the lines above its table, else all headings of it together."""
-    told: list[str | None] = []
-    for _, group in groupby(columns, key=lambda column: column.table):
-        of_table = list(group)
-        around = quantity_in(of_table[0].around)
-        heads = [column.words for column in of_table]
-        together = quantity_of_set(heads, path.stem) if around is None else None
-        if together == "colours":
-            raise InputError(
-                "three samples, or the channels of a camera?",
-                file=path,
-                field="header",
-                found=", ".join(heads),
-                expected="a word above them that says what was measured",
-                hint='write "reflectance" or "emission" on a line above the header; sensitivities are not imported',
-            )
-        bare = [_own(column) for column in of_table]
-        silent = [column for column, own in zip(of_table, bare, strict=True) if own is None]
-        power = all(names_power(column.words or column.unit) for column in silent)
-        told += [together or own or around or ("emission" if power else None) for own in bare]
-    return told
-
-
-def _own(column: Column) -> str | None:
-    """What a column's own heading and unit say."""
-    if names_sensitivity(column.words):
-        return "sensitivity"
-    own = quantity_in(f"{column.words} {column.unit}")
-    # "a.u." behind a word for power are arbitrary units.
-    return None if own == "absorbance" and names_power(column.words) else own
+def _scales(
+    columns: Sequence[Column],
+    grids: Sequence[np.ndarray],
+    found: Sequence[Judged],
+    units: Sequence[tuple[Scale | None, str]],
+    answer: Answer,
+    path: Path,
+) -> list[Divisor | InputError | None]:
+    """What each column is divided by: one answer for all columns with one unit below one kind of heading."""
+    groups: dict[tuple[int, Scale | None, str, bool], list[int]] = {}
+    for index, (column, one, unit) in enumerate(zip(columns, found, units, strict=True)):
+        if one.decision is not None and one.decision.quantity != "emission" and column.bad is None:
+            key = (column.alike, unit[0], one.decision.quantity, one.decision.stated)
+            groups.setdefault(key, []).append(index)
+    scales: list[Divisor | InputError | None] = [None] * len(columns)
+    for (_, unit, quantity, stated), places in groups.items():
+        low, high = math.inf, -math.inf
+        for index in places:
+            values = _of_light(grids[index], np.asarray(columns[index].values, dtype=np.float64))
+            low, high = min([low, *values.tolist()]), max([high, *values.tolist()])
+        if not math.isfinite(low):
+            continue
+        if unit is None and quantity == "radiance factor" and stated and high <= 20.0:
+            unit = "fraction"
+        words = next((units[index][1] for index in places if units[index][1]), "the word for it")
+        published = {one.factor for one in (found[index].likeness for index in places) if one} if not stated else set()
+        if unit is None and answer.scale is None and published and all(found[index].likeness for index in places):
+            unit, words = ("percent" if min(published) > 10.0 else "fraction"), "their published scale"
+        values = Values(low, high, quantity != "transmittance", stated)
+        scale: Divisor | InputError
+        try:
+            scale = divisor_of(values, unit, words, answer.scale, path)
+        except InputError as reason:
+            scale = reason
+        for index in places:
+            scales[index] = scale
+    return scales
 
 
 def _grid(column: Column, gathering: Gathering) -> np.ndarray:
@@ -161,18 +166,6 @@ def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:
     return values[there]
 
 
-def _check_no_light(name: str, path: Path) -> None:
-    if names_perhaps_light(name):
-        raise InputError(
-            "a sample, or a light?",
-            file=path,
-            field=shortened(name),
-            found="a name alone, no word for what was measured",
-            expected="a header that says reflectance, transmittance or emission",
-            hint='write "reflectance" or "spectral power" on a line above the header',
-        )
-
-
 def _named(table: Table, path: Path) -> list[Column]:
     """All columns, each with a name: the file's where the table gives none, numbered where a later block repeats it."""
     columns: list[Column] = []
@@ -189,57 +182,22 @@ def _named(table: Table, path: Path) -> list[Column]:
 
 def _without_counts(columns: list[Column], gathering: Gathering) -> list[Column]:
     """Columns less those in counts, where others hold what was made of the counts."""
-    kept = [column for column in columns if not re.search("counts?", f"{column.words} {column.unit}", re.I)]
-    if 0 < len(kept) < len(columns) and any(quantity_in(f"{column.words} {column.unit}") for column in kept):
-        gathering.note("columns of raw counts are left out: the file holds what was made of them")
-        return kept
-    return columns
+    kept = counts_removed(columns)
+    if kept is None:
+        return columns
+    gathering.note("columns of raw counts are left out: the file holds what was made of them")
+    return kept
 
 
-def _unit_of_lines(words: str) -> Unit | None:
-    """Percent or fractions, on a line above the table that is about the measured values, not about humidity."""
+def _unit(column: Column) -> tuple[Scale | None, str]:
+    """Percent or fractions, and where that stands: in the unit, the heading, or a line above the table that is about
+    the measured values, not about humidity.
+    """
     about = ("reflectance", "transmittance", "radiance factor")
-    for line in words.splitlines():
-        if (quantity_in(line) in about or re.search("unit|scale", line, re.I)) and (found := unit_in(line)):
-            return found
-    return None
-
-
-def _refusal(column: Column, quantity: str | None, path: Path) -> InputError | None:
-    if quantity == "absorbance":
-        return InputError(
-            "absorbance is neither reflectance nor transmittance",
-            file=path,
-            field=column.name,
-            found=column.words or column.unit or None,
-            expected="reflectance, transmittance or emission",
-            hint="export %R or %T: instruments show absorbance, K/S or log(1/R) as another mode of the same scan",
-        )
-    if quantity == "sensitivity":
-        return InputError(
-            "a sensitivity is not the spectrum of a colour",
-            file=path,
-            field=column.name,
-            found=column.words or None,
-            expected="reflectance, transmittance or emission",
-            hint="colour-matching functions, cone fundamentals and responses of sensors are not imported",
-        )
-    if quantity == "index":
-        return InputError(
-            "a refractive index is not the spectrum of a colour",
-            file=path,
-            field=column.name,
-            found=column.words or None,
-            expected="reflectance, transmittance or emission",
-            hint="describe the material with tables of n and k instead",
-        )
-    if column.bad is not None:
-        line, cell = column.bad
-        return InputError(
-            "not a number",
-            file=path,
-            field=f"{column.name}, line {line}",
-            found=repr(shortened(cell, 40)),
-            expected="a number, or an empty cell where there is none",
-        )
-    return None
+    for words, what in ((column.words, "the heading"), (column.unit, "the unit")):
+        if unit := unit_in(words):
+            return unit, f"{what} {shortened(words, 60)!r}"
+    for line in column.around.splitlines():
+        if (quantity_in(line) in about or re.search("unit|scale", line, re.I)) and (unit := unit_in(line)):
+            return unit, f"the line {shortened(line, 60)!r}"
+    return None, ""

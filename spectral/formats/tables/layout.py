@@ -131,7 +131,8 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | No
     for first in range(start, len(rows)):
         run = [cells for _, cells in rows[first : first + 6]]
         width = len(run[0])
-        if width < 2:
+        # A row of values holds two numbers or more: a wavelength, and what was measured there.
+        if width < 2 or sum(dialect.wavelength(cell) is not None for cell in run[0]) < 2:
             continue
         header = header_above(rows, first, dialect)
         heads = rows[header][1] if header is not None else []
@@ -192,6 +193,8 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
             continue
         found = [dialect.wavelength(cell) for cell in cells]
         run = _longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
+        if len(run) < 2:
+            continue
         told = sum(bool(found[column] and found[column][1]) for column in run)  # type: ignore[index]
         worded = any(cell and pair is None for cell, pair in zip(cells, found, strict=True))
         if len(run) < (2 if told == len(run) or len(cells) - len(run) <= 1 else 3 if worded else 5):

@@ -84,7 +84,7 @@ def test_every_method_is_judged_by_the_same_protocol(method):
     found = fit(brdf, budget=1e-6, ranks=(8,), pixels=PIXELS, method=method)
     assert found.rank == 8
     assert [trial.joint for trial in found.trials] == [False]
-    sphere = sphere_protocol(PIXELS)
+    sphere = sphere_protocol(PIXELS).under(found.error.light)
     again = sphere.compare(sphere.reference(brdf), sphere.sample(found.packs))
     assert again.p99 == pytest.approx(found.error.p99, rel=1e-6)
     assert found.error.p99 < 3.0

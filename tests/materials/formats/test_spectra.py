@@ -9,15 +9,21 @@ from metamer.materials.formats import spectra
 from metamer.materials.formats.naming import id_word
 from metamer.materials.formats.spectra import read_sources
 from metamer.materials.intake.sources import MaterialSource, Rejected
+from metamer.materials.intake.work import fit_material
+from metamer.materials.protocol import sphere_protocol
+from metamer.materials.records.models import rebuild
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.reading import SpectralEntry, SpectralFile, StatedColour
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 NM = np.arange(400.0, 701.0, 10.0)
 
 
 def entry(name="red", values=0.5, quantity="reflectance", nm=NM, **more):
-    return SpectralEntry(name, Spectrum.sampled(nm, np.full(len(nm), values), quantity), **more)
+    return SpectralEntry(name, Spectrum.sampled(nm, np.broadcast_to(values, len(nm)), quantity), **more)
 
 
 @pytest.fixture
@@ -133,10 +139,26 @@ def test_no_colour_is_made_up_for_what_was_not_measured(sources, ends, share):
     assert f"found: {ends[0]} to {ends[1]} nm; beyond lies {share}" in str(narrow.reason)
 
 
-@pytest.mark.parametrize("quantity", ["transmittance", "emission"])
-def test_a_narrow_range_that_makes_no_surface_is_kept(sources, quantity):
-    (found,) = sources(entry(quantity=quantity, nm=np.linspace(550.0, 560.0, 5)))
+@pytest.mark.parametrize("quantity", ["transmittance", "emission", "radiance factor"])
+def test_too_little_of_the_visible_is_refused_whatever_it_is(sources, quantity):
+    (found,) = sources(entry(quantity=quantity, nm=np.linspace(450.0, 560.0, 5)))
+    assert isinstance(found, Rejected) and "too little of the visible light" in str(found.reason)
+
+
+def test_a_light_may_end_where_it_is_dark(sources):
+    """What was measured from 500 to 600 nm of a green laser is all of it; of a lamp cut there, it is not."""
+    laser = np.exp(-0.5 * ((np.linspace(500.0, 600.0, 101) - 532.0) / 3.0) ** 2)
+    (found,) = sources(entry(quantity="emission", nm=np.linspace(500.0, 600.0, 101), values=laser))
     assert isinstance(found, MaterialSource)
+    (cut,) = sources(entry(quantity="emission", nm=np.linspace(500.0, 600.0, 101), values=laser + 0.1))
+    assert isinstance(cut, Rejected)
+
+
+def test_a_plan_says_where_the_samples_end(tmp_path):
+    path = tmp_path / "tile.csv"
+    path.write_text("nm,R (%)\n" + "".join(f"{nm},50\n" for nm in range(380, 648)))
+    (found,) = read_sources(path, "mallett-yuksel")
+    assert found.taken == "reflectance in percent, by the heading 'R (%)'; known from 380 to 647 nm alone"
 
 
 def test_a_text_that_nobody_recognises_is_no_table(tmp_path):
@@ -160,3 +182,48 @@ def test_notes_of_the_file_are_in_every_record(sources):
 def test_licence_that_the_file_states(sources, key, licence):
     (red,) = sources(entry(), details={key: licence or "x"})
     assert red.provenance.licence == (licence or "not stated in the file")
+
+
+EVERY = np.arange(360.0, 831.0)
+
+
+def test_what_is_measured_more_finely_than_the_working_grid_stays_the_truth(sources):
+    """The original that pictures are compared with has every sample: review, fit and record see it as measured."""
+    fine = 0.2 + 0.1 * np.sin(EVERY / 30) + 0.01 * np.random.default_rng(1).normal(size=EVERY.size)
+    (one,) = sources(SpectralEntry("noisy", Spectrum.sampled(EVERY, fine)))
+    np.testing.assert_array_equal(one.parameters["wavelengths_nm"], EVERY)
+    np.testing.assert_allclose(one.parameters["reflectance"], fine, rtol=1e-12)
+    assert "finer than 5 nm" in one.provenance.notes and "every sample" in one.provenance.notes
+    done = fit_material(one, 0.5)
+    light, eye = illuminant("FL11"), observer("1931_2")
+    truth, shown = eye.weights(light, EVERY) @ fine, np.pi * done.packs[0].fold(light, eye)[0]
+    assert delta_e_xyz(truth, shown, eye.white(light)) < 0.1
+    np.testing.assert_array_equal(done.packs[0].basis.wavelengths_nm, WORKING_WAVELENGTHS_NM)
+
+
+def test_only_what_is_seen_of_a_long_measurement_is_shaded_and_all_of_it_is_kept(sources):
+    nm = np.arange(250.0, 2501.0)
+    (one,) = sources(entry(nm=nm))
+    kept = one.parameters["wavelengths_nm"]
+    assert kept[0] < 360 and kept[-1] > 830 and len(kept) < 480
+    np.testing.assert_array_equal(one.original["wavelengths_nm"], nm)
+
+
+def test_an_edge_that_no_5_nm_hold_is_declared(sources):
+    """The error is against the measurement, not against what the working wavelengths made of it."""
+    edge = np.where(EVERY < 547, 0.02, 0.95)
+    (one,) = sources(SpectralEntry("cut-off", Spectrum.sampled(EVERY, edge)))
+    done = fit_material(one, 0.5)
+    assert done.error is not None
+    sphere = sphere_protocol(128).under(done.error.light)
+    brdf = rebuild(one.model, one.parameters)
+    white = illuminant_white(done.error.light)
+    expected = delta_e_xyz(sphere.reference(brdf), sphere.sample(done.packs), white)
+    assert done.error.maximum == pytest.approx(expected.max(), abs=1e-9)
+    assert done.error.maximum > 0.05
+    assert min(pack.spectral.min() for pack in done.packs) >= 0
+    assert max(pack.spectral.max() for pack in done.packs) <= 1 / np.pi
+
+
+def illuminant_white(name):
+    return observer("1931_2").white(illuminant(name))

@@ -51,6 +51,17 @@ def test_a_reflective_texture_is_kept_to_the_bit_and_its_mean_rendered(tmp_path)
     assert "preview" in oak.provenance.notes and "held" in oak.provenance.notes
 
 
+def test_the_mean_of_a_finer_texture_keeps_its_wavelengths(tmp_path):
+    """Sixty-one channels of 4 nm: no sample of the mean is lost to the working wavelengths."""
+    nm = 440.0 + 4.0 * np.arange(61)
+    values = np.random.default_rng(2).uniform(0.1, 0.9, (12, 10, nm.size)).astype(np.float32)
+    channels = {f"T.{at:.0f},0nm": values[..., index] for index, at in enumerate(nm)}
+    (found,) = read(write(tmp_path / "Fine.exr", channels))
+    np.testing.assert_array_equal(found.parameters["wavelengths_nm"], nm)
+    np.testing.assert_allclose(found.parameters["reflectance"], values.mean(axis=(0, 1), dtype=float), rtol=1e-12)
+    assert "finer than 5 nm" in found.provenance.notes
+
+
 def test_emission_with_its_polarisation(tmp_path):
     values, channels = texture("S0", np.float32)
     first, more = texture("S1", np.float32, seed=4)

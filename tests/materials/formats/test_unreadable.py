@@ -4,6 +4,7 @@ import zipfile
 
 import pytest
 from metamer.materials.formats import unreadable
+from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError
 
 SAMPLES = {
@@ -56,6 +57,28 @@ def test_formats_that_are_not_read_are_named(tmp_path, name, sample):
         list(unreadable.read_sources(path, "mallett-yuksel"))
     said = caught.value
     assert said.file == path and said.field and said.found == called and said.expected and hint in said.hint
+
+
+_TENSOR = b"tensor_file\0\1\0\x05\0\0\0"
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "called"),
+    [
+        ("film.cube", b'TITLE "film"\nLUT_3D_SIZE 2\n0 0 0\n1 0 0\n0 1 0\n', "a colour look-up table"),
+        ("look.txt", b"# made\nLUT_1D_SIZE 3\n0.1 0.1 0.1\n0.4 0.4 0.4\n0.7 0.7 0.7\n", "a colour look-up table"),
+        ("grade.csp", b"CSPLUTV100\n3D\n\n2\n0.0 1.0\n0.0 1.0\n", "a colour look-up table"),
+        ("a.spi3d", b"SPILUT 1.0\n3 3\n2 2 2\n0 0 0 0.1 0.1 0.1\n", "a colour look-up table"),
+        ("spot.ies", b"IESNA:LM-63-2002\n[TEST] 1\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n", "a photometric file"),
+        ("gold.bsdf", _TENSOR + b"\1\0M" + bytes(60) + b"\4\0wvls" + bytes(30) + b"\7\0theta_h", "a polarised BSDF"),
+        ("sky.bin", _TENSOR + b"\4\0data\5\0\x0a" + bytes(80), "a tensor file of something else"),
+    ],
+)
+def test_other_tables_of_numbers_are_called_what_they_are(tmp_path, name, head, called):
+    path = tmp_path / name
+    path.write_bytes(head)
+    (refused,) = read_sources(path)
+    assert called in str(refused.reason.found) and refused.reason.hint
 
 
 @pytest.mark.parametrize(

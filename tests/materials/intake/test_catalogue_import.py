@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -14,7 +13,6 @@ import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.intake import importing, plan
-from metamer.materials.intake.code_version import imported_by
 from metamer.materials.intake.importing import ImportInterrupted
 from metamer.materials.intake.sources import Rejected, read_sources
 from metamer.materials.records.models import rebuild
@@ -23,7 +21,7 @@ from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.files import made_folder
 
-SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
+SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 TABLES = """
 [chart]
 file = "chart.csv"
@@ -69,7 +67,7 @@ def fits(monkeypatch):
     """Replaces the fit by a small pack at once; the list of ids that were fitted."""
     fitted = []
 
-    def fit_one(material, budget):
+    def fit_one(material, budget, told=None):
         fitted.append(material.id)
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
@@ -97,6 +95,28 @@ def test_materials_of_a_table_and_single_ones(source):
     assert "known from 400 to 700 nm" in red.provenance.notes
     at_600 = red.parameters["wavelengths_nm"] == 600
     assert red.parameters["reflectance"][at_600] == pytest.approx(0.7)
+
+
+def test_a_finer_table_stays_the_truth_and_coarser_ones_join_it(tmp_path):
+    """A model's spectra stand on the grid of the finest; without a fine one they stand on the working wavelengths."""
+    nm = np.arange(380, 781)
+    fine = "wavelength_nm,red,blue\n" + "".join(f"{at},{0.3 + 0.2 * (at % 3) / 3:.4f},0.5\n" for at in nm)
+    family = FAMILY.replace("oren_nayar", "ashikhmin_shirley").replace(
+        "sigma = 0.3", "exponent_u = 9.0\nexponent_v = 9.0"
+    )
+    coat = 'specular = { table = "coat", column = "blue" }\n'
+    family = family.replace('reflectance = { table = "chart"', coat + 'diffuse = { table = "chart"')
+    tables = TABLES + TABLES.replace("[chart]", "[coat]").replace("chart.csv", "coat.csv").replace("HASH", "")
+    folder = write_source(tmp_path / "fine", fine, tables, family)
+    (folder / "coat.csv").write_text(SPECTRA)
+    assert not refusals(folder)
+    found = {material.id: material for material in read_sources(folder)}
+    red = found["paint/red-matte"]
+    np.testing.assert_array_equal(red.parameters["wavelengths_nm"], nm)
+    np.testing.assert_allclose(red.parameters["diffuse"], 0.3 + 0.2 * (nm % 3) / 3, atol=1e-4)
+    assert red.parameters["specular"][nm == 500] == pytest.approx(0.4)
+    assert "diffuse finer than 5 nm" in red.provenance.notes and "specular finer" not in red.provenance.notes
+    assert len(found["paint/grey"].parameters["wavelengths_nm"]) == 81
 
 
 def test_import_makes_a_catalogue(source, tmp_path, fits):
@@ -129,17 +149,6 @@ def test_change_of_the_fit_is_a_reason_to_fit_again(source, tmp_path, fits, monk
     assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 3
 
 
-@pytest.mark.parametrize("module", ["fitting.fit", "measured.scattered", "fluorescent"])
-def test_every_module_that_a_fit_loads_counts_as_its_code(module):
-    name = f"metamer.materials.{module}"
-    modules = "n for n, m in sys.modules.items() if n.startswith('metamer.materials.') and not hasattr(m, '__path__')"
-    code = f"import sys, {name}; print(*({modules}))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert {name.removeprefix("metamer.materials.").replace(".", "/") for name in loaded} <= imported_by(
-        module.replace(".", "/")
-    )
-
-
 def test_damaged_material_is_imported_again(source, tmp_path, fits):
     import_sources([source], tmp_path / "cat", jobs=1)
     (tmp_path / "cat" / "paint" / "grey.h5").write_bytes(b"half")
@@ -157,7 +166,7 @@ def test_dry_run_writes_nothing(source, tmp_path, fits):
 def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch):
     good = importing.fit_material
 
-    def broken(material, budget):
+    def broken(material, budget, told=None):
         return importing.Fitted((), None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
 
     monkeypatch.setattr(importing, "fit_material", broken)
@@ -314,17 +323,12 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
         for n in range(1, 6)
     )
     source, cat = write_source(tmp_path / "source", family=family), tmp_path / "cat"
-    script = textwrap.dedent("""
-        import argparse, sys
-        from metamer.cli import catalogue
-        if __name__ == "__main__":
-            parser = argparse.ArgumentParser()
-            catalogue.add_parser(parser.add_subparsers())
-            args = parser.parse_args(sys.argv[1:])
-            sys.exit(args.run(args))
-    """)
-    (tmp_path / "command.py").write_text(script)
-    command = [sys.executable, str(tmp_path / "command.py"), "catalogue", "import", str(source), "--into", str(cat)]
+    # A shell's background job hands an ignored SIGINT down to all of its children.
+    listen = (
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "from metamer.cli.main import main; sys.exit(main())"
+    )
+    command = [sys.executable, "-c", listen, "catalogue", "import", str(source), "--into", str(cat)]
     process = subprocess.Popen(
         [*command, "--jobs", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
@@ -335,7 +339,7 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, (out, err)
     assert "Traceback" not in err
-    assert "the same command goes on from here" in out
+    assert "the same command goes on from here" in err
     deadline = time.monotonic() + 10
     while _group_alive(process.pid) and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -12,8 +12,9 @@ from metamer.materials.intake.importing import ImportReport
 from metamer.materials.intake.inputs import inputs_of
 from metamer.materials.intake.plan import Settings, planned
 from metamer.materials.intake.sources import MaterialSource, read_sources
+from metamer.spectral.formats.answer import Answer
 
-SPECTRA = "wavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
+SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 FAMILY = """family = "grey"
 kind = "analytic"
 [[material]]
@@ -57,9 +58,8 @@ def test_what_is_what(source, tmp_path):
     assert not (tmp_path / "cat").exists()
 
 
-def test_what_is_there_already_is_known_without_reading_it_whole(source, tmp_path, monkeypatch):
+def test_what_is_there_already_is_known(source, tmp_path):
     import_sources([source], tmp_path / "cat", jobs=1)
-    monkeypatch.setattr("metamer.materials.records.record.read_record", lambda path: pytest.fail("read whole"))
     found = plan(source, folder=tmp_path / "cat")
     assert [sum(file.count(status) for file in found.values()) for status in ("new", "skipped", "failed")] == [
         0,
@@ -152,7 +152,9 @@ def test_large_materials_are_not_kept_but_read_again(source, tmp_path, monkeypat
     read = []
     whole = planning.read_with
     monkeypatch.setattr(
-        planning, "read_with", lambda reader, path, uplift: (read.append(path), whole(reader, path, uplift))[1]
+        planning,
+        "read_with",
+        lambda reader, path, *more: (read.append(path), whole(reader, path, *more))[1],
     )
     with inputs_of([source / "chart.csv"]) as files:
         (file,) = planned(files, tmp_path / "cat", SETTINGS)
@@ -221,3 +223,53 @@ def test_every_module_with_a_reader_is_in_the_list():
     assert readers == set(registry.FORMATS)
     for reader in registry.formats():
         assert reader.NAME and all(suffix.startswith(".") for suffix in reader.SUFFIXES)
+
+
+@pytest.mark.parametrize("name", ["a.cxf", "a.csv", "a.zip", "a.bsdf", "a.mat", "a.spdx"])
+def test_empty_files_that_are_called_measurements_are_refused_in_folders_too(tmp_path, name):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / name).write_bytes(b"")
+    (found,) = plan(tmp_path / "in", folder=tmp_path / "cat").values()
+    assert [material.status for material in found.materials] == ["failed"]
+
+
+def test_a_plan_says_what_was_taken_and_by_which_sign(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.csv").write_text("nm,R (%)\n400,40\n700,50\n")
+    (tmp_path / "in" / "b.csv").write_text("nm,red\n400,40\n700,50\n")
+    answered = dataclasses.replace(SETTINGS, answer=Answer("transmittance"))
+    first, second = plan(tmp_path / "in", folder=tmp_path / "cat").values()
+    known = "known from 400 to 700 nm alone"
+    assert first.taken == (f"reflectance in percent, by the heading 'R (%)'; {known}",)
+    assert second.count("failed") == 1 and "what was measured?" in second.materials[0].reason
+    first, second = plan(tmp_path / "in", folder=tmp_path / "cat", settings=answered).values()
+    assert "--as another" in first.materials[0].reason and second.count("new") == 1
+    assert second.taken[0].startswith(
+        "transmittance in percent, by --as, the file does not say; percent by values from"
+    )
+
+
+def test_another_answer_is_another_import(tmp_path):
+    path = tmp_path / "b.csv"
+    path.write_text("nm,red\n400,0.4\n700,0.5\n")
+    hashes = set()
+    for quantity, scale in (("reflectance", "fraction"), ("reflectance", "percent"), ("transmittance", "fraction")):
+        settings = dataclasses.replace(SETTINGS, answer=Answer(quantity, scale))
+        (file,) = plan(path, folder=tmp_path / "cat", settings=settings).values()
+        hashes.add(file.materials[0].source_hash)
+    assert len(hashes) == 3
+
+
+def test_a_description_may_say_that_its_table_is_in_percent(tmp_path):
+    (tmp_path / "t.csv").write_text("nm,red\n380,40\n780,60\n")
+    (tmp_path / "f.toml").write_text(FAMILY.replace("{ constant = 0.5 }", '{ table = "t", column = "red" }'))
+    said = '[t]\nfile = "t.csv"\nsource = "me"\nlicence = "CC0"\n'
+    (tmp_path / "sources.toml").write_text(said)
+    (refused,) = read_sources(tmp_path / "f.toml")
+    assert "looks like percent" in str(refused.reason)
+    (tmp_path / "sources.toml").write_text(said + 'scale = "percent"\n')
+    (found,) = read_sources(tmp_path / "f.toml")
+    assert found.parameters["reflectance"][0] == 0.4
+    (tmp_path / "sources.toml").write_text(said + 'scale = "percent"\nquantity = "index"\n')
+    (refused,) = read_sources(tmp_path / "f.toml")
+    assert "no percent here" in str(refused.reason)

@@ -13,7 +13,7 @@ from metamer.materials.intake.sources import Rejected
 from metamer.materials.records.record import MARKER
 from metamer.spectral.errors import InputError
 
-SPECTRA = "wavelength_nm,red\n400,0.1\n500,0.2\n600,0.7\n700,0.8\n"
+SPECTRA = "# reflectance\nwavelength_nm,red\n400,0.1\n500,0.2\n600,0.7\n700,0.8\n"
 
 
 def found(*words):

@@ -7,7 +7,7 @@ import pytest
 from metamer.materials.directions import TAU, spherical
 from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.formats.rgl import MAGIC, RglMeasurement, read_rgl, recognises
-from metamer.materials.intake.code_version import imported_by
+from metamer.materials.intake.code_version import modules_of
 from metamer.materials.intake.sources import Rejected, read_sources
 from metamer.materials.measured.bilinear_warp import BilinearWarp
 from metamer.materials.measured.rgl import RglBrdf
@@ -285,6 +285,18 @@ BRDFS = {
 every_brdf = pytest.mark.parametrize("fields", BRDFS.values(), ids=BRDFS)
 
 
+def test_a_file_finer_than_the_working_wavelengths_is_evaluated_at_its_own():
+    """The data base's spectra stand 3.3 nm apart; those that no observer sees cost nothing."""
+    told = np.linspace(290.0, 1000.0, 216)
+    brdf = RglBrdf(RglMeasurement("made", made_up(wavelengths=told)))
+    seen = brdf.wavelengths_nm
+    assert 335 < seen[0] < 360 and 830 < seen[-1] < 855 and len(seen) < 160
+    wi, wo = hemisphere(50, 5), hemisphere(50, 6)
+    columns = np.isin(told.astype(np.float32).astype(float), seen)
+    np.testing.assert_allclose(brdf.eval(wi, wo), brdf.eval_measured(wi, wo)[:, columns], rtol=1e-9)
+    assert any("finer than 5 nm" in note for note in brdf.notes)
+
+
 @every_brdf
 def test_horizon_grazing_and_broadcasting(fields):
     brdf = RglBrdf(RglMeasurement("made", fields))
@@ -381,4 +393,4 @@ def test_record_keeps_every_field_of_the_file(tmp_path):
 
 
 def test_import_knows_what_code_its_fit_depends_on():
-    assert {"measured/rgl", "measured/bilinear_warp"} <= imported_by("measured/rgl")
+    assert {"materials/measured/rgl", "materials/measured/bilinear_warp"} <= set(modules_of("rgl"))

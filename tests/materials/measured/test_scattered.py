@@ -244,6 +244,18 @@ def test_finely_sampled_spectra_are_averaged_over_working_steps_and_said_to_be()
     assert not found.missing.any() and "of 471 wavelengths" in found.notes[-1]
 
 
+def test_up_to_81_wavelengths_that_are_finer_stay_as_they_were_measured():
+    told = measured()
+    grid = np.arange(400.0, 640.0, 4.0)
+    values = np.tile(told.values[:, :1], (1, len(grid))) * (1 + 0.3 * (np.arange(len(grid)) % 2))
+    brdf = ScatteredBrdf.from_measurement(
+        replace(told, wavelengths_nm=grid, values=values, missing=np.zeros(values.shape, bool))
+    )
+    np.testing.assert_array_equal(brdf.wavelengths_nm, grid)
+    wi, wo = hemisphere(20, 5), hemisphere(20, 6)
+    np.testing.assert_allclose(brdf.eval(wi, wo), brdf.eval_measured(wi, wo), rtol=1e-9)
+
+
 def test_wavelengths_far_from_the_visible_are_left_out():
     told = measured().subset(np.arange(60))
     grid = np.arange(300.0, 2501.0, 20.0)

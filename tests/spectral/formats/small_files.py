@@ -5,9 +5,9 @@
 
 import random
 
-TABLE_DOWN = "Wavelength (nm),Red (%),Grey (%)\n400,5.1,20\n410,6.2,20.1\n420,7.3,20.2\n430,8.4,20.3\n"
+TABLE_DOWN = "# Reflectance\nWavelength (nm),Red (%),Grey (%)\n400,5.1,20\n410,6.2,20.1\n420,7.3,20.2\n430,8.4,20.3\n"
 TABLE_ACROSS = (
-    "Konica export\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n"
+    "Konica export\nReflectance\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n"
     "Rot;40,1;50,2;20,3;0,051;0,062;0,073\nBlau;30,0;1,0;-40,0;0,251;0,262;0,273\n"
 )
 METER = "Model Name\tCV600\nLUX\t100.0\nCCT\t5000\nX\t96.42\nY\t100.0\nZ\t82.49\nR1\t99\nR2\t98\nR3\t97\n" + "".join(

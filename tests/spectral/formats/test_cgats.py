@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.cgats import read, recognises
 from metamer.spectral.formats.reading import format_of, read_spectra
 
@@ -126,10 +127,11 @@ def test_the_norm_divides_and_the_ends_say_where_rounded_bands_are(written, lamp
     assert "values are divided by SPECTRAL_NORM, 50" in file.notes
 
 
-def test_ends_that_contradict_the_names_are_not_followed(written, lamp):
-    file = read(written(lamp.replace('"410.0"', '"700.0"')))
-    assert file.entries[0].spectrum.wavelengths_nm.tolist() == [400, 403, 407, 410]
-    assert any("do not agree with the names of the bands" in note for note in file.notes)
+def test_ends_that_contradict_the_names_are_refused(refused, lamp):
+    said = refused(read, lamp.replace('"410.0"', '"700.0"'))
+    assert (
+        "two things of where its bands are" in said[0] and "400 to 700 nm, and fields named for 400 to 410" in said[1]
+    )
 
 
 @pytest.mark.parametrize(
@@ -147,23 +149,24 @@ def test_ends_that_contradict_the_names_are_not_followed(written, lamp):
         ('DESCRIPTOR "Argyll illuminant C"', "SPECT", "emission"),
         ('DESCRIPTOR "booth with a foam reflector, spectral power"', "SPECT", "emission"),
         ('DESCRIPTOR "Diffuse transmission of a filter"', "CGATS.17", "transmittance"),
-        ('DESCRIPTOR "chart"', "CGATS.17", "reflectance"),
+        ('DESCRIPTOR "chart"\nMEASUREMENT_GEOMETRY "45/0"', "CGATS.17", "reflectance"),
     ],
 )
 def test_what_was_measured_by_the_words_of_the_file(written, lamp, line, identifier, quantity):
     content = lamp.replace("SPECT\n", f"{identifier}\n", 1).replace('DESCRIPTOR "Spectral power of a lamp"', line)
     content = content.replace("10 50 100 25", "10 20 30 25")
-    file = read(written(content))
-    assert file.entries[0].spectrum.quantity == quantity
-    assert any("does not say" in note for note in file.notes) == (line == 'DESCRIPTOR "chart"')
+    name = "paints.txt" if quantity == "reflectance" else "measured.txt"
+    assert read(written(content, name)).entries[0].spectrum.quantity == quantity
 
 
-@pytest.mark.parametrize(("data", "quantity"), [("10 50 100 25", "emission"), ("10 20 50 25", "reflectance")])
-def test_a_spectrum_of_which_nothing_is_said(written, lamp, data, quantity):
+def test_a_spectrum_of_which_nothing_is_said(written, refused, lamp):
     content = lamp.replace("Spectral power of a lamp", "Argyll Spectral power/reflectance information")
-    file = read(written(content.replace("10 50 100 25", data)))
-    assert file.entries[0].spectrum.quantity == quantity
-    assert any("does not say what was measured" in note for note in file.notes)
+    (entry,) = read(written(content, "a.sp")).entries
+    assert entry.taken == "emission, by SPECT without a MEAS_TYPE and values above SPECTRAL_NORM"
+    said = refused(read, content.replace("10 50 100 25", "10 20 50 25"), "a.sp")
+    assert said[:2] == ["a.sp: what was measured?", "  found: emission, hints SPECT without a MEAS_TYPE"]
+    (answered,) = read(written(content.replace("10 50 100 25", "10 20 50 25")), Answer("reflectance")).entries
+    assert answered.spectrum.samples.tolist() == [0.2, 0.4, 1.0, 0.5]
 
 
 def test_readings_of_argyll_without_a_norm_are_percent(written, lamp):

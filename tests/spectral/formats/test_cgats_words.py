@@ -14,7 +14,11 @@ def chart(*lines, identifier="CGATS.17", values=0.4, colour="XYZ", stated=(38, 4
     fields = ["SAMPLE_ID", *(f"{colour}_{axis}" for axis in ("XYZ" if colour == "XYZ" else "LAB"))]
     rows = []
     for number, part in ((1, 1.0), (2, 0.5)):
-        colours = [f"{part * value:g}" for value in stated] if colour == "XYZ" else [str(value) for value in stated]
+        colours = (
+            [f"{part * value:g}" for value in stated]
+            if colour == "XYZ"
+            else [f"{stated[0] * (1, 0.728)[number - 1]}", *map(str, stated[1:])]
+        )
         rows.append(" ".join([str(number), *colours, *[f"{part * values:g}"] * len(BANDS)]))
     head = [identifier, *lines, "BEGIN_DATA_FORMAT", " ".join([*fields, *(band.format(nm) for nm in BANDS)])]
     return "\n".join([*head, "END_DATA_FORMAT", "BEGIN_DATA", *rows, "END_DATA", ""])
@@ -48,10 +52,13 @@ def test_what_was_measured_by_words_in_any_keyword(written, line, expected):
 @pytest.mark.parametrize("line", ['DESCRIPTOR "Monitor measurement"', 'FILE_DESCRIPTOR "Display White"'])
 def test_a_light_that_is_only_named_is_said_and_held_against_the_colours(written, line):
     shines = read(written(chart(line, values=0.004, stated=(95, 100, 80)), "a.txt"))
-    assert quantity(shines) == "emission" and any("names a light: taken as emission" in note for note in shines.notes)
+    assert quantity(shines) == "emission"
+    assert shines.entries[0].taken.startswith("emission, by ") and "no surface" in shines.entries[0].taken
     printed = read(written(chart(line), "b.txt"))
     assert quantity(printed) == "reflectance"
-    assert any("colours beside are a surface's: taken as reflectance" in note for note in printed.notes)
+    assert printed.entries[0].taken.endswith(
+        "a colour beside, which is that of a surface and 2 colours of that kind; fraction by values from 0.2 to 0.4"
+    )
 
 
 @pytest.mark.parametrize(("identifier", "expected"), [("IT8.7/1", "transmittance"), ("IT8.7/2-1993", "reflectance")])
@@ -82,7 +89,7 @@ def test_absorbance_is_refused_by_name(refused):
 )
 def test_what_nothing_says_is_refused_where_the_stated_colour_is_another(refused, colour, values, stated):
     said = refused(read, chart(colour=colour, values=values, stated=stated), "a.txt")
-    assert "not those of the colours beside them" in said[0] and 'MEAS_TYPE "EMISSION"' in said[-1]
+    assert said[0] == "a.txt: what was measured?" and "--as reflectance" in said[-1]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +97,7 @@ def test_what_nothing_says_is_refused_where_the_stated_colour_is_another(refused
 )
 def test_what_nothing_says_is_a_reflectance_where_the_stated_colour_agrees(written, colour, values, stated):
     file = read(written(chart(colour=colour, values=values, stated=stated), "a.txt"))
-    assert quantity(file) == "reflectance" and any("does not say" in note for note in file.notes)
+    assert quantity(file) == "reflectance" and "2 colours of that kind" in file.entries[0].taken
 
 
 def test_a_stated_quantity_stands_whatever_the_scale_of_the_colours(written):

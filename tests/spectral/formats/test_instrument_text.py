@@ -1,6 +1,8 @@
 """Reports of light meters and spectrometers."""
 
 import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.instrument_text import read, recognises
 from metamer.spectral.formats.reading import format_of, read_spectra
 
@@ -45,11 +47,12 @@ def test_a_meter_that_lists_the_spectrum_at_two_steps(written):
 
 
 def test_a_spectrometer_with_a_marker_and_decimal_commas(written):
-    file = read_spectra(written(OCEAN, "tile.txt"))
-    entry = only(file)
+    with pytest.raises(InputError, match="what was measured") as caught:
+        read_spectra(written(OCEAN, "tile.txt"))
+    assert "--as reflectance" in str(caught.value)
+    entry = only(read_spectra(written(OCEAN, "tile.txt"), Answer("emission")))
     assert entry.spectrum.wavelengths_nm.tolist() == [339.123, 339.5, 340.1]
     assert entry.spectrum.quantity == "emission"
-    assert "the file does not say what was measured; taken as emission" in file.notes
     assert entry.details["Spectrometer"] == "FLMS15016"
 
 

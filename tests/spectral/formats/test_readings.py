@@ -1,6 +1,7 @@
 """What instruments and libraries write into a table beside plain readings, and what is no colour at all."""
 
 import pytest
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.csv import read, recognises
 from metamer.spectral.formats.reading import format_of, read_spectra
 
@@ -44,7 +45,7 @@ def test_words_above_decide_over_headings_that_could_be_either(written):
     assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 3
     file = read(written("Sensitivity: High\nReflectance\n" + table("Chip 1")))
     assert only(file).spectrum.quantity == "reflectance"
-    assert only(read(written(table("N")))).name == "N"  # a grey of a chart
+    assert only(read(written(table("N")), Answer("reflectance", "fraction"))).name == "N"  # a grey of a chart
 
 
 def test_an_observer_without_a_header_is_known_by_the_name_of_its_file(refused):
@@ -66,7 +67,6 @@ def test_an_observer_without_a_header_is_known_by_the_name_of_its_file(refused):
         "W",
         "Radiometric",
         "lum",
-        "HMI",
     ],
 )
 def test_words_for_light_that_is_given_off(written, header):
@@ -74,9 +74,10 @@ def test_words_for_light_that_is_given_off(written, header):
     assert entry.spectrum.quantity == "emission" and entry.spectrum.samples[0] == 72.0
 
 
-def test_a_letter_of_power_is_a_name_beside_other_samples(written):
-    file = read(written(table("W,R,G,K")))
-    assert {entry.spectrum.quantity for entry in file.entries} == {"reflectance"}
+def test_a_letter_is_a_name_beside_other_samples(written, refused):
+    file = read(written(table("W,R,G,K")), Answer("reflectance", "fraction"))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 4
+    assert refused(read, table("W,R,G,K"))[0] == "paints.csv: column 2, R, G: what was measured?"
 
 
 @pytest.mark.parametrize(
@@ -89,7 +90,7 @@ def test_spectroradiometers_by_their_keys(written, above):
 
 @pytest.mark.parametrize("name", ["F11", "HP1", "cool_white", "sun", "Fluorescent"])
 def test_a_name_of_lights_and_of_paints_alone_is_refused(refused, written, name):
-    assert "a sample, or a light?" in refused(read, table(name, lambda nm: nm / 10))[0]
+    assert "what was measured?" in refused(read, table(name, lambda nm: nm / 10), "x.csv")[0]
     assert only(read(written("Reflectance\n" + table(name)))).spectrum.quantity == "reflectance"
 
 

@@ -12,7 +12,17 @@ def test_two_columns_are_power(written):
     (entry,) = file.entries
     assert entry.name == "lamp" and entry.spectrum.quantity == "emission"
     assert entry.spectrum.samples.tolist() == [1.5, 250.0, 300.0]
-    assert "the file does not say what was measured; taken as emission" in file.notes
+    said = "emission, by the suffix .spd and the file name 'lamp' and values up to 300"
+    assert entry.taken == f"{said}, above any percentage"
+
+
+@pytest.mark.parametrize("values", [(0.3, 0.5, 0.8), (30, 50, 80), (1e-6, 2e-6, 3e-6)])
+def test_the_suffix_alone_is_no_word(refused, values):
+    """Reflectances, and what glass lets through, are called so as well."""
+    said = refused(
+        read, "".join(f"{nm} {value}\n" for nm, value in zip((400, 500, 600), values, strict=True)), "dark skin.spd"
+    )
+    assert said[0] == "dark skin.spd: dark skin: what was measured?" and "the suffix .spd" in said[1]
 
 
 def test_words_in_the_file_make_it_a_reflectance(written):

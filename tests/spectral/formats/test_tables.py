@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.csv import read, recognises
 from metamer.spectral.formats.reading import format_of, read_spectra
 
 DOWN = "nm,Red,Grey\n400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
 ACROSS = "name,400,410,420\nRed,0.05,0.06,0.07\nGrey,0.2,0.2,0.2\n"
 RED = [0.05, 0.06, 0.07]
+
+
+def silent(path):
+    """Read a table of fractions that says nothing of what was measured."""
+    return read(path, Answer("reflectance", "fraction"))
 
 
 def values(file):
@@ -68,7 +74,8 @@ def only(file):
 def test_one_chart_in_many_dialects(written, content):
     path = written(content)
     assert recognises(path, path.read_bytes()[:4096])
-    file = read(path)
+    percent = any(mark in content for mark in (";5;", "5%")) if isinstance(content, str) else False
+    file = read(path, Answer("reflectance", "percent" if percent else "fraction"))
     assert list(values(file)) == ["Red", "Grey"]
     assert values(file)["Red"] == pytest.approx(RED, rel=1e-12)
     for entry in file.entries:
@@ -79,30 +86,31 @@ def test_one_chart_in_many_dialects(written, content):
 def test_latin_names(written):
     content = "nm;Grün\n400;0,05\n410;0,06\n420;0,07\n"
     for encoding in ("utf-8", "cp1252", "latin-1"):
-        assert list(values(read(written(content.encode(encoding))))) == ["Grün"]
+        assert list(values(silent(written(content.encode(encoding))))) == ["Grün"]
 
 
-def test_nothing_is_assumed_without_a_note(written):
-    note = "the file does not say what was measured; taken as reflectance"
-    assert note in read(written(DOWN)).notes
-    assert note not in read(written(DOWN.replace("Red", "R").replace(",Grey", "").replace(",0.2", ""))).notes
+def test_what_was_taken_is_said_with_its_sign(written):
+    (stated,) = read(written("nm,R (%)\n400,50\n410,60\n420,70\n")).entries
+    assert stated.taken == "reflectance in percent, by the heading 'R (%)'"
+    said = "reflectance in fractions, by --as, the file does not say; fraction by --scale"
+    assert {entry.taken for entry in silent(written(DOWN)).entries} == {said}
 
 
 def test_stated_percent_is_divided_and_said(written):
-    file = read(written("nm,Dark (%)\n400,0.5\n410,0.6\n420,0.7\n"))
+    file = read(written("nm,Dark (%)\n400,0.5\n410,0.6\n420,0.7\n"), Answer("reflectance"))
     assert only(file).spectrum.samples.tolist() == pytest.approx([0.005, 0.006, 0.007], rel=1e-15)
     assert only(file).details["units"] == "%"
     assert any("states percent" in note and "none of them exceeds 1" in note for note in file.notes)
 
 
 def test_unstated_percent_is_divided_and_said(written):
-    file = read(written("nm,White\n400,90\n410,91\n420,92\n"))
+    file = read(written("nm,White\n400,90\n410,91\n420,92\n"), Answer("reflectance"))
     assert only(file).spectrum.samples.tolist() == [0.9, 0.91, 0.92]
     assert any("can only be percent" in note for note in file.notes)
 
 
 def test_percent_of_a_dark_sample_or_radiance_factor_of_a_bright_one(refused):
-    lines = refused(read, "nm,A\n400,0.5\n410,4.06\n420,5.07\n")
+    lines = refused(read, "nm,R\n400,0.5\n410,4.06\n420,5.07\n")
     assert lines[0] == "paints.csv: values: percent or fractions?"
     assert lines[1] == "  found: 0.5 to 5.07, no unit stated"
     assert 'write "reflectance (%)" or "radiance factor"' in lines[-1]
@@ -110,13 +118,13 @@ def test_percent_of_a_dark_sample_or_radiance_factor_of_a_bright_one(refused):
 
 @pytest.mark.parametrize("content", ["nm,A\n400,50\n410,4000\n420,700\n", "nm,A\n400,0\n410,0.0004\n420,0.0007\n"])
 def test_values_too_large_or_small_for_a_paint_need_a_word(refused, written, content):
-    assert refused(read, content)[0] == "paints.csv: values: what was measured?"
+    assert refused(read, content)[0] == "paints.csv: A: what was measured?"
     (entry,) = read(written(content.replace("A", "W/m2/nm"))).entries
     assert entry.spectrum.quantity == "emission"
 
 
 def test_spaces_in_the_header_of_a_table_that_spaces_part(written):
-    (entry,) = read(written("Wavelength (nm) Deep Red\n400 0.05\n410 0.06\n420 0.07\n", "red.txt")).entries
+    (entry,) = silent(written("Wavelength (nm) Deep Red\n400 0.05\n410 0.06\n420 0.07\n", "red.txt")).entries
     assert entry.name == "Deep Red"
     (entry,) = read(written("Wavelength (nm) Reflectance (%)\n400 5\n410 6\n420 7\n", "red.txt")).entries
     assert entry.name == "red" and entry.spectrum.samples.tolist() == RED
@@ -129,7 +137,7 @@ def test_a_radiance_factor_by_its_word(written):
 
 
 def test_reflectance_above_one_is_held_as_a_radiance_factor(written):
-    file = read(written(DOWN.replace("0.06", "1.06")))
+    file = silent(written(DOWN.replace("0.06", "1.06")))
     assert [entry.spectrum.quantity for entry in file.entries] == ["radiance factor", "reflectance"]
     assert "reflectance above 1 is held as a radiance factor (Red)" in file.notes
 
@@ -143,7 +151,6 @@ def test_reflectance_above_one_is_held_as_a_radiance_factor(written):
         ("Transmittance", "transmittance"),
         ("R%", "reflectance"),
         ("Remission", "reflectance"),
-        ("D65", "emission"),
     ],
 )
 def test_what_was_measured_from_the_header(written, header, quantity):
@@ -154,10 +161,10 @@ def test_what_was_measured_from_the_header(written, header, quantity):
     assert entry.spectrum.samples[0] == 0.5
 
 
-def test_patches_are_not_lights(written):
-    """ "A", "F2" and "light skin" are places and paints on charts before they are illuminants."""
-    file = read(written("nm,A,F2,light skin\n400,0.1,0.2,0.3\n410,0.1,0.2,0.3\n420,0.1,0.2,0.3\n"))
-    assert {entry.spectrum.quantity for entry in file.entries} == {"reflectance"}
+def test_names_of_lights_are_no_lights_yet(refused):
+    """ "A", "F2" and "light skin" are places and paints on charts as well as illuminants."""
+    said = refused(read, "nm,A,F2,light skin\n400,0.1,0.2,0.3\n410,0.1,0.2,0.3\n420,0.1,0.2,0.3\n", "x.csv")
+    assert said[0] == "x.csv: A, F2, light skin: what was measured?"
 
 
 @pytest.mark.parametrize("header", ["Abs.", "Absorbance", "log(1/R)", "F(R)"])
@@ -181,7 +188,7 @@ def test_lab_and_xyz_beside_the_spectra(written):
         "Illuminant: D50\nObserver: 10\nName,XYZ_X,XYZ_Y,XYZ_Z,L*(2°/D65),a*(2°/D65),b*(2°/D65),400,410,420\n"
         "Red,20,30,40,50,60,-10,0.05,0.06,0.07\n"
     )
-    entry = only(read(written(content)))
+    entry = only(silent(written(content)))
     assert entry.spectrum.quantity == "reflectance"
     xyz, lab = entry.stated
     assert (xyz.space, xyz.values.tolist(), xyz.illuminant, xyz.observer) == ("XYZ", [20, 30, 40], "D50", "1964_10")
@@ -192,7 +199,7 @@ def test_lab_and_xyz_beside_the_spectra(written):
 def test_lab_in_rows_above_or_below_the_spectra(written, place):
     lab = "L*(D65/10°),50.5,30\na*(D65/10°),60,1\nb*(D65/10°),-10,-40\n"
     rows = "400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
-    file = read(written("nm,Red,Blue\n" + (lab + rows if place == "above" else rows + lab)))
+    file = silent(written("nm,Red,Blue\n" + (lab + rows if place == "above" else rows + lab)))
     assert values(file)["Red"] == RED
     for entry, expected in zip(file.entries, ([50.5, 60, -10], [30, 1, -40]), strict=True):
         (found,) = entry.stated
@@ -202,15 +209,15 @@ def test_lab_in_rows_above_or_below_the_spectra(written, place):
 
 
 def test_other_cells_stay_in_the_details(written):
-    entry = read(written("Name,Batch,Gloss,400,410,420\nRed,7b,high,0.05,0.06,0.07\nBlue,8,low,0.1,0.1,0.1\n")).entries[
-        0
-    ]
+    entry = silent(
+        written("Name,Batch,Gloss,400,410,420\nRed,7b,high,0.05,0.06,0.07\nBlue,8,low,0.1,0.1,0.1\n")
+    ).entries[0]
     assert entry.name == "Red" and dict(entry.details) == {"Batch": "7b", "Gloss": "high"}
 
 
 def test_the_illuminant_in_a_column(written):
     content = "Name,Illum/Obs,L*,a*,b*,400,410,420\nRed,D65/10,50,1,2,0.1,0.1,0.1\nBlue,A/2,50,1,2,0.1,0.1,0.1\n"
-    found = [entry.stated[0] for entry in read(written(content)).entries]
+    found = [entry.stated[0] for entry in silent(written(content)).entries]
     assert [(lab.illuminant, lab.observer) for lab in found] == [("D65", "1964_10"), ("A", "1931_2")]
 
 
@@ -222,23 +229,23 @@ def test_geometries_of_an_effect_paint_in_percent(written):
 
 
 def test_an_identifier_is_only_a_name_where_there_is_no_better(written):
-    assert list(values(read(written("ID,Name,400,410,420\n7,Red,0.1,0.1,0.1\n8,Blue,0.1,0.1,0.1\n")))) == [
+    assert list(values(silent(written("ID,Name,400,410,420\n7,Red,0.1,0.1,0.1\n8,Blue,0.1,0.1,0.1\n")))) == [
         "Red",
         "Blue",
     ]
-    assert list(values(read(written("ID,Lot,400,410,420\n7,x,0.1,0.1,0.1\n8,x,0.1,0.1,0.1\n")))) == ["7", "8"]
+    assert list(values(silent(written("ID,Lot,400,410,420\n7,x,0.1,0.1,0.1\n8,x,0.1,0.1,0.1\n")))) == ["7", "8"]
 
 
 def test_names_that_are_numbers_like_wavelengths(written):
-    file = read(written("nm,1000,1001,1002\n400,0.1,0.2,0.3\n410,0.2,0.3,0.3\n420,0.3,0.4,0.3\n"))
+    file = silent(written("nm,1000,1001,1002\n400,0.1,0.2,0.3\n410,0.2,0.3,0.3\n420,0.3,0.4,0.3\n"))
     assert list(values(file)) == ["1000", "1001", "1002"]
     many = "nm," + ",".join(f"s{number}" for number in range(300)) + "\n"
     many += "".join(f"{nm}," + ",".join(["0.5"] * 300) + "\n" for nm in (400, 410, 420))
-    assert len(read(written(many)).entries) == 300
+    assert len(silent(written(many)).entries) == 300
 
 
 def test_empty_cells_are_left_out_and_said(written):
-    file = read(written("nm,A,B\n400,0.1,\n410,n/a,0.5\n420,0.3,0.6\n430,0.4,0.7\n"))
+    file = silent(written("nm,A,B\n400,0.1,\n410,n/a,0.5\n420,0.3,0.6\n430,0.4,0.7\n"))
     first, second = file.entries
     assert first.spectrum.wavelengths_nm.tolist() == [400, 420, 430]
     assert second.spectrum.wavelengths_nm.tolist() == [410, 420, 430]
@@ -247,7 +254,7 @@ def test_empty_cells_are_left_out_and_said(written):
 
 
 def test_a_word_among_the_numbers_rejects_that_spectrum_alone(written):
-    file = read(written("nm,A,B\n400,0.1,0.2\n410,oops,0.5\n420,0.3,0.6\n"))
+    file = silent(written("nm,A,B\n400,0.1,0.2\n410,oops,0.5\n420,0.3,0.6\n"))
     assert list(values(file)) == ["B"]
     ((name, reason),) = file.rejected
     assert name == "A" and "line 3: not a number" in str(reason) and "'oops'" in str(reason)
@@ -259,11 +266,11 @@ def test_a_word_among_the_wavelengths_is_an_error(refused):
 
 
 def test_readings_of_nothing_a_little_below_zero(written, refused):
-    file = read(written("nm,A\n400,-0.004\n410,0.06\n420,0.07\n"))
+    file = silent(written("nm,A\n400,-0.004\n410,0.06\n420,0.07\n"))
     assert only(file).spectrum.samples.tolist() == [0.0, 0.06, 0.07]
     assert only(file).details["negative samples"] == "1 of 3, down to -0.004"
     assert "values a little below zero, readings of nothing, are taken as zero" in file.notes
-    assert "negative reflectance" in refused(read, "nm,A\n400,-0.04\n410,0.06\n420,0.07\n")[0]
+    assert "negative reflectance" in refused(silent, "nm,A\n400,-0.04\n410,0.06\n420,0.07\n")[0]
     dark = "nm,mW/nm\n400,-4\n410,60\n420,100\n"
     assert only(read(written(dark))).spectrum.samples.tolist() == [0.0, 60.0, 100.0]
     assert "negative emission" in refused(read, dark.replace("-4", "-6"))[0]
@@ -282,7 +289,7 @@ def test_truncated_rows_are_refused(refused):
 
 
 def test_mixed_order_of_wavelengths_is_refused(refused):
-    assert "wavelengths do not ascend" in refused(read, DOWN.replace("410", "500"))[0]
+    assert "wavelengths do not ascend" in refused(silent, DOWN.replace("410", "500"))[0]
 
 
 def test_a_descending_axis_is_turned_round_and_said(written):
@@ -332,11 +339,11 @@ def test_avantes_keeps_what_was_made_of_the_counts(written):
 
 def test_wavelengths_that_start_again_are_another_spectrum(written):
     content = "380\t0.1\n384\t0.2\n388\t0.2\n\n380\t0.2\n384\t0.4\n388\t0.4\n"
-    assert values(read(written(content, "two.txt"))) == {"two": [0.1, 0.2, 0.2], "two (2)": [0.2, 0.4, 0.4]}
+    assert values(silent(written(content, "two.txt"))) == {"two": [0.1, 0.2, 0.2], "two (2)": [0.2, 0.4, 0.4]}
 
 
 def test_equal_names_stay_apart_and_are_said(written):
-    file = read(written("nm,A,A\n400,0.1,0.2\n410,0.2,0.3\n420,0.3,0.4\n"))
+    file = silent(written("nm,A,A\n400,0.1,0.2\n410,0.2,0.3\n420,0.3,0.4\n"))
     assert [entry.name for entry in file.entries] == ["A", "A"]
     assert any("share a name" in note for note in file.notes)
 
@@ -355,12 +362,12 @@ def test_equal_names_stay_apart_and_are_said(written):
     ],
 )
 def test_what_is_no_table(refused, content, problem):
-    assert problem in refused(read, content)[0]
+    assert problem in refused(silent, content)[0]
 
 
 def test_spectra_on_one_grid_share_its_basis(written):
     """A chart of thousands must not hold its wavelengths thousands of times."""
-    first, second = read(written(DOWN)).entries
+    first, second = silent(written(DOWN)).entries
     assert first.spectrum.basis is second.spectrum.basis
 
 
@@ -383,7 +390,7 @@ def test_real_charts_both_ways_round(shared_data, name):
     "name", ["dark-skin", "grey/dark", "dark", "std white", "reference red", "paint/abs-red", "error"]
 )
 def test_names_of_samples_are_not_taken_for_an_instrument_s_own_columns(written, name):
-    file = read(written(f"nm,{name},light\n400,0.1,0.5\n410,0.2,0.6\n420,0.3,0.7\n"))
+    file = silent(written(f"nm,{name},light\n400,0.1,0.5\n410,0.2,0.6\n420,0.3,0.7\n"))
     if name == "error":
         assert [entry.name for entry in file.entries] == ["light"] and "left out: error" in " ".join(file.notes)
     else:

@@ -166,7 +166,7 @@ def _rooted(shaded: np.ndarray) -> list[float]:
 def _sent(brdf: FluorescentLambert, nm: float) -> float:
     """pi f_r of all that leaves at one wavelength under D65, over the light there: 1 is the perfect diffuser."""
     light, at = illuminant("D65"), np.array([nm])
-    return float(brdf.bispectral.radiance(light, at)[0] / light.resampled(at).samples[0])
+    return float(brdf.bispectral.radiance(light, at)[0] / light.averaged(at).samples[0])
 
 
 def _excess(brdf: FluorescentLambert) -> Float[np.ndarray, " L"]:
@@ -184,7 +184,7 @@ def _rendered_radii(brdf: FluorescentLambert, nm: float) -> list[list[float]]:
     """The same from the factors, as a renderer looks them up."""
     (pack,) = brdf.packs()
     light, at = illuminant("D65"), np.array([nm])
-    sent = pack.spectral @ pack.basis.radiance(light, at) / light.resampled(at).samples
+    sent = pack.spectral @ pack.basis.radiance(light, at) / light.averaged(at).samples
     angles = np.radians(polar_angles_deg())
     wo = spherical(np.abs(angles), np.where(angles < 0, np.pi, 0.0))
     return [

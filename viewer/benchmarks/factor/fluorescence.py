@@ -119,7 +119,7 @@ def reflectance_pack(brdf: FluorescentLambert, light: Spectrum) -> FactorPack:
     """The radiance factor under one light, as if it were the surface's reflectance; it may exceed 1."""
     (pack,) = brdf.packs()
     grid = brdf.wavelengths_nm
-    factor = brdf.bispectral.radiance(light, grid) / light.resampled(grid).samples
+    factor = brdf.bispectral.radiance(light, grid) / light.averaged(grid).samples
     return FactorPack(pack.frame, pack.axes, pack.factors, factor[None], SpectralBasis.sampled(grid))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -18,6 +17,7 @@ from ....materials.measured.merl import MerlBrdf
 from ....materials.measured.rgl import RglBrdf
 from ....materials.measured.scattered import ScatteredBrdf
 from ....spectral.errors import InputError
+from ....spectral.private_folder import private_folder
 from .cases import Case
 
 # Name, title, budget at p99, packs of the paper: figure 5 of Schwenk 2010 and two sharper ones.
@@ -100,8 +100,8 @@ def _merl(file: Path) -> Brdf:
 
 def _written(script: Path, name: str) -> Brdf:
     """The table that a script beside the data writes: 33 MB, read and let go."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / f"{name}.binary"
+    with private_folder() as folder:
+        out = folder / f"{name}.binary"
         done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)
         if done.returncode != 0:
             raise InputError(

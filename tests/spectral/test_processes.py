@@ -1,5 +1,6 @@
 """Processes that may die: what a death costs, and what is left when the parent goes."""
 
+import inspect
 import os
 import signal
 import subprocess
@@ -9,8 +10,8 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from metamer.materials.intake import workers
-from metamer.materials.intake.workers import Lost, Task, free_memory, jobs_that_fit, supervised
+from metamer.spectral.errors import MetamerError
+from metamer.spectral.processes import Lost, Task, each_done, in_order, supervised
 
 # Work that a fresh Python can import: each call is one that the standard library has.
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks for processes in /proc")
@@ -68,10 +69,71 @@ def test_signal_9_is_told_as_what_it_often_is():
     assert "signal 9" in lost.reason and "memory" in lost.reason
 
 
+def said_on_the_way(number, told=None):
+    for step in range(number):
+        told(step)
+    return number
+
+
+def test_what_a_task_says_comes_before_its_result(tmp_path, monkeypatch):
+    """And no matter how many tasks say something at once."""
+    (tmp_path / "talking.py").write_text(inspect.getsource(said_on_the_way))
+    monkeypatch.syspath_prepend(tmp_path)
+    from talking import said_on_the_way as work  # type: ignore[import-not-found]
+
+    heard: dict[int, list] = {}
+    tasks = [Task(number, (number,)) for number in (3, 1, 0, 200)]
+    for key, result in supervised(work, tasks, 2, lambda key, what: heard.setdefault(key, []).append(what)):
+        assert heard.get(key, []) == list(range(key)) and result == key
+
+
 def test_large_arguments_and_results_pass():
     text = "x" * (5 << 20)
     ((_, result),) = supervised(str.upper, [Task("key", (text,))], 1)
     assert result == text.upper()
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_in_order_and_as_they_come(jobs):
+    tasks = [(n, 2) for n in range(5)]
+    assert list(in_order(pow, tasks, jobs)) == [n * n for n in range(5)]
+    assert sorted(each_done(pow, tasks, jobs)) == [n * n for n in range(5)]
+    assert list(in_order(pow, [], jobs)) == list(each_done(pow, [], jobs)) == []
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_a_task_raises_is_raised_here(jobs):
+    with pytest.raises(ZeroDivisionError):
+        list(in_order(divmod, [(1, 1), (1, 0)], jobs))
+
+
+def test_what_cannot_travel_is_told():
+    with pytest.raises(Exception, match="pickle"):
+        list(in_order(eval, [("lambda: 0",), ("0",)], 2))
+
+
+def test_a_death_ends_what_needs_every_result():
+    with pytest.raises(MetamerError, match=r"ended abruptly .exit code 7"):
+        list(in_order(exec, [("pass",), ("import os; os._exit(7)",)], 2))
+
+
+def test_every_process_starts_as_told():
+    start = os.putenv, ("METAMER_TOLD", "yes")
+    assert list(in_order(os.system, [('test "$METAMER_TOLD" = yes',)] * 3, 2, start)) == [0, 0, 0]
+
+
+def test_no_semaphore_and_no_shared_memory_is_taken():
+    """What the system keeps after an abrupt end, with a warning of Python's on the way out."""
+    script = (
+        "from multiprocessing import resource_tracker as tracker\n"
+        "from metamer.spectral.processes import in_order\n"
+        "kept = []\n"
+        "tracker.register = tracker._resource_tracker.register = lambda *what: kept.append(what)\n"
+        "if __name__ == '__main__':\n"
+        "    print(list(in_order(pow, [(2, 2), (3, 2)], 2)), kept)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert done.stdout == "[4, 9] []\n", done.stdout + done.stderr
 
 
 @linux
@@ -87,7 +149,7 @@ def test_every_process_is_deaf_to_ctrl_c():
     """The first, too: what Python starts beside it lets the signal through again."""
     script = (
         "import signal\n"
-        "from metamer.materials.intake.workers import Task, supervised\n"
+        "from metamer.spectral.processes import Task, supervised\n"
         "if __name__ == '__main__':\n"
         "    tasks = [Task(n, (signal.SIG_BLOCK, [])) for n in range(3)]\n"
         "    print(*(signal.SIGINT in blocked for _, blocked in supervised(signal.pthread_sigmask, tasks, 3)))\n"
@@ -114,7 +176,7 @@ def test_stopping_early_ends_the_processes_at_once():
 def test_processes_end_with_a_parent_that_is_killed():
     """In the middle of a task, too: nobody is there to take its result."""
     script = (
-        "from metamer.materials.intake.workers import Task, supervised\n"
+        "from metamer.spectral.processes import Task, supervised\n"
         "import multiprocessing, os, signal\n"
         "if __name__ == '__main__':\n"
         "    results = supervised(exec, [Task(0, ('pass',)), Task(1, ('import time; time.sleep(600)',))], 2)\n"
@@ -129,19 +191,3 @@ def test_processes_end_with_a_parent_that_is_killed():
     while any(alive(pid) for pid in ours) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(alive(pid) for pid in ours)
-
-
-@pytest.mark.parametrize(
-    ("wanted", "free", "cores", "jobs"),
-    [(None, 10_000, 4, 4), (None, 2_500, 4, 2), (None, 10, 4, 1), (None, None, 4, 4), (8, 10, 4, 8)],
-)
-def test_as_many_processes_as_memory_holds(monkeypatch, wanted, free, cores, jobs):
-    """Unless somebody asks for more."""
-    monkeypatch.setattr(workers, "free_memory", lambda: free)
-    monkeypatch.setattr(workers, "usable_cores", lambda: cores)
-    assert jobs_that_fit(wanted, 1000) == jobs
-
-
-@linux
-def test_free_memory_is_a_number_of_bytes():
-    assert free_memory() is not None and free_memory() > 1 << 20

@@ -1,0 +1,54 @@
+"""The words that the `metamer` command knows."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import importlib
+import sys
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+# One small module a subcommand; its `add_parser(subparsers)` sets the `run(args) -> int` of what it adds.
+COMMANDS = ("review", "render", "fit", "catalogue", "names", "bench", "doctor")
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, with the exit code that the command documents for wrong usage, and the nearest word to a wrong one."""
+
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        self.exit(64, f"{self.prog}: {message}\n")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            words = [str(word) for word in action.choices]
+            expected = f"choose from {', '.join(words)}"
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}{_nearest(str(value), words)}; {expected}")
+
+
+class _CommandParser(_Parser):
+    """The parser of one command: it refuses what it does not know itself, under its own usage."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            near = _nearest(unknown[0].partition("=")[0], self._option_string_actions)
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{near}")
+        return found, unknown
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    command = _Parser(prog="metamer", description="Spectral, colour-accurate rendering for design review.")
+    command.add_argument("--version", action="store_true", help="print the version and end")
+    subparsers = command.add_subparsers(metavar="COMMAND", parser_class=_CommandParser)
+    for name in COMMANDS:
+        module = importlib.import_module(f".{name}", __package__)
+        module.add_parser(subparsers)
+    return command

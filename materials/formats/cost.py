@@ -1,0 +1,36 @@
+"""What reading a file takes, by its size or by what its header names: measured, with a third to spare."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...spectral.formats.exr import samples_in
+
+# A text of numbers: its bytes, its words, the words as numbers.
+_BYTES_A_BYTE, _SECONDS_A_BYTE = 13.0, 1.2e-6
+# A pixel's channel: as stored, as float32 and float64, and while colours are counted.
+_BYTES_A_SAMPLE, _SECONDS_A_SAMPLE = 42.0, 0.6e-6
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Memory at its peak, and seconds of one core."""
+
+    bytes: int
+    seconds: float
+
+
+def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _SECONDS_A_BYTE) -> Cost:
+    """So many bytes of memory, and seconds, for each byte of a file."""
+    try:
+        size = path.stat().st_size
+    except OSError:
+        size = 0
+    return Cost(round(memory * size), seconds * size)
+
+
+def cost_of_picture(path: Path) -> Cost:
+    """Of an OpenEXR picture; compressed, a small file may hold a large one."""
+    samples = samples_in(path)
+    return Cost(round(_BYTES_A_SAMPLE * samples), _SECONDS_A_SAMPLE * samples)

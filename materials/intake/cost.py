@@ -1,0 +1,74 @@
+"""What reading and fitting a material takes, known before it is begun; what memory cannot hold is refused in numbers.
+
+The figures are measured, per byte of a file or per sample that its header names, with a third to spare.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...spectral.errors import InputError
+from ...spectral.memory import available_bytes, gigabytes
+from ...spectral.processes import usable_cores
+from ..formats.registry import Cost, Format, reading_cost
+
+# A process that fits, without what it is given: measured, benchmarks/importing.py.
+_WORKER_BYTES = 600 << 20
+# How many times a material's own size its fit needs beside that.
+_COPIES = 6
+# Below this, whatever the estimate, a system finds room.
+_HARMLESS_BYTES = 256 << 20
+# A reading that takes longer is told of before it begins.
+TOLD_S = 1.0
+
+
+@dataclass(frozen=True)
+class Jobs:
+    """Processes for some fits, and why they are fewer than asked for ("" where they are not)."""
+
+    count: int
+    why: str = ""
+
+
+def reading_too_large(reader: Format, path: Path, name: str) -> tuple[Cost, InputError | None]:
+    """What reading a file takes, and the refusal of one that memory does not hold; `name` is what people call it."""
+    cost = reading_cost(reader, path)
+    return cost, _refusal(cost.bytes, "reading it takes more memory than there is", name, None)
+
+
+def fit_too_large(size: int, name: str, material_id: str) -> InputError | None:
+    """The refusal of a material of `size` bytes whose fit memory does not hold."""
+    if _COPIES * size <= _HARMLESS_BYTES:
+        return None
+    return _refusal(_WORKER_BYTES + _COPIES * size, "its fit takes more memory than there is", name, material_id)
+
+
+def jobs_for(sizes: Sequence[int], wanted: int | None) -> Jobs:
+    """As many processes as `wanted`, else one a core, but no more than memory holds of the largest of `sizes`."""
+    if not sizes:
+        return Jobs(0)
+    most = min(wanted or usable_cores(), len(sizes))
+    free, each = available_bytes(), _WORKER_BYTES + _COPIES * max(sizes)
+    if wanted is not None or free is None or most * each <= free:
+        return Jobs(most)
+    count = max(1, free // each)
+    if count == most:
+        return Jobs(most)
+    why = f"{count} at a time instead of {most}: a fit takes up to {gigabytes(each)}, and {gigabytes(free)} are free"
+    return Jobs(count, why)
+
+
+def _refusal(needed: int, problem: str, name: str, field: str | None) -> InputError | None:
+    free = available_bytes()
+    if free is None or needed <= max(free, _HARMLESS_BYTES):
+        return None
+    return InputError(
+        problem,
+        file=name,
+        field=field,
+        found=f"about {gigabytes(needed)}",
+        expected=f"at most the {gigabytes(free)} that are free",
+        hint="close what else is running, use a machine with more memory, or split the file",
+    )

@@ -1,0 +1,115 @@
+"""What an import is at, in words and shares, and how long the rest of it will take."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..fitting.fit import Trial
+
+# Seconds of one core that a fit takes by the kind of its material, until some of that kind are done here; formulas take
+# seconds, tables of measurements a minute. Measured over the shipped materials and some measured ones.
+_MEASURED_S, _FORMULA_S = 90.0, 2.0
+_FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURED_S, "lambert": 0.3}
+# Before this share of a fit is done, what it took so far says little of the rest.
+_TELLING = 0.1
+
+
+@dataclass(frozen=True)
+class Doing:
+    """What the work on one material is at: in words, and the share of it that is done, 0 to 1."""
+
+    phase: str
+    share: float = 0.0
+
+
+Hears = Callable[[Doing], None]
+
+
+def share_done(trials: Sequence[Trial], budget: float) -> float:
+    """How far down the way from the worst trial to the budget the best one is: 0 to 1, logarithmically.
+
+    The best of all packs together, once there are some; until then of the lobe that is being fitted.
+    """
+    scores = [trial.score for trial in trials]
+    if not scores or not all(math.isfinite(score) and score > 0 for score in scores):
+        return 0.0
+    together = [trial.score for trial in trials if trial.joint]
+    best = min(together or [trial.score for trial in trials if trial.lobe == trials[-1].lobe])
+    worst = max(scores)
+    return 1.0 if best <= budget else math.log(worst / best) / math.log(worst / budget)
+
+
+@dataclass
+class Expected:
+    """Seconds that are left of an import: `pending` are the kinds (models) of materials by id, in `jobs` processes.
+
+    What fits of a kind have taken here takes the place of the first guess.
+    """
+
+    pending: dict[str, str]
+    jobs: int
+    now: Callable[[], float] = time.monotonic
+    _taken: Mapping[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    _begun: dict[str, tuple[float, Doing]] = field(default_factory=dict)
+
+    def at(self, material_id: str, doing: Doing) -> None:
+        """A material is being worked on."""
+        begun, _ = self._begun.get(material_id, (self.now(), doing))
+        self._begun[material_id] = begun, doing
+
+    def done(self, material_id: str, seconds: float) -> None:
+        """A material is finished; `seconds` is 0 where it failed before its fit."""
+        self._begun.pop(material_id, None)
+        model = self.pending.pop(material_id, None)
+        if model is not None and seconds:
+            self._taken[model].append(seconds)
+
+    @property
+    def at_work(self) -> dict[str, tuple[float, Doing]]:
+        """What is being worked on: seconds since it was begun, and what it is at."""
+        # A copy: who shows it may be another thread.
+        return {name: (self.now() - begun, doing) for name, (begun, doing) in list(self._begun.items())}
+
+    @property
+    def seconds_left(self) -> float:
+        """Until all is done: as long as the longest takes, or the whole shared by the processes."""
+        at_work = self.at_work
+        running = [self._rest(self.pending.get(name, ""), *state) for name, state in at_work.items()]
+        waiting = [self._of(model) for name, model in list(self.pending.items()) if name not in at_work]
+        return max([*running, *waiting, (sum(running) + sum(waiting)) / max(1, self.jobs)], default=0.0)
+
+    def of(self, material_id: str) -> float:
+        """What one material takes in all."""
+        return self._of(self.pending.get(material_id, ""))
+
+    def _of(self, model: str) -> float:
+        taken = self._taken.get(model)
+        return sum(taken) / len(taken) if taken else _FIRST_GUESS_S.get(model, _FORMULA_S)
+
+    def _rest(self, model: str, elapsed: float, doing: Doing) -> float:
+        if doing.share > _TELLING:
+            return elapsed * (1.0 - doing.share) / doing.share
+        # One that takes longer than others did may be half done.
+        whole = self._of(model)
+        return whole - elapsed if elapsed < 0.9 * whole else 0.1 * whole + 0.5 * (elapsed - 0.9 * whole)
+
+
+def in_words(seconds: float) -> str:
+    """A time as people say it, no more exact than an estimate is.
+
+    >>> in_words(0.2), in_words(41.0), in_words(95.0), in_words(1300.0), in_words(8000.0)
+    ('1 s', '41 s', '1 min 35 s', '22 min', '2 h 13 min')
+    """
+    whole = max(1, round(seconds))
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 600:
+        return f"{whole // 60} min {whole % 60} s" if whole % 60 else f"{whole // 60} min"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"

@@ -1,0 +1,64 @@
+"""What a person says of files that do not say it themselves: the options `--as` and `--scale` of an import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from ..errors import InputError, UnknownNameError
+from ..spectrum import Quantity
+
+Scale = Literal["percent", "fraction"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was measured, and on which scale it is written; None leaves that to the file.
+
+    A file that says something else is refused, and not overruled: one answer is given for many files.
+
+    Raises
+    ------
+    InputError
+        A scale for an emission, which has none; an unknown word.
+    """
+
+    quantity: Quantity | None = None
+    scale: Scale | None = None
+
+    def __post_init__(self) -> None:
+        for field, words, known in (("as", self.quantity, Quantity), ("scale", self.scale, Scale)):
+            if words is not None and words not in get_args(known):
+                raise UnknownNameError(field, str(words), get_args(known))
+        if self.quantity == "emission" and self.scale is not None:
+            raise InputError(
+                "an emission is on no scale of 0 to 1",
+                field="scale",
+                found=self.scale,
+                expected="no scale: spectral power is taken as it stands",
+                hint="leave --scale out",
+            )
+
+    def allows(self, quantity: str) -> bool:
+        """Whether a file that says `quantity` says nothing else than this answer does.
+
+        A radiance factor is a reflectance in one geometry: the one word allows the other.
+        """
+        alike = {"reflectance", "radiance factor"}
+        return self.quantity in (None, quantity) or {self.quantity, quantity} == alike
+
+
+#: Leaves everything to the file.
+NO_ANSWER = Answer()
+
+
+def contradiction(answer: Answer, quantity: str, words: str, *, file: object, field: str | None = None) -> InputError:
+    """The refusal of a file that says another quantity than the person who imports it."""
+    return InputError(
+        "the file says one thing, and --as another",
+        file=str(file),
+        field=field,
+        found=f"{quantity}, by {words}; --as {str(answer.quantity).replace(' ', '-')}",
+        expected="an answer only where the file leaves the question open",
+        hint="import this file without --as; where its words are wrong, correct them in the file",
+    )

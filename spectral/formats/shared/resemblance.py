@@ -1,0 +1,142 @@
+"""Spectra that are published tables: the CIE's observers and illuminants, lamps and charts, as colour-science has them.
+
+A column of numbers without a word may be one of them. What it resembles is one sign of what it is (`signs`); where it
+stands on the scale of the publication, or a power of ten beside it, that is another.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from ...tables import colour_science
+
+Kind = Literal["sensitivity", "emission", "reflectance"]
+
+# Where every table has samples, nm, and how many of them, over how wide a range, are enough to know it by.
+_WINDOW, _FEWEST, _NARROWEST = (400.0, 700.0), 12, 150.0
+# The most that shape may differ: root mean square of what is left, over that of the values. Published digits and
+# interpolation cost a few thousandths.
+_ALIKE = 0.005
+# A table flatter than this has no shape to be known by: every grey resembles the equal-energy illuminant.
+_FLAT = 0.05
+_SAME_SCALE = 1e-3
+# Lines of mercury in every fluorescent lamp, nm: how near, how narrow, and how high above what is beside, of the most.
+_MERCURY, _NEAR, _BESIDE, _HIGH = (435.8, 546.1), 6.0, 20.0, 0.1
+
+
+class Likeness(NamedTuple):
+    """What a spectrum resembles: what kind of table, its name, and the factor between the two.
+
+    published : whether it is on the scale of the publication, or a power of ten beside it.
+    """
+
+    kind: Kind
+    name: str
+    factor: float
+    published: bool
+
+
+class _Published(NamedTuple):
+    kinds: tuple[Kind, ...]
+    names: tuple[str, ...]
+    values: Float[np.ndarray, "R N"]
+
+
+def likenesses(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]) -> list[Likeness | None]:
+    """For each spectrum the published table that it resembles most, None where it resembles none."""
+    order = np.argsort(grid_nm, kind="stable")
+    grid_nm, values = grid_nm[order], values[:, order]
+    inside = (grid_nm >= _WINDOW[0]) & (grid_nm <= _WINDOW[1])
+    nodes = grid_nm[inside]
+    if nodes.size < _FEWEST or np.ptp(nodes) < _NARROWEST or nodes.size > 2000:
+        return [None] * len(values)
+    seen = values[:, inside]
+    known = _published(nodes.tobytes())
+    if not known.names:
+        return [None] * len(values)
+    usable = np.asarray(np.isfinite(seen).all(axis=1) & (np.abs(seen) < 1e150).all(axis=1))
+    seen = np.where(usable[:, None], seen, 0.0)
+    largest = np.asarray(np.abs(seen).max(axis=1))
+    usable = usable & (largest > 0.0)
+    seen = seen / np.where(usable, largest, 1.0)[:, None]
+    squares = np.where(usable, (seen * seen).sum(axis=1), 1.0)
+    own = (known.values**2).sum(axis=1)
+    products = seen @ known.values.T
+    left = np.sqrt(np.maximum(1.0 - products**2 / np.outer(squares, own), 0.0))
+    left = np.where(products > 0.0, left, 1.0)
+    found: list[Likeness | None] = []
+    for row, best in enumerate(left.argmin(axis=1).tolist()):
+        if not usable[row] or left[row, best] > _ALIKE:
+            found.append(None)
+            continue
+        factor = float(products[row, best] / own[best] * largest[row])
+        if known.kinds[best] == "reflectance" and _scale(factor) is None:
+            found.append(None)  # another surface of that hue
+            continue
+        published = abs(math.log10(factor) - round(math.log10(factor))) < _SAME_SCALE / math.log(10.0)
+        found.append(Likeness(known.kinds[best], known.names[best], factor, published))
+    return found
+
+
+def _scale(factor: float) -> float | None:
+    """1 or 100, what reflectances of a chart are multiplied with; None of anything else."""
+    return next((scale for scale in (1.0, 100.0) if abs(factor / scale - 1.0) < 10.0 * _SAME_SCALE), None)
+
+
+@lru_cache(maxsize=16)
+def _published(grid: bytes) -> _Published:
+    """Every published table at these wavelengths, less those that do not cover them or have no shape there."""
+    nodes = np.frombuffer(grid)
+    kinds, names, rows = [], [], []
+    for kind, name, nm, values in _tables():
+        if nm[0] > nodes[0] + 1e-6 or nm[-1] < nodes[-1] - 1e-6:
+            continue
+        there = np.interp(nodes, nm, values)
+        if not there.max() > 0.0 or (kind != "reflectance" and there.std() < _FLAT * there.mean()):
+            continue
+        kinds.append(kind)
+        names.append(name)
+        rows.append(there)
+    return _Published(tuple(kinds), tuple(names), np.array(rows).reshape(len(rows), nodes.size))
+
+
+@lru_cache(maxsize=1)
+def _tables() -> tuple[tuple[Kind, str, np.ndarray, np.ndarray], ...]:
+    """Kind, name, wavelengths (L,) in nm and values (L,) of every published table."""
+    colour = colour_science()
+    found: list[tuple[Kind, str, np.ndarray, np.ndarray]] = []
+
+    def take(kind: Kind, name: str, table: Any) -> None:
+        columns = np.asarray(table.values, dtype=np.float64).reshape(len(table.wavelengths), -1).T
+        found.extend((kind, name, np.asarray(table.wavelengths, dtype=np.float64), column) for column in columns)
+
+    for sensors in (colour.MSDS_CMFS, colour.SDS_LEFS, colour.MSDS_CAMERA_SENSITIVITIES):
+        for name in sensors:
+            take("sensitivity", name, sensors[name])
+    for lights in (colour.SDS_ILLUMINANTS, colour.SDS_LIGHT_SOURCES):
+        for name in lights:
+            take("emission", name, lights[name])
+    for chart in colour.SDS_COLOURCHECKERS:
+        for patch, spectrum in colour.SDS_COLOURCHECKERS[chart].items():
+            take("reflectance", f"{patch} of {chart}", spectrum)
+    return tuple(found)
+
+
+def has_mercury_lines(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "L"]) -> bool:
+    """Whether a spectrum peaks sharply where mercury shines, at 436 and at 546 nm: a fluorescent lamp's."""
+    most = float(values.max(initial=0.0))
+    return most > 0.0 and all(_peaks_at(line, grid_nm, values, most) for line in _MERCURY)
+
+
+def _peaks_at(line: float, grid_nm: np.ndarray, values: np.ndarray, most: float) -> bool:
+    near = np.abs(grid_nm - line) <= _NEAR
+    before = (grid_nm < line - _NEAR) & (grid_nm > line - _BESIDE)
+    after = (grid_nm > line + _NEAR) & (grid_nm < line + _BESIDE)
+    if not (near.any() and before.any() and after.any()):
+        return False
+    return bool(values[near].max() - max(values[before].min(), values[after].min()) > _HIGH * most)

@@ -1,0 +1,65 @@
+"""How much memory there is for a piece of work, known before it starts: what cannot fit is refused in numbers."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+_GIGA = 1e9
+_PROC, _GROUP = Path("/proc"), Path("/sys/fs/cgroup")
+
+
+def available_bytes() -> int | None:
+    """Memory that this process may still take without driving others out, bytes; None where the system does not say.
+
+    The least of what the system calls available, what the control group leaves (containers), and the limit of the
+    process's own address space.
+    """
+    found = [_system(), _control_group(), _address_space()]
+    known = [number for number in found if number is not None]
+    return min(known) if known else None
+
+
+def gigabytes(number: int | float) -> str:
+    """Bytes for a person.
+
+    >>> gigabytes(19_500_000_000), gigabytes(40_000_000)
+    ('19.5 GB', '0.04 GB')
+    """
+    return f"{number / _GIGA:.3g} GB" if number >= 0.1 * _GIGA else f"{number / _GIGA:.1g} GB"
+
+
+def _system() -> int | None:
+    with suppress(OSError, ValueError, IndexError):
+        for line in (_PROC / "meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024 * int(line.split()[1])
+    with suppress(AttributeError, OSError, ValueError):
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return None
+
+
+def _control_group() -> int | None:
+    """What the limit of the group leaves; pages of files that it could let go count as free."""
+    for limit, used, files in (
+        ("memory.max", "memory.current", "inactive_file"),
+        ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes", "total_inactive_file"),
+    ):
+        with suppress(OSError, ValueError):
+            most = int((_GROUP / limit).read_text())
+            taken = int((_GROUP / used).read_text())
+            stated = dict(line.split() for line in (_GROUP / limit).with_name("memory.stat").read_text().splitlines())
+            return max(0, most - taken + int(stated.get(files, 0)))
+    return None
+
+
+def _address_space() -> int | None:
+    with suppress(ImportError, OSError, ValueError, IndexError):
+        import resource
+
+        most = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if most != resource.RLIM_INFINITY:
+            pages = int((_PROC / "self" / "statm").read_text().split()[0])
+            return max(0, most - pages * os.sysconf("SC_PAGE_SIZE"))
+    return None

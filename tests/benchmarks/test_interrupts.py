@@ -1,0 +1,43 @@
+"""The benchmark of interrupts at work: one of each signal, and that it finds what it looks for."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+FILE = Path(__file__).resolve().parents[2] / "benchmarks" / "interrupts.py"
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
+ENDS = ("right", "early", "late")
+
+
+@pytest.fixture(scope="module")
+def interrupts():
+    spec = importlib.util.spec_from_file_location("interrupts_benchmark", FILE)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def place(interrupts, tmp_path_factory):
+    return interrupts.Workplace(tmp_path_factory.mktemp("interrupts"))
+
+
+@pytest.mark.parametrize(("name", "kind"), [("fit", "SIGTERM"), ("review", "SIGTERM"), ("import", "SIGINT")])
+def test_a_signal_ends_a_command_as_it_should(interrupts, place, name, kind, monkeypatch):
+    # Shared memory is the whole machine's: other tests, beside this one, have theirs.
+    monkeypatch.setattr(interrupts, "_shared_memory", set)
+    found = interrupts.hit(place, name, kind, 0.6)
+    assert found.verdict in ENDS, found
+
+
+def test_what_is_wrong_is_seen(interrupts, place, monkeypatch):
+    """A command that knows nothing of signals, leaves a temporary file, and says a traceback."""
+    code = "import pathlib, os; pathlib.Path(os.environ['TMPDIR'], 'left').mkdir(); print(1, flush=True); import time; "
+    code += "time.sleep(20)"
+    monkeypatch.setattr(interrupts.Workplace, "words", lambda *_: [sys.executable, "-c", code])
+    monkeypatch.setattr(interrupts, "_listens", lambda _: True)
+    for kind in ("SIGINT", "SIGTERM"):
+        assert interrupts.hit(place, "fit", kind, 0.5).verdict not in ENDS

@@ -1,0 +1,276 @@
+"""What the report's scripts do, in Chromium, on a page read from a file: search, order, keyboard, values of maps."""
+
+import json
+import os
+import select
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from metamer.calibration.report import review_row, write_report
+from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
+
+fcntl = pytest.importorskip("fcntl")
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--remote-debugging-pipe",
+)
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium here to open pages with")
+
+#: ΔE94 of the map of the first row.
+DELTA_E = np.array([[0.0, 0.5, 1.0, 1.001], [3.0, 40.0, np.inf, np.nan], [0.004, 0.25, 0.26, 2.0]])
+ROWS = (
+    ("paint/red", "D65", 0.4),
+    ("paint/red", "A", 1.2),
+    ("paint/blue", "D65", 9.0),
+    ("paint/blue", "A", 0.2),
+    ("metal/gold", "D65", 0.1),
+    ("metal/gold", "A", 0.3),
+)
+
+
+class Plan:
+    basis_size = 3
+    reasons = ("One light, no bounce: 3 coefficients are exact.",)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """Address of a page of three materials under two lights."""
+    rows = []
+    for material, light, p99 in ROWS:
+        picture = np.full((3, 4, 3), 90, dtype=np.uint8)
+        statistics = DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 12)
+        rows.append(
+            review_row(
+                material, light, "1931_2", statistics=statistics, picture=picture, reference=picture + 9,
+                delta_e=DELTA_E, budget=1.0, rows=len(ROWS), image="a.png", files={"XYZ EXR": "a.exr"},
+            )
+        )  # fmt: skip
+    checks = (SelfCheck("L*", 1.0, 1.0),)
+    path, _ = write_report(tmp_path_factory.mktemp("page"), rows, Plan(), "numpy", 1.0, [], "0", checks=checks)
+    return path.as_uri()
+
+
+class Browser:
+    """Chromium without a window, spoken to through two pipes in its DevTools protocol."""
+
+    def __init__(self, folder):
+        # Out of the way of the descriptors 3 and 4, which the browser reads from and writes to.
+        heard, self._to = (fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in os.pipe())
+        self._from, told = (fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in os.pipe())
+        self.process = subprocess.Popen(
+            [BROWSER, *FLAGS, f"--user-data-dir={folder}"],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            preexec_fn=lambda: (os.dup2(heard, 3), os.dup2(told, 4)), pass_fds=(3, 4),
+        )  # fmt: skip
+        os.close(heard)
+        os.close(told)
+        self._rest, self._number, self._page = b"", 0, {}
+
+    def start(self):
+        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        self._page = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
+        self.ask("Page.enable")
+        self.ask("Emulation.setFocusEmulationEnabled", enabled=True)
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(60)
+        os.close(self._to)
+        os.close(self._from)
+
+    def ask(self, method, **parameters):
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters, **self._page}
+        os.write(self._to, json.dumps(message).encode() + b"\0")
+        answer = self.wait(lambda heard: heard.get("id") == self._number)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def wait(self, wanted):
+        while True:
+            while b"\0" not in self._rest:
+                assert select.select([self._from], [], [], 60)[0], "the browser says nothing"
+                self._rest += os.read(self._from, 2**20)
+            line, _, self._rest = self._rest.partition(b"\0")
+            if wanted(heard := json.loads(line)):
+                return heard
+
+    def open(self, address):
+        self._number += 1
+        message = {"id": self._number, "method": "Page.navigate", "params": {"url": address}, **self._page}
+        os.write(self._to, json.dumps(message).encode() + b"\0")
+        self.wait(lambda heard: heard.get("method") == "Page.loadEventFired")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    found = Browser(tmp_path_factory.mktemp("browser"))
+    try:
+        found.start()
+        yield found
+    finally:
+        found.close()
+
+
+@pytest.fixture
+def told(page, browser):
+    """Runs a script on a page that has just been opened, and gives what it returns."""
+
+    def run(script):
+        browser.open(page)
+        wrapped = (
+            "(async () => { const $ = (id) => document.getElementById(id);"
+            "const set = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('input')); };"
+            "const cards = () => [...document.querySelectorAll('.card')].filter((card) => !card.hidden)"
+            f".map((card) => card.dataset.name); {script} }})()"
+        )
+        found = browser.ask("Runtime.evaluate", expression=wrapped, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in found, found
+        return found["result"]["value"]
+
+    return run
+
+
+def test_all_words_of_a_search_must_match(told):
+    found = told(
+        """const said = {};
+        for (const words of ["", "paint", "RED d65", "paint a", "over", "within gold a", "paint green"]) {
+          set("find", words); said[words] = [cards(), $("shown").textContent];
+        }
+        return said;"""
+    )
+    everything = ["paint/blue", "paint/red", "metal/gold"]
+    assert found == {
+        "": [everything, "3 materials, 6 rows"],
+        "paint": [everything[:2], "2 of 3 materials, 4 of 6 rows"],
+        "RED d65": [["paint/red"], "1 of 3 materials, 1 of 6 rows"],
+        "paint a": [["paint/red", "paint/blue"], "2 of 3 materials, 2 of 6 rows"],
+        "over": [["paint/blue"], "1 of 3 materials, 1 of 6 rows"],
+        "within gold a": [["metal/gold"], "1 of 3 materials, 1 of 6 rows"],
+        "paint green": [[], "Nothing fits."],
+    }
+
+
+def test_orders(told):
+    found = told(
+        """return [...$("sort").options].map((option) => {
+          $("sort").selectedIndex = option.index; $("sort").dispatchEvent(new Event("input"));
+          return [option.textContent, cards().map((name) => name.split("/")[1])];
+        });"""
+    )
+    assert found == [
+        ["worst p99 first", ["blue", "red", "gold"]],
+        ["worst under D65 first", ["blue", "red", "gold"]],
+        ["worst under A first", ["red", "gold", "blue"]],
+        ["largest mean first", ["blue", "red", "gold"]],
+        ["by name", ["gold", "blue", "red"]],
+        ["as reviewed", ["red", "blue", "gold"]],
+    ]
+
+
+def test_few_tab_stops_and_arrows_between_them(told):
+    """One stop for the names of all materials and one card, whose links it opens; the arrows go to the next."""
+    found = told(
+        """const stops = () => [...document.querySelectorAll("a[href], input, select, [tabindex]")]
+          .filter((element) => element.tabIndex >= 0 && !element.closest("[hidden]"));
+        const press = (key) =>
+          document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+        const first = stops()[0].getAttribute("href");
+        const open = () => [...document.querySelectorAll(".card")].filter((card) => card.tabIndex === 0).map((card) =>
+          [card.dataset.name, [...card.querySelectorAll("a")].filter((link) => link.tabIndex === 0).length]);
+        const seen = [open()];
+        document.querySelector(".card").focus(); press("ArrowRight"); seen.push(open());
+        press("ArrowRight"); press("ArrowRight"); press("ArrowLeft"); seen.push(open());
+        document.querySelector(".matrix a").focus(); press("ArrowDown");
+        return { first, seen, stops: stops().length, name: document.activeElement.textContent };"""
+    )
+    assert found["first"] == "#overview"
+    assert found["seen"] == [[["paint/blue", 4]], [["paint/red", 4]], [["paint/red", 4]]]
+    assert found["name"] == "paint/red"
+    # Skip link, the six worst, five controls, a name, a card and its four links, review.json.
+    assert found["stops"] == 1 + 6 + 5 + 1 + 5 + 1
+
+
+def test_shift_and_the_check_box_show_the_reference(told):
+    found = told(
+        """const picture = document.querySelector("img.hold"), reference = document.querySelectorAll(".shot img")[1];
+        const frame = () => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 20));
+        const same = async (wanted) => {
+          for (let tries = 0; tries < 50 && (picture.src === reference.src) !== wanted; tries += 1) await frame();
+          return picture.src === reference.src;
+        };
+        const press = (kind) => document.dispatchEvent(new KeyboardEvent(kind, { key: "Shift" }));
+        picture.scrollIntoView({ behavior: "instant" });
+        const seen = [await same(false)];
+        press("keydown"); seen.push(await same(true), picture.alt);
+        press("keyup"); seen.push(await same(false));
+        $("reference").checked = true; $("reference").dispatchEvent(new Event("input")); seen.push(await same(true));
+        return seen;"""
+    )
+    assert found == [False, True, "paint/blue under D65, reference", False, True]
+
+
+def test_the_value_under_the_pointer_is_that_of_the_data(told):
+    found = told(
+        """const map = document.querySelector("img.coded"), here = map.parentNode.querySelector(".here");
+        map.scrollIntoView({ behavior: "instant" });
+        const seen = [];
+        for (let y = 0; y < 3; y += 1) for (let x = 0; x < 4; x += 1) {
+          const box = map.getBoundingClientRect();
+          const at = { clientX: box.left + (x + 0.5) / 4 * box.width, clientY: box.top + (y + 0.5) / 3 * box.height };
+          here.textContent = "";
+          map.dispatchEvent(new PointerEvent("pointermove", at));
+          while (!here.textContent) await new Promise((done) => setTimeout(done, 10));
+          seen.push(here.textContent);
+        }
+        return seen;"""
+    )
+    assert [words.partition(" · pixel ")[2] for words in found] == [f"{x}, {y}" for y in range(3) for x in range(4)]
+    said = [words.partition(" · ")[0] for words in found]
+    assert [said[index] for index in (0, 5, 6, 7, 8)] == [
+        "0",
+        "over 33.2",
+        "no number",
+        "not compared",
+        "at most 0.00600",
+    ]
+    assert said[2].endswith(" to 1.00") and said[3].startswith("1.00 to ") and said[4].endswith(" to 3.00")
+    for words, value in zip(said, DELTA_E.ravel(), strict=True):
+        if " to " in words:
+            low, high = map(float, words.split(" to "))
+            assert low * 0.995 <= value <= high * 1.005 and high / low < 1.05, (words, value)
+
+
+def test_a_fitted_map_is_the_same_map_in_other_colours(told):
+    """The palette ends at the row's p99, and no code, so no value, has changed."""
+    found = told(
+        """const map = document.querySelector("img.coded");
+        const colours = async () => {
+          await map.decode();
+          const canvas = document.createElement("canvas"); canvas.width = 4; canvas.height = 3;
+          const brush = canvas.getContext("2d"); brush.drawImage(map, 0, 0);
+          return [...brush.getImageData(0, 0, 4, 3).data].join();
+        };
+        const before = [map.src, await colours()];
+        set("maps", "fitted");
+        const fitted = [map.src, await colours()], ticks = map.parentNode.querySelector(".scale").textContent.trim();
+        set("maps", "");
+        return { changed: before[1] !== fitted[1], ticks, pixels: before[0].slice(1106) === fitted[0].slice(1106),
+          back: map.src === before[0], map: fitted[1].split(",").map(Number) };"""
+    )
+    assert found["changed"] and found["pixels"] and found["back"]
+    assert found["ticks"] == "04.5p99 9"
+    rgb = np.array(found["map"]).reshape(3, 4, 4)[..., :3]
+    assert rgb[1, 1].tolist() == [255, 243, 190] and rgb[1, 2].tolist() == [255, 0, 255]
+    assert rgb[1, 3].tolist() == [128, 128, 128]

@@ -1,0 +1,74 @@
+"""Packs keep within their bounds everywhere: what is broken is found, and spectra alone always bring it back."""
+
+import numpy as np
+import pytest
+from metamer.materials.analytic import AshikhminShirley
+from metamer.materials.directions import spherical
+from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
+from metamer.materials.fitting.fit import fit
+from metamer.materials.fitting.seen import seen_samples
+from metamer.materials.fitting.within import within_bounds
+from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+
+L = len(WORKING_WAVELENGTHS_NM)
+GREY = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(L, 0.3))
+COAT = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(L, 0.04))
+IO = (Axis("theta_i", 33, 0.5 * np.pi), Axis("theta_o", 33, 0.5 * np.pi), Axis("phi", 17, np.pi))
+
+
+@pytest.fixture(scope="module")
+def glossy():
+    return AshikhminShirley(GREY, COAT, 30.0, 30.0)
+
+
+def with_a_dip(packs, depth, wavelength):
+    """The packs and one term more: a dip of one cell's width, where light and view are both near the horizon."""
+    factors = [np.zeros((axis.size, 1)) for axis in IO]
+    for factor, node in zip(factors, (30, 29, 15), strict=True):
+        factor[node] = 1.0
+    spectrum = np.zeros((1, L))
+    spectrum[0, wavelength] = -depth / np.pi
+    return (*packs, FactorPack("io", IO, tuple(factors), spectrum, SpectralBasis.sampled()))
+
+
+@pytest.mark.parametrize("wavelength", [0, 33, 80])
+def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
+    packs, bounds = fit(glossy, pixels=32).packs, Bounds.of(glossy)
+    assert bounds.extremes(packs).within
+    assert not len(bounds.broken(packs))
+    dipped = with_a_dip(packs, 3.0, wavelength)
+    found = bounds.extremes(dipped)
+    node = [axis.nodes[index] for axis, index in zip(IO, (30, 29, 15), strict=True)]
+    there = np.pi * sum(p.shade(spherical(node[0], 0.0), spherical(node[1], node[2])) for p in dipped)[wavelength]
+    assert found.lowest <= 0.98 * there < LOWEST
+    broken = bounds.broken(dipped)
+    assert broken.low.all() and set(broken.wavelength.tolist()) == {wavelength}
+
+
+def test_what_is_too_bright_is_found(glossy):
+    packs, bounds = fit(glossy, pixels=32).packs, Bounds(np.full(L, 0.05), True)
+    found = bounds.extremes(packs)
+    broken = bounds.broken(packs)
+    assert found.ratio > LARGEST and found.lowest >= LOWEST
+    assert len(broken) and not broken.low.any()
+    shaded = np.pi * sum(p.basis.reconstruct(p.shade(broken.wi, broken.wo)) for p in packs)
+    assert found.ratio >= shaded.max() / 0.05 * (1.0 - 1e-9)
+
+
+def test_spectra_alone_bring_any_packs_back(glossy):
+    samples, bounds = seen_samples(glossy, 4000), Bounds.of(glossy)
+    rng = np.random.default_rng(0)
+    factors = tuple(rng.standard_normal((axis.size, 3)) for axis in IO)
+    wild = (FactorPack("io", IO, factors, rng.standard_normal((3, L)), SpectralBasis.sampled()),)
+    assert not bounds.extremes(wild).within
+    tame, kept = within_bounds(wild, samples, bounds)
+    assert kept and bounds.extremes(tame).within
+    assert any(np.any(pack.spectral) for pack in tame)
+
+
+def test_packs_within_their_bounds_stay_as_they_are(glossy):
+    packs, bounds = fit(glossy, pixels=32).packs, Bounds.of(glossy)
+    same, kept = within_bounds(packs, seen_samples(glossy, 2000), bounds)
+    assert kept and same is packs

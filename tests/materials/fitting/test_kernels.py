@@ -1,0 +1,49 @@
+"""No result hangs on rounding: the same fits under two of OpenBLAS' kernels, each in a process of its own."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+_FIT = """
+import json
+import numpy as np
+from metamer.materials.analytic import AshikhminShirley
+from metamer.materials.fitting.bounds import Bounds
+from metamer.materials.fitting.fit import fit
+from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+ramp = np.linspace(0.0, 1.0, len(WORKING_WAVELENGTHS_NM))
+red, grey = (Spectrum.sampled(WORKING_WAVELENGTHS_NM, v) for v in (0.05 + 0.6 * ramp**2, 0.04 + 0.0 * ramp))
+brdf = AshikhminShirley(red, grey, 40.0, 40.0)
+found = fit(brdf, frame="io", budget=1.0, pixels=48)
+bounds = Bounds.of(brdf).extremes(found.packs)
+print(json.dumps([bounds.lowest, bounds.ratio, found.score, found.error.most_negative]))
+"""
+
+
+def _kernels() -> tuple[str, str]:
+    """Two kernels that this processor runs; the newer the better."""
+    information = Path("/proc/cpuinfo")
+    flags = information.read_text(encoding="utf-8").split() if information.exists() else []
+    known = [
+        name for name, flag in (("SkylakeX", "avx512f"), ("Haswell", "avx2"), ("Prescott", "pni")) if flag in flags
+    ]
+    if len(known) < 2:
+        pytest.skip("this processor's kernels are not known")
+    return known[0], known[1]
+
+
+def test_bounds_hold_whatever_kernel_rounds():
+    figures = {}
+    for kernel in _kernels():
+        environment = {**os.environ, "OPENBLAS_CORETYPE": kernel, "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run([sys.executable, "-c", _FIT], env=environment, capture_output=True, text=True, check=True)
+        figures[kernel] = json.loads(done.stdout)
+    for lowest, ratio, score, declared in figures.values():
+        assert lowest >= -0.02, figures
+        assert declared >= -0.02, figures
+        assert ratio <= 2.0, figures
+        assert score <= 2.5, figures

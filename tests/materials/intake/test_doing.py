@@ -1,0 +1,106 @@
+"""How far an import is, and how long the rest will take."""
+
+from types import SimpleNamespace
+
+import pytest
+from metamer.materials.catalogue import import_sources
+from metamer.materials.intake.doing import Doing, Expected, share_done
+from metamer.materials.intake.sources import read_sources
+from metamer.materials.intake.work import fit_material
+from metamer.spectral.processes import Task, supervised
+
+GREY = 'family = "grey"\nkind = "analytic"\n[[material]]\nname = "grey"\nmodel = "oren_nayar"\nsigma = 0.3\n'
+CONSTANT = "reflectance = { constant = 0.5 }\n"
+
+
+@pytest.fixture
+def grey(tmp_path):
+    (tmp_path / "grey.toml").write_text(GREY + CONSTANT)
+    return tmp_path / "grey.toml"
+
+
+def trials(*scores):
+    return [SimpleNamespace(score=score, joint=False, lobe=0) for score in scores]
+
+
+@pytest.mark.parametrize(
+    ("scores", "share"),
+    [((), 0.0), ((8.0,), 0.0), ((8.0, 2.0), 0.5), ((8.0, 0.5), 1.0), ((8.0, 0.1), 1.0), ((float("nan"),), 0.0)],
+)
+def test_the_share_is_the_way_to_the_budget(scores, share):
+    assert share_done(trials(*scores), 0.5) == pytest.approx(share)
+
+
+def test_the_share_is_that_of_all_packs_once_they_are_fitted_together():
+    lobe, other, both = (
+        SimpleNamespace(score=score, joint=joint, lobe=at)
+        for score, joint, at in ((0.5, False, 0), (8.0, False, 1), (2.0, True, 0))
+    )
+    assert share_done([lobe], 0.5) == 1.0
+    assert share_done([lobe, other], 0.5) == 0.0
+    assert share_done([lobe, other, both], 0.5) == pytest.approx(0.5)
+
+
+def test_what_is_left_is_shared_by_the_processes():
+    expected = Expected({f"a/{n}": "lambert" for n in range(10)}, 2)
+    guess = expected.seconds_left
+    assert guess == pytest.approx(5 * 0.3)
+    expected.done("a/0", 4.0)
+    assert expected.seconds_left == pytest.approx(9 * 4.0 / 2)
+
+
+def test_what_takes_longest_bounds_the_rest():
+    clock = [0.0]
+    expected = Expected({"a": "merl", "b": "lambert"}, 2, lambda: clock[0])
+    expected.at("a", Doing("tabulating"))
+    assert expected.seconds_left == pytest.approx(90.0)
+    clock[0] = 30.0
+    assert expected.seconds_left == pytest.approx(60.0)
+    expected.at("a", Doing("8 terms", 0.5))
+    assert expected.seconds_left == pytest.approx(30.0)
+
+
+def test_what_takes_longer_than_others_is_never_nearly_done():
+    clock = [0.0]
+    expected = Expected({"a": "merl"}, 1, lambda: clock[0])
+    expected.at("a", Doing("tabulating"))
+    left = []
+    for clock[0] in (80.0, 90.0, 200.0, 1000.0):
+        left.append(expected.seconds_left)
+    assert min(left) > 0.0 and left[-1] > left[-2]
+
+
+def test_nothing_left_takes_no_time():
+    assert Expected({}, 2).seconds_left == 0.0
+
+
+def test_a_fit_says_its_phases_and_trials(grey):
+    (material,) = read_sources(grey)
+    heard = []
+    fitted = fit_material(material, 3.0, heard.append)
+    assert [doing.phase for doing in heard[:2]] == ["preparing", "tabulating"]
+    assert len(heard) == 2 + len(fitted.trials) and heard[-1].share == 1.0
+    assert " terms in " in heard[-1].phase and "p99" in heard[-1].phase
+
+
+def test_a_fit_in_another_process_is_heard_here(grey):
+    (material,) = read_sources(grey)
+    heard = []
+    ((_, fitted),) = supervised(fit_material, [Task("key", (material, 3.0))], 1, lambda *told: heard.append(told))
+    assert [doing.phase for _, doing in heard[:2]] == ["preparing", "tabulating"] and not fitted.reason
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_an_import_says_what_begins_and_what_it_is_at(grey, tmp_path, apart):
+    begun, heard = [], []
+    import_sources(
+        [grey],
+        tmp_path / "cat",
+        jobs=1,
+        budget=3.0,
+        apart=apart,
+        begins=lambda pending, jobs: begun.append(([(one.id, one.model) for one in pending], jobs.count)),
+        doing=lambda material_id, doing: heard.append((material_id, doing.phase)),
+    )
+    assert begun == [([("grey/grey", "oren_nayar")], 1)]
+    assert heard[:3] == [("grey/grey", phase) for phase in ("reading", "preparing", "tabulating")] and len(heard) > 3

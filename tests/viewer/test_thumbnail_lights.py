@@ -1,0 +1,44 @@
+"""The lights of thumbnails: metals mirror something, and little of them is brighter than the display."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.lighting.reference import reference_image
+from metamer.lighting.scene import load_scene
+from metamer.materials.intake.sources import read_sources
+from metamer.materials.records.models import rebuild
+from metamer.viewer.display import CLIP_TOLERANCE
+from metamer.viewer.picture import display_for
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def metals():
+    return {
+        source.id: rebuild(source.model, source.parameters)
+        for source in read_sources(ROOT / "catalogs" / "shipped")
+        if source.family == "metal"
+    }
+
+
+def shares(name, brdf):
+    """Shares of the sphere that are clipped, and that are as good as black."""
+    scene = load_scene(ROOT / "examples" / f"{name}.toml")
+    scene = scene.with_material(scene.reviewed_part, "metal")
+    camera = replace(scene.camera(), width=40, height_px=40, samples=1)
+    xyz, coverage = reference_image(scene, camera, {"metal": brdf})
+    seen, display = xyz[coverage == 1], display_for(scene.viewing)
+    rgb = display.apply(seen @ display.adaptation_from(scene.adopted_white()).T)
+    return np.mean((rgb > 1 + CLIP_TOLERANCE).any(axis=-1)), np.mean(seen[:, 1] < 0.02)
+
+
+def test_metals_are_hardly_clipped_and_nowhere_black(metals):
+    assert len(metals) >= 3
+    for name, brdf in metals.items():
+        clipped, dark = shares("thumbnail", brdf)
+        assert clipped < 0.03 and dark < 0.02, (name, clipped, dark)
+        clipped_by_one, dark_by_one = shares("sphere", brdf)
+        assert clipped < 0.5 * clipped_by_one and dark < 0.2 * dark_by_one
