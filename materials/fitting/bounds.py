@@ -2,13 +2,15 @@
 
 A sum of products follows the original where pictures look; elsewhere nothing holds its terms, which may cancel there
 and leave light of any colour, or less than none. Places where packs leave the bounds are searched for over both
-hemispheres, downhill from the worst pairs met, at every wavelength, and become guards of the fit
-(`SeenSamples.guarded`).
+hemispheres at every wavelength, and become guards of the fit (`SeenSamples.guarded`). Between the nodes of its grid a
+pack is linear along every axis, so that its extremes are at nodes: the search looks at every node of every pack, at
+pairs spread over the hemispheres, and then goes downhill from the worst.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -16,26 +18,29 @@ from jaxtyping import Bool, Float, Int
 
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..brdf import Brdf
-from ..directions import angles, io_angles, io_from_half_difference, spherical
-from ..factors import FactorPack
+from ..brdf import Brdf, Frame
+from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
+from ..factors import Axis, FactorPack, FrameAngles, frame_angles
 from .seen import everywhere_angles
 
 #: Packs shade to no less than this, where a white diffuser facing the light is 1.
 LOWEST = -0.02
 #: Packs shade to no more than so many times the original's largest value anywhere at the same wavelength.
 LARGEST = 2.0
-# A fit keeps within this share of both bounds: the rest is for rounding, half precision and what the search missed.
-_KEPT = 0.6
+# A fit keeps within this share of both bounds: the rest is for rounding and half precision.
+_KEPT = 0.8
 # An original darker than this everywhere at a wavelength is taken for as bright.
 _DARKEST = 0.02
 # Pairs looked at, of an isotropic and of another surface, and those of them from which the search goes downhill.
-_PAIRS, _PAIRS_TURNED, _DOWNHILL = 80_000, 200_000, 400
+_PAIRS, _PAIRS_TURNED, _DOWNHILL = 40_000, 100_000, 400
+# Nodes looked at on one grid, at most: every so many of a larger one.
+_NODES = 1_000_000
+_BLOCK = 8192
 # First step downhill, radians, and how often it is halved.
 _STEP, _HALVINGS = 0.04, 6
 # Pairs closer than this in all angles are one place, radians; and the most places that are told.
 _PLACE, _PLACES = 0.05, 300
-_LOW, _HIGH = ("low",), ("high",)
+_SIDES = ("low", "high")
 _EDGE = 0.5 * np.pi - 1e-4
 
 
@@ -60,13 +65,15 @@ class Extremes:
 class Broken:
     """Pairs where packs go beyond their share of the bounds.
 
-    wavelength : where among the working wavelengths they do so most. low : whether it is the lower bound.
+    wavelength : where among the working wavelengths they do so most. low : whether it is the lower bound. worst : how
+    far they are at worst, 1 at the bounds themselves.
     """
 
     wi: Float[np.ndarray, "N 3"]
     wo: Float[np.ndarray, "N 3"]
     wavelength: Int[np.ndarray, " N"]
     low: Bool[np.ndarray, " N"]
+    worst: float
 
     def __len__(self) -> int:
         return len(self.wi)
@@ -78,6 +85,7 @@ class Bounds:
 
     largest: Float[np.ndarray, " L"]
     isotropic: bool
+    _known: dict[tuple[Frame, tuple[Axis, ...]] | None, Places] = field(default_factory=dict)
 
     @classmethod
     def of(cls, brdf: Brdf) -> Bounds:
@@ -88,22 +96,22 @@ class Bounds:
 
     def extremes(self, packs: tuple[FactorPack, ...]) -> Extremes:
         """The lowest and the largest value that packs shade to."""
-        low, high = (_shaded(packs, *_pairs(self._worst(packs, sides))) for sides in (_LOW, _HIGH))
+        low, high = (_shaded(packs, *_pairs(found)) for found in self._worst(packs))
         return Extremes(float(min(low.min(), 0.0)), float(np.max(high / self.largest)))
 
     def broken(self, packs: tuple[FactorPack, ...]) -> Broken:
         """Where packs go beyond the share of the bounds that a fit keeps, the worst pair of each place."""
-        found = np.concatenate([self._worst(packs, sides) for sides in (_LOW, _HIGH)])
+        found = np.concatenate(self._worst(packs))
         wi, wo = _pairs(found)
         shaded = _shaded(packs, wi, wo)
-        excess = self._excess(shaded, _LOW + _HIGH)
+        excess = self._excess(shaded, _SIDES)
         worst = excess.max(axis=1)
         order = np.argsort(-worst, kind="stable")
         order = order[worst[order] > _KEPT]
         _, first = np.unique(np.round(found[order] / _PLACE), axis=0, return_index=True)
         kept = order[np.sort(first)[:_PLACES]]
         at = np.argmax(excess[kept], axis=1)
-        return Broken(wi[kept], wo[kept], at, shaded[kept, at] < 0.0)
+        return Broken(wi[kept], wo[kept], at, shaded[kept, at] < 0.0, float(worst.max(initial=0.0)))
 
     def everywhere(self, count: int) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
         """wi and wo of about `count` pairs among those that are looked at."""
@@ -119,11 +127,34 @@ class Bounds:
         inside = 0.8 * _KEPT
         return np.stack([np.full_like(self.largest, inside * LOWEST), inside * LARGEST * self.largest])
 
-    def _worst(self, packs: tuple[FactorPack, ...], sides: tuple[str, ...]) -> Float[np.ndarray, "N A"]:
-        """The worst pairs met, and where going downhill from them led."""
-        angles = _angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic)
-        excess = self._worst_excess(packs, angles, sides)
-        angles = angles[np.argsort(-excess, kind="stable")[:_DOWNHILL]]
+    def _worst(self, packs: tuple[FactorPack, ...]) -> tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]:
+        """The pairs that come nearest to the lower and to the upper bound, and where going downhill from them led."""
+        low, high = [], []
+        for places in self._places(packs):
+            for rows, shaded in places.shaded(packs):
+                beyond_low, beyond_high = shaded.min(axis=1) / LOWEST, (shaded * self._brightest).max(axis=1)
+                for found, excess in ((low, beyond_low), (high, beyond_high)):
+                    some = np.argpartition(-excess, min(_DOWNHILL, len(excess) - 1))[:_DOWNHILL]
+                    found.append((excess[some], places.angles[rows][some]))
+        starts = (_strongest(low), _strongest(high))
+        return self._downhill(packs, starts[0], _SIDES[:1]), self._downhill(packs, starts[1], _SIDES[1:])
+
+    def _places(self, packs: tuple[FactorPack, ...]) -> Iterator[Places]:
+        """Pairs spread over the hemispheres, and the nodes of every pack."""
+        for key in (None, *dict.fromkeys((pack.frame, pack.axes) for pack in packs)):
+            if key not in self._known:
+                spread = _angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic)
+                self._known[key] = Places(spread if key is None else _nodes(*key, self.isotropic))
+            yield self._known[key]
+
+    @property
+    def _brightest(self) -> Float[np.ndarray, " L"]:
+        return (1.0 / (LARGEST * self.largest)).astype(np.float32)
+
+    def _downhill(
+        self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[str, ...]
+    ) -> Float[np.ndarray, "N A"]:
+        angles = starts.copy()
         excess = self._worst_excess(packs, angles, sides)
         step = _STEP
         for _ in range(_HALVINGS):
@@ -139,16 +170,69 @@ class Bounds:
         return angles
 
     def _worst_excess(self, packs: tuple[FactorPack, ...], angles: np.ndarray, sides: tuple[str, ...]) -> np.ndarray:
-        out = np.empty(len(angles))
-        for start in range(0, len(angles), 8192):
-            rows = slice(start, start + 8192)
-            out[rows] = self._excess(_shaded(packs, *_pairs(angles[rows])), sides).max(axis=1)
-        return out
+        return self._excess(_shaded(packs, *_pairs(angles)), sides).max(axis=1)
 
     def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[str, ...]) -> Float[np.ndarray, "N L"]:
         """1 at the bounds of these sides."""
         beyond = {"low": LOWEST, "high": LARGEST * self.largest}
         return np.max([shaded / beyond[side] for side in sides], axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Pairs to look at, by `angles` (theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i), and theirs in
+    either frame, worked out once.
+    """
+
+    angles: Float[np.ndarray, "N A"]
+    _frames: dict[tuple[Frame, bool], FrameAngles] = field(default_factory=dict)
+
+    def shaded(self, packs: tuple[FactorPack, ...]) -> Iterator[tuple[slice, Float[np.ndarray, "n L"]]]:
+        """pi f_r cos(theta_i) at the working wavelengths, block by block; in float32, which finds places as well."""
+        spectra = [np.pi * pack.basis.reconstruct(pack.spectral).astype(np.float32) for pack in packs]
+        for start in range(0, len(self.angles), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            parts = [
+                pack.geometry_at(self._at(pack, rows), np.float32) @ spectrum
+                for pack, spectrum in zip(packs, spectra, strict=True)
+            ]
+            yield rows, sum(parts[1:], parts[0])
+
+    def _at(self, pack: FactorPack, rows: slice) -> FrameAngles:
+        key = (pack.frame, pack.anisotropic)
+        if key not in self._frames:
+            self._frames[key] = frame_angles(pack.frame, *_pairs(self.angles), pack.anisotropic)
+        known = self._frames[key]
+        some = {name: values[rows] for name, values in known.angles.items()}
+        return FrameAngles(pack.frame, some, known.scale[rows], (len(known.scale[rows]),))
+
+
+def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, "N A"]:
+    """The places from which the search goes downhill: the worst, no two of them in one place until all are."""
+    excess, angles = (np.concatenate(part) for part in zip(*found, strict=True))
+    order = np.argsort(-excess, kind="stable")
+    _, first = np.unique(np.round(angles[order] / _PLACE), axis=0, return_index=True)
+    apart = np.sort(first)[:_DOWNHILL]
+    return angles[order[apart]]
+
+
+def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Float[np.ndarray, "N A"]:
+    """The nodes of a grid that are above the horizon."""
+    turned = () if isotropic or len(axes) == 4 else (np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False),)
+    shape = (*(axis.size for axis in axes), *(len(one) for one in turned))
+    some = np.arange(0, int(np.prod(shape)), max(1, -(-int(np.prod(shape)) // _NODES)))
+    index = np.unravel_index(some, shape)
+    values = [nodes[i] for nodes, i in zip((*(axis.nodes for axis in axes), *turned), index, strict=True)]
+    last = values[3] if len(values) == 4 else 0.0 * values[0]
+    if frame == "io":
+        theta_i, theta_o = (np.minimum(theta, _EDGE) for theta in values[:2])
+        found = np.stack([theta_i, theta_o, values[2], last], axis=-1)
+    else:
+        wi, wo = io_from_half_difference(*values[:3], last)
+        lit = (wi[:, 2] > 1e-4) & (wo[:, 2] > 1e-4)
+        theta_i, theta_o, _ = io_angles(wi[lit], wo[lit])
+        found = np.stack([theta_i, theta_o, azimuth_difference(wi[lit], wo[lit]), angles(wi[lit])[1]], axis=-1)
+    return found[:, : 3 if isotropic else 4]
 
 
 def working_spectra(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:

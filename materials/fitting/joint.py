@@ -25,6 +25,9 @@ from .seen import SeenSamples
 _SPECTRAL_STEPS = 4
 # Wavelengths at which one guard leans are farther apart than this many samples.
 _APART = 6
+# Guards that are farther beyond their limit than this many times the limit lean on it by the first power: a square
+# would let the worst of them rule over everything that pictures show.
+_FIRM = 2.0
 _TINY = 1e-100
 
 
@@ -145,7 +148,7 @@ class JointProblem:
             low, high = samples.limits
             values = np.pi * (terms[first:] @ spectra) @ samples.synthesis
             beyond = np.maximum(np.maximum((low - values) / -low, (values - high) / high), 0.0)
-            found += float(samples.guards @ (-low[0] * beyond.max(axis=1)) ** 2)
+            found += float(samples.guards @ (low[0] ** 2 * _leaned(beyond.max(axis=1))))
         return found
 
     def _spectra(
@@ -194,9 +197,10 @@ class JointProblem:
             at = np.argmax(beyond, axis=0)
             active = beyond[at, every] > 0.0
             limit = np.where(values[at, every] < 0.0, low[at], high[at])
-            weight = np.where(active, np.sqrt(samples.guards), 0.0) * np.where(
-                values[at, every] < 0, 1, -low[at] / limit
-            )
+            # A square that touches `_leaned` where the guard is now and is nowhere below it: costs still only fall.
+            softened = np.sqrt(_FIRM / np.maximum(beyond[at, every], _FIRM))
+            weight = np.where(active, np.sqrt(samples.guards) * softened, 0.0)
+            weight *= np.where(values[at, every] < 0, 1, -low[at] / limit)
             eye[number] = rows[at].T * weight
             aims[number] = limit * weight
             beyond[np.abs(np.arange(len(beyond))[:, None] - at) <= _APART] = 0.0
@@ -226,6 +230,11 @@ class JointProblem:
         """What an error at each sample counts, whatever its colour."""
         eye = self.samples.eye
         return np.einsum("ksn,ksn->n", eye, eye) / eye.shape[1] + self.samples.plain
+
+
+def _leaned(beyond: Float[np.ndarray, " G"]) -> Float[np.ndarray, " G"]:
+    """Huber's cost of being so many times a limit beyond it."""
+    return np.where(beyond <= _FIRM, beyond**2, _FIRM * (2.0 * beyond - _FIRM))
 
 
 def refined(

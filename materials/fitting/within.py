@@ -19,17 +19,23 @@ from .joint import JointProblem
 from .seen import SeenSamples
 
 # Searches at most, and half spaces a search may add.
-_ROUNDS, _PLACES = 40, 120
+_ROUNDS, _PLACES = 12, 300
 # Pull towards the spectra as they were, as a share of each one's curvature: what no sample shows stays.
 _PULL = 1e-7
+# What a change where guards stand counts against one beyond their limits: pictures hardly show those places, and
+# nothing else keeps spectra from leaving the bounds there by more than they did anywhere.
+_STAY = 3e-4
 _BLOCK = 2048
 
 
 def within_bounds(
-    packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds
+    packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds, broken: Broken | None = None
 ) -> tuple[tuple[FactorPack, ...], bool]:
-    """The packs with the nearest spectra within `bounds`, and whether the last search found none broken."""
-    broken = bounds.broken(packs)
+    """The packs with the nearest spectra within `bounds`, and whether the last search found none broken.
+
+    broken : where they are `bounds.broken` now, if that is known.
+    """
+    broken = bounds.broken(packs) if broken is None else broken
     if not len(broken):
         return packs, True
     problem = JointProblem(packs, samples)
@@ -67,7 +73,13 @@ def _curvature(terms: Float[np.ndarray, "N R"], samples: SeenSamples) -> Float[n
     whole = np.empty((rank, rank, size, size))
     whole[a[:, None], b[:, None], c, d] = whole[b[:, None], a[:, None], c, d] = found
     whole[a[:, None], b[:, None], d, c] = whole[b[:, None], a[:, None], d, c] = found
-    return whole.transpose(0, 2, 1, 3).reshape(rank * size, rank * size)
+    whole = whole.transpose(0, 2, 1, 3).reshape(rank * size, rank * size)
+    count = len(samples.guards)
+    if count:
+        there = terms[-count:]
+        lengths = np.pi**2 / samples.synthesis.shape[1] * samples.synthesis @ samples.synthesis.T
+        whole += np.kron((_STAY * samples.guards * there.T) @ there, lengths)
+    return whole
 
 
 def _half_spaces(
