@@ -27,8 +27,9 @@ from .seen import everywhere_angles
 LOWEST = -0.02
 #: Packs shade to no more than so many times the original's largest value anywhere at the same wavelength.
 LARGEST = 2.0
-# A fit keeps within this share of both bounds: the rest is for rounding and half precision.
-_KEPT = 0.8
+# A fit keeps within these shares of the lower and of the upper bound: the rest is for rounding and half precision,
+# which counts most near black. Guards stand a little inside, so that a place which is mended is not found again.
+_KEPT, _INSIDE = (0.8, 0.97), (0.8, 0.9)
 # An original darker than this everywhere at a wavelength is taken for as bright.
 _DARKEST = 0.02
 # Pairs looked at, of an isotropic and of another surface, and those of them from which the search goes downhill.
@@ -66,7 +67,7 @@ class Broken:
     """Pairs where packs go beyond their share of the bounds.
 
     wavelength : where among the working wavelengths they do so most. low : whether it is the lower bound. worst : how
-    far they are at worst, 1 at the bounds themselves.
+    far they are at worst, 1 where a fit would leave them.
     """
 
     wi: Float[np.ndarray, "N 3"]
@@ -79,12 +80,14 @@ class Broken:
         return len(self.wi)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Bounds:
-    """largest (L,): of the original at each working wavelength, anywhere."""
+    """largest (L,): of the original at each working wavelength, anywhere that was looked at. It only grows: wherever
+    packs come near the upper bound, the original is looked at, too.
+    """
 
+    brdf: Brdf
     largest: Float[np.ndarray, " L"]
-    isotropic: bool
     _known: dict[tuple[Frame, tuple[Axis, ...]] | None, Places] = field(default_factory=dict)
 
     @classmethod
@@ -92,7 +95,12 @@ class Bounds:
         """Looks for the original's largest values."""
         wi, wo = _pairs(_angles(_PAIRS // 8, brdf.isotropic))
         values = np.pi * working_spectra(brdf, wi, wo)
-        return cls(np.maximum(values.max(axis=0), _DARKEST), brdf.isotropic)
+        return cls(brdf, np.maximum(values.max(axis=0), _DARKEST))
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the original looks the same at every turn about the normal."""
+        return self.brdf.isotropic
 
     def extremes(self, packs: tuple[FactorPack, ...]) -> Extremes:
         """The lowest and the largest value that packs shade to."""
@@ -107,7 +115,7 @@ class Bounds:
         excess = self._excess(shaded, _SIDES)
         worst = excess.max(axis=1)
         order = np.argsort(-worst, kind="stable")
-        order = order[worst[order] > _KEPT]
+        order = order[worst[order] > 1.0]
         _, first = np.unique(np.round(found[order] / _PLACE), axis=0, return_index=True)
         kept = order[np.sort(first)[:_PLACES]]
         at = np.argmax(excess[kept], axis=1)
@@ -120,24 +128,32 @@ class Bounds:
 
     @property
     def limits(self) -> Float[np.ndarray, "2 L"]:
-        """What a fit keeps between: the lowest and the largest pi f_r cos(theta_i) at each working wavelength.
+        """Where guards stand: the lowest and the largest pi f_r cos(theta_i) at each working wavelength."""
+        low, high = self._ends
+        return np.stack([_INSIDE[0] * low, _INSIDE[1] * high])
 
-        A little inside of what `broken` tells, so that a place which is mended is not found again.
-        """
-        inside = 0.8 * _KEPT
-        return np.stack([np.full_like(self.largest, inside * LOWEST), inside * LARGEST * self.largest])
+    @property
+    def _ends(self) -> Float[np.ndarray, "2 L"]:
+        """What a fit keeps between."""
+        return np.stack([np.full_like(self.largest, _KEPT[0] * LOWEST), _KEPT[1] * LARGEST * self.largest])
 
     def _worst(self, packs: tuple[FactorPack, ...]) -> tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]:
         """The pairs that come nearest to the lower and to the upper bound, and where going downhill from them led."""
         low, high = [], []
+        against = (1.0 / self._ends).astype(np.float32)
         for places in self._places(packs):
             for rows, shaded in places.shaded(packs):
-                beyond_low, beyond_high = shaded.min(axis=1) / LOWEST, (shaded * self._brightest).max(axis=1)
+                beyond_low, beyond_high = (shaded * against[0]).max(axis=1), (shaded * against[1]).max(axis=1)
                 for found, excess in ((low, beyond_low), (high, beyond_high)):
                     some = np.argpartition(-excess, min(_DOWNHILL, len(excess) - 1))[:_DOWNHILL]
                     found.append((excess[some], places.angles[rows][some]))
         starts = (_strongest(low), _strongest(high))
-        return self._downhill(packs, starts[0], _SIDES[:1]), self._downhill(packs, starts[1], _SIDES[1:])
+        darkest, brightest = (self._downhill(packs, found, (side,)) for found, side in zip(starts, _SIDES, strict=True))
+        near = self._worst_excess(packs, brightest, _SIDES[1:]) > 0.5
+        if near.any():
+            there = np.pi * working_spectra(self.brdf, *_pairs(brightest[near]))
+            self.largest = np.maximum(self.largest, there.max(axis=0))
+        return darkest, brightest
 
     def _places(self, packs: tuple[FactorPack, ...]) -> Iterator[Places]:
         """Pairs spread over the hemispheres, and the nodes of every pack."""
@@ -146,10 +162,6 @@ class Bounds:
                 spread = _angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic)
                 self._known[key] = Places(spread if key is None else _nodes(*key, self.isotropic))
             yield self._known[key]
-
-    @property
-    def _brightest(self) -> Float[np.ndarray, " L"]:
-        return (1.0 / (LARGEST * self.largest)).astype(np.float32)
 
     def _downhill(
         self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[str, ...]
@@ -173,8 +185,8 @@ class Bounds:
         return self._excess(_shaded(packs, *_pairs(angles)), sides).max(axis=1)
 
     def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[str, ...]) -> Float[np.ndarray, "N L"]:
-        """1 at the bounds of these sides."""
-        beyond = {"low": LOWEST, "high": LARGEST * self.largest}
+        """1 where a fit would leave the bounds of these sides."""
+        beyond = dict(zip(_SIDES, self._ends, strict=True))
         return np.max([shaded / beyond[side] for side in sides], axis=0)
 
 

@@ -50,7 +50,9 @@ _MOST_NODES, _PAYS = 192, 0.9
 # of what all errors do.
 _BOUNDING, _BOUNDING_SWEEPS, _GUARD = 12, 3, 1e-3
 # Beyond their bounds by less than this many times them, packs are within them by a change of their spectra alone.
-_NEARLY_WITHIN = 1.6
+_NEARLY_WITHIN = 1.15
+# From the second of such rounds on, guards that stand count so many times as much as in the round before.
+_FIRMER = 2.0
 # Guards that stand all over the hemispheres from the beginning, and the squared ΔE94 a sample that their cost supposes.
 _GUARDS, _EXPECTED = 3000, 0.1
 # Sweeps of new terms alone.
@@ -215,32 +217,39 @@ class Search:
         packs, relative = refined(packs, samples)
         return Found(here.candidate, packs, self.judge.judged(packs, None, relative), relative, "", times)
 
-    def _bounded(self, here: Found, rounds: int = _BOUNDING) -> Found:
+    def _watched(self, here: Found) -> Found:
+        """The same packs, with guards from now on wherever they leave their bounds."""
+        broken = self.bounds.broken(here.packs)
+        if len(broken):
+            self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(here.packs), 1.0)
+        return replace(here, within=not len(broken))
+
+    def _bounded(self, here: Found) -> Found:
         """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
 
         What is left of many rounds is mended by spectra alone, which costs little where little is left.
         """
-        packs, last = here.packs, False
-        for number in range(rounds):
+        packs, done = here.packs, False
+        for number in range(_BOUNDING):
             broken = self.bounds.broken(packs)
             if not len(broken):
                 break
-            last = rounds > 1 and (broken.worst <= _NEARLY_WITHIN or number == rounds - 1)
-            if last:
-                packs, last = within_bounds(packs, self.samples, self.bounds, broken)
-            if last:
+            if broken.worst <= _NEARLY_WITHIN or number == _BOUNDING - 1:
+                packs, done = within_bounds(packs, self.samples, self.bounds, broken)
+            if done:
                 break
-            self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(packs))
+            self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(packs), _FIRMER if number else 1.0)
             packs = held(packs, self.samples, _BOUNDING_SWEEPS)
         within = self.bounds.extremes(packs).within
         if packs is here.packs:
             return replace(here, within=within)
         return replace(here, packs=packs, judged=self.judge.judged(packs, None, here.relative), within=within)
 
-    def _guard(self, wi: np.ndarray, wo: np.ndarray, cost: float) -> None:
-        guard = (wi, wo, self.bounds.limits, cost)
-        self.guards.append(guard)
-        self.samples = self.samples.guarded(*guard)
+    def _guard(self, wi: np.ndarray, wo: np.ndarray, cost: float, firmer: float) -> None:
+        """One guard more at each pair, and all that stand already count so many times as much."""
+        self.guards = [(*guard, firmer * counts) for *guard, counts in self.guards]
+        self.guards.append((wi, wo, self.bounds.limits, cost))
+        self.samples = replace(self.samples, guards=firmer * self.samples.guards).guarded(*self.guards[-1])
 
     def _told(self, found: Found, before: float) -> bool:
         kept = found.judged.distance < before
@@ -251,7 +260,7 @@ class Search:
         """More terms, four at a time or, far from the budget, in either frame, all packs refined after each step."""
         wanted = self.wanted
         best = here = self._on_finer_grids(here)
-        left, safe = [here.judged.distance], None
+        left, safe = [here.judged.front], None
         while not best.met(wanted.budget) and here.rank + PACK <= wanted.ranks[-1]:
             if rival is not None and not self._may_win(here, rival):
                 break
@@ -265,11 +274,11 @@ class Search:
             best_first = [pack for pack, _ in sorted(tried, key=lambda one: one[1])]
             far = here.judged.score > _BOTH * wanted.budget and here.rank + 2 * PACK <= wanted.ranks[-1]
             here = self._round(here, merged((*here.packs, *best_first[: 2 if far else 1])))
-            here = self._bounded(here, _BOUNDING if here.judged.score <= wanted.budget else 1)
+            here = self._bounded(here) if here.judged.score <= wanted.budget else self._watched(here)
             best = here if self._told(here, best.judged.distance) else best
             if here.within and (safe is None or here.better_than(safe, wanted.budget)):
                 safe = here
-            left.append(min(left[-1], here.judged.distance))
+            left.append(min(left[-1], here.judged.front))
             if len(left) > _STEPS and left[-1] > (1.0 - _STEP_GAIN) * left[-1 - _STEPS]:
                 break
         last = self._polished(best)

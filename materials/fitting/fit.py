@@ -24,7 +24,7 @@ from .lobe_table import METHODS, Method
 
 __all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]
 
-RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 60)
+RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 
 
 @dataclass(frozen=True)
