@@ -100,6 +100,7 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
             method=args.method,
             smooth=args.smooth,
             tried=tried,
+            doing=lambda phase: watch.at(phase, share_done(trials, args.budget)),
         )
     watching.close()
     missed = args.rank is None and found.score > args.budget

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -41,7 +41,8 @@ _BLOCK = 8192
 _STEP, _HALVINGS = 0.04, 6
 # Pairs closer than this in all angles are one place, radians; and the most places that are told.
 _PLACE, _PLACES = 0.05, 300
-_SIDES = ("low", "high")
+# The lower and the upper bound.
+_SIDES = (0, 1)
 _EDGE = 0.5 * np.pi - 1e-4
 
 
@@ -88,7 +89,7 @@ class Bounds:
 
     brdf: Brdf
     largest: Float[np.ndarray, " L"]
-    _known: dict[tuple[Frame, tuple[Axis, ...]] | None, Places] = field(default_factory=dict)
+    _grids: dict[tuple[Axis, ...], Places] = field(default_factory=dict)
 
     @classmethod
     def of(cls, brdf: Brdf) -> Bounds:
@@ -157,14 +158,18 @@ class Bounds:
 
     def _places(self, packs: tuple[FactorPack, ...]) -> Iterator[Places]:
         """Pairs spread over the hemispheres, and the nodes of every pack."""
-        for key in (None, *dict.fromkeys((pack.frame, pack.axes) for pack in packs)):
-            if key not in self._known:
-                spread = _angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic)
-                self._known[key] = Places(spread if key is None else _nodes(*key, self.isotropic))
-            yield self._known[key]
+        yield self._spread
+        for pack in packs:
+            if pack.axes not in self._grids:
+                self._grids[pack.axes] = Places(_nodes(pack.frame, pack.axes, self.isotropic))
+        yield from (self._grids[axes] for axes in dict.fromkeys(pack.axes for pack in packs))
+
+    @cached_property
+    def _spread(self) -> Places:
+        return Places(_angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic))
 
     def _downhill(
-        self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[str, ...]
+        self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[int, ...]
     ) -> Float[np.ndarray, "N A"]:
         angles = starts.copy()
         excess = self._worst_excess(packs, angles, sides)
@@ -181,13 +186,12 @@ class Bounds:
             step *= 0.5
         return angles
 
-    def _worst_excess(self, packs: tuple[FactorPack, ...], angles: np.ndarray, sides: tuple[str, ...]) -> np.ndarray:
+    def _worst_excess(self, packs: tuple[FactorPack, ...], angles: np.ndarray, sides: tuple[int, ...]) -> np.ndarray:
         return self._excess(_shaded(packs, *_pairs(angles)), sides).max(axis=1)
 
-    def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[str, ...]) -> Float[np.ndarray, "N L"]:
+    def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[int, ...]) -> Float[np.ndarray, "N L"]:
         """1 where a fit would leave the bounds of these sides."""
-        beyond = dict(zip(_SIDES, self._ends, strict=True))
-        return np.max([shaded / beyond[side] for side in sides], axis=0)
+        return np.max([shaded / self._ends[side] for side in sides], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +244,7 @@ def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Float[np.nd
         theta_i, theta_o = (np.minimum(theta, _EDGE) for theta in values[:2])
         found = np.stack([theta_i, theta_o, values[2], last], axis=-1)
     else:
-        wi, wo = io_from_half_difference(*values[:3], last)
+        wi, wo = io_from_half_difference(values[0], values[1], values[2], last)
         lit = (wi[:, 2] > 1e-4) & (wo[:, 2] > 1e-4)
         theta_i, theta_o, _ = io_angles(wi[lit], wo[lit])
         found = np.stack([theta_i, theta_o, azimuth_difference(wi[lit], wo[lit]), angles(wi[lit])[1]], axis=-1)

@@ -49,8 +49,9 @@ _MOST_NODES, _PAYS = 192, 0.9
 # Rounds and sweeps that bring packs back within their bounds; what leaving them by 0.02 at one guard costs, as a share
 # of what all errors do.
 _BOUNDING, _BOUNDING_SWEEPS, _GUARD = 12, 3, 1e-3
-# Beyond their bounds by less than this many times them, packs are within them by a change of their spectra alone.
-_NEARLY_WITHIN = 1.15
+# Spectra alone are tried where packs are beyond their bounds by less than this many times them, and every so many
+# rounds; they may cost this many times what all errors did.
+_NEARLY_WITHIN, _TRIED, _DEAR = 1.15, 3, 1.25
 # From the second of such rounds on, guards that stand count so many times as much as in the round before.
 _FIRMER = 2.0
 # Guards that stand all over the hemispheres from the beginning, and the squared ΔE94 a sample that their cost supposes.
@@ -161,6 +162,7 @@ class Search:
         alone = len(lobes) == 1
         share = wanted.budget / np.sqrt(len(lobes))
         others = None if alone else judge.others(lobe.brdf)
+        judge.doing(f"tabulating in {lobe.frame}" if alone else f"tabulating lobe {number + 1} of {len(lobes)}")
         table = LobeTable.of(lobe, judge.front.weights(lobe.brdf.wavelengths_nm), wanted.axes)
         best_score, stalled, worth = np.inf, 0, True
         best = table.pack(1, wanted.seed, "weighted") if table.black else None
@@ -169,6 +171,7 @@ class Search:
         ranks = list(self._table_ranks)
         while ranks:
             rank = ranks.pop(0)
+            judge.doing(f"{rank} terms in {lobe.frame}")
             pack, relative = table.pack(rank, wanted.seed, wanted.method, wanted.smooth)
             judged = judge.judged((pack,), others, relative)
             kept = judged.score < best_score
@@ -212,6 +215,7 @@ class Search:
 
     def _round(self, here: Found, packs: tuple[FactorPack, ...]) -> Found:
         """Some sweeps over `packs`. While light from behind decides, it counts more and more."""
+        self.judge.doing(f"{sum(pack.rank for pack in packs)} terms in {_frames(packs)}")
         times = min(_MORE * here.times, _MOST) if here.judged.behind else max(here.times / _MORE, 1.0)
         samples = self.samples if times == 1.0 else self.samples.stressed(np.where(self.samples.behind, times, 1.0))
         packs, relative = refined(packs, samples)
@@ -227,17 +231,20 @@ class Search:
     def _bounded(self, here: Found) -> Found:
         """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
 
-        What is left of many rounds is mended by spectra alone, which costs little where little is left.
+        What is left is mended by spectra alone as soon as that costs little.
         """
-        packs, done = here.packs, False
+        packs = here.packs
         for number in range(_BOUNDING):
             broken = self.bounds.broken(packs)
             if not len(broken):
                 break
-            if broken.worst <= _NEARLY_WITHIN or number == _BOUNDING - 1:
-                packs, done = within_bounds(packs, self.samples, self.bounds, broken)
-            if done:
-                break
+            self.judge.doing(f"{here.rank} terms: within bounds everywhere but for {len(broken)} places")
+            if broken.worst <= _NEARLY_WITHIN or number % _TRIED == _TRIED - 1:
+                mended, done = within_bounds(packs, self.samples, self.bounds, broken)
+                dear = self.samples.cost(mended) > _DEAR * self.samples.cost(packs)
+                if done and (not dear or number == _BOUNDING - 1):
+                    packs = mended
+                    break
             self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(packs), _FIRMER if number else 1.0)
             packs = held(packs, self.samples, _BOUNDING_SWEEPS)
         within = self.bounds.extremes(packs).within
@@ -266,6 +273,7 @@ class Search:
                 break
             if here.judged.score <= _NEARLY * wanted.budget:
                 self._refine_samples()
+            self.judge.doing(f"{here.rank} terms in {_frames(here.packs)}: looking for more")
             thin = self.samples.thinned(_THINNED)
             tried = [
                 added(here.packs, thin, frame, self._axes(frame, here.packs), PACK, wanted.seed, _FIRST_SWEEPS)

@@ -74,6 +74,7 @@ def fit(
     smooth: bool = False,
     precision: Literal["auto", "single"] = "auto",
     tried: Callable[[Trial], None] = lambda trial: None,
+    doing: Callable[[str], None] = lambda phase: None,
 ) -> Fit:
     """Factor packs for `brdf`, their spectra sampled on the working wavelengths.
 
@@ -92,7 +93,7 @@ def fit(
         four of Schwenk 2010, section 3.3, each fitted to what is left, without and with a refit of all.
     smooth : smooths the factors of the tables (figure 4 there): fewer ripples, less sharpness.
     precision : "auto" stores half precision where it adds at most 0.1 to the 99th percentile; "single" never does.
-    tried : called after each trial.
+    tried : called after each trial. doing : called with words for what is being done, some seconds apart at most.
 
     Raises
     ------
@@ -107,7 +108,8 @@ def fit(
     lobes: tuple[Lobe, ...] = brdf.lobes() if frame is None else (Lobe(frame, brdf),)
     if axes is not None and len(lobes) != 1:
         raise InputError("one grid for several lobes", field="axes", found=len(lobes), expected="a BRDF of one lobe")
-    judge = Judge(brdf, lobes, pixels, tried)
+    doing("looking at the original")
+    judge = Judge(brdf, lobes, pixels, tried, doing)
     both: tuple[Frame, ...] = ("io", "hd")
     frames: tuple[Frame, ...] = both if frame is None and axes is None else tuple(lobe.frame for lobe in lobes)
     search = Search(brdf, judge, Wanted(budget, seed, tuple(ranks), method, smooth, axes, frames))

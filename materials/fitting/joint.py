@@ -28,6 +28,8 @@ _APART = 6
 # Guards that are farther beyond their limit than this many times the limit lean on it by the first power: a square
 # would let the worst of them rule over everything that pictures show.
 _FIRM = 2.0
+# Beyond the upper limit by this share of it counts as much as beyond the lower one by all of that.
+_HIGH = 0.1
 _TINY = 1e-100
 
 
@@ -147,7 +149,7 @@ class JointProblem:
         if samples.limits is not None:
             low, high = samples.limits
             values = np.pi * (terms[first:] @ spectra) @ samples.synthesis
-            beyond = np.maximum(np.maximum((low - values) / -low, (values - high) / high), 0.0)
+            beyond = np.maximum(np.maximum((low - values) / -low, (values - high) / (_HIGH * high)), 0.0)
             found += float(samples.guards @ (low[0] ** 2 * _leaned(beyond.max(axis=1))))
         return found
 
@@ -189,7 +191,8 @@ class JointProblem:
         now = sum(spectral @ term[last].T for term, spectral in zip(terms, spectra, strict=True))
         (low, high), rows = samples.limits, np.pi * samples.synthesis.T
         values = rows @ now
-        beyond = np.maximum((low[:, None] - values) / -low[:, None], (values - high[:, None]) / high[:, None])
+        over = _HIGH * high[:, None]
+        beyond = np.maximum((low[:, None] - values) / -low[:, None], (values - high[:, None]) / over)
         every = np.arange(count)
         eye = np.zeros((*samples.eye.shape[:2], count))
         aims = np.zeros((len(eye), count))
@@ -200,7 +203,7 @@ class JointProblem:
             # A square that touches `_leaned` where the guard is now and is nowhere below it: costs still only fall.
             softened = np.sqrt(_FIRM / np.maximum(beyond[at, every], _FIRM))
             weight = np.where(active, np.sqrt(samples.guards) * softened, 0.0)
-            weight *= np.where(values[at, every] < 0, 1, -low[at] / limit)
+            weight *= np.where(values[at, every] < 0, 1.0, -low[at] / (_HIGH * limit))
             eye[number] = rows[at].T * weight
             aims[number] = limit * weight
             beyond[np.abs(np.arange(len(beyond))[:, None] - at) <= _APART] = 0.0

@@ -79,12 +79,15 @@ class Judged:
 
 @dataclass(eq=False)
 class Judge:
-    """The original, seen on the protocol under all its lights; packs are compared with it, and every trial is told."""
+    """The original, seen on the protocol under all its lights; packs are compared with it, and every trial is told, and
+    what the fit is `doing` in between, in words.
+    """
 
     brdf: Brdf
     lobes: tuple[Lobe, ...]
     pixels: int
     tried: Callable[[Trial], None]
+    doing: Callable[[str], None] = lambda phase: None
     begun: float = field(default_factory=time.perf_counter)
     trials: list[Trial] = field(default_factory=list)
 

@@ -16,7 +16,7 @@ from ...spectral.difference import delta_e_xyz, lab_from_xyz
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf
-from ..directions import half_difference, spherical
+from ..directions import half_difference, io_from_half_difference, spherical
 from ..factors import FactorPack
 from ..highlight import highlight_width
 from ..protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
@@ -33,6 +33,9 @@ _HIGHLIGHT_SHARE = 0.05
 # Pairs drawn all over the hemispheres, beside so many others; each counts the least. Pictures show them so rarely that
 # nothing else would keep terms from cancelling there, and one that does not is a speck of any colour.
 _ANYWHERE = 0.15
+# Of them, pairs about the mirror direction of lights that no picture has, where highlights are brightest; what each
+# counts: packs follow the original there only roughly.
+_RIDGE, _RIDGE_SHARE = 0.02, 1e-5
 # What the spectra's common basis may lose, root mean square, in L*.
 _LOST = 0.02
 # What the square of an error counts under each light that a fit is judged by. Under one alone, spectra would be bent
@@ -268,11 +271,23 @@ def seen_pairs(
         tangent, other = cosine * tangent + sine * other, cosine * other - sine * tangent
     frame = np.stack([tangent, other, normal], axis=1)
     wi, wo = anywhere_pairs(int(_ANYWHERE * count), seed, isotropic)
+    beyond = ridge_pairs(int(_RIDGE * count), seed, isotropic)
     return (
-        np.concatenate([np.einsum("nij,nj->ni", frame, light), wi]),
-        np.concatenate([frame[:, :, 2], wo]),
-        np.concatenate([share[lit], np.full(len(wi), 4.0 * _LEAST_SHARE)]),
+        np.concatenate([np.einsum("nij,nj->ni", frame, light), wi, beyond[0]]),
+        np.concatenate([frame[:, :, 2], wo, beyond[1]]),
+        np.concatenate([share[lit], np.full(len(wi), 4.0 * _LEAST_SHARE), np.full(len(beyond[0]), _RIDGE_SHARE)]),
     )
+
+
+def ridge_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
+    """wi and wo about the mirror direction of lights that stand farther from the view than any picture's."""
+    u = _even_points(count, 4, seed)
+    theta_d = 0.5 * _FARTHEST + u[:, 0] * (0.5 * np.pi - 1e-3 - 0.5 * _FARTHEST)
+    wi, wo = io_from_half_difference(
+        0.2 * u[:, 1] ** 3, theta_d, np.pi * u[:, 2], 0.0 if isotropic else 2.0 * np.pi * u[:, 3]
+    )
+    lit = (wi[:, 2] > _LEAST_COSINES[1]) & (wo[:, 2] > _LEAST_COSINES[1])
+    return wi[lit], wo[lit]
 
 
 def everywhere_angles(

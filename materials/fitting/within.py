@@ -20,11 +20,12 @@ from .seen import SeenSamples
 
 # Searches at most, and half spaces a search may add.
 _ROUNDS, _PLACES = 12, 300
-# Pull towards the spectra as they were, as a share of each one's curvature: what no sample shows stays.
-_PULL = 1e-7
+# Pull towards the spectra as they were, as a share of each one's curvature, and the least as a share of the largest:
+# what samples hardly show stays.
+_PULL, _LEAST_PULL = 1e-2, 1e-9
 # What a change where guards stand counts against one beyond their limits: pictures hardly show those places, and
 # nothing else keeps spectra from leaving the bounds there by more than they did anywhere.
-_STAY = 3e-4
+_STAY = 3e-5
 _BLOCK = 2048
 
 
@@ -42,7 +43,7 @@ def within_bounds(
     state = problem.start()
     terms, spectra = problem.terms(state), problem.spectra(state)
     curvature = _curvature(terms, samples)
-    pull = _PULL * np.maximum(np.diag(curvature), _PULL * np.diag(curvature).max())
+    pull = np.maximum(_PULL * np.diag(curvature), _LEAST_PULL * np.diag(curvature).max())
     curvature[np.diag_indices_from(curvature)] += pull
     lower = cholesky(curvature, lower=True, check_finite=False)
     free = spectra.reshape(-1)

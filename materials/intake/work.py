@@ -44,6 +44,9 @@ def fit_material(material: MaterialSource, budget: float, told: Hears = lambda d
         trials.append(replace(trial, seconds=0.0))
         told(Doing(f"{trial.rank} terms in {trial.frame}, p99 {trial.error.p99:.2f}", share_done(trials, budget)))
 
+    def doing(phase: str) -> None:
+        told(Doing(phase, share_done(trials, budget)))
+
     trials: list[Trial] = []
     if material.model in SPECTRA:
         return done()
@@ -56,8 +59,7 @@ def fit_material(material: MaterialSource, budget: float, told: Hears = lambda d
         # An import that finds everything done does not wait for what fits.
         from ..fitting.fit import fit
 
-        told(Doing("tabulating"))
-        result = fit(brdf, budget=budget, tried=tried)
+        result = fit(brdf, budget=budget, tried=tried, doing=doing)
         return done(result.packs, result.error)
     except MetamerError as reason:
         return done(reason=str(reason))

@@ -48,7 +48,7 @@ def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
 
 
 def test_what_is_too_bright_is_found(glossy):
-    packs, bounds = fit(glossy, pixels=32).packs, Bounds(np.full(L, 0.05), True)
+    packs, bounds = fit(glossy, pixels=32).packs, Bounds(Dark(glossy), np.full(L, 0.05))
     found = bounds.extremes(packs)
     broken = bounds.broken(packs)
     assert found.ratio > LARGEST and found.lowest >= LOWEST
