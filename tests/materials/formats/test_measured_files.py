@@ -196,6 +196,17 @@ def test_damaged_bytes_are_refused_in_words(tmp_path, whole, data, kind):
     assert all(rebuild(each.model, each.parameters) for each in found)
 
 
+@pytest.mark.parametrize(
+    "listed", [b"400 500 0", b"0 500 600", b"500 500 600", b"400 nan 600", b"4e5 5e5 6e5", b".4 .5 .6"]
+)
+def test_a_damaged_list_of_wavelengths_says_what_to_do(tmp_path, listed):
+    path = tmp_path / "a.brdf"
+    path.write_bytes(cornell_text().replace(b"400 500 600", listed))
+    with pytest.raises(InputError) as caught:
+        read(cornell, path)
+    assert_says_everything(caught.value, path)
+
+
 @pytest.mark.parametrize(("name", "reader"), [("cornell-spectral", cornell), ("rgl", rgl)])
 def test_real_files_become_sources(shared_data, name, reader):
     for path in sorted((shared_data / "brdf" / name).iterdir()):
