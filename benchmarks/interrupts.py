@@ -41,6 +41,8 @@ from importing import command as import_command
 from importing import contents, generated
 
 LIMIT_S = 3.0
+# A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.
+LATE_S = 1.0
 SIGNALS = ("SIGINT", "SIGTERM")
 COMMANDS = ("review", "fit", "import")
 # What no command may say on its way out, and the line that it does say.
@@ -189,6 +191,8 @@ def hit(place: Workplace, name: str, kind: str, moment: float) -> Hit:
     while (alive := _alive(process.pid)) and time.perf_counter() - sent < LIMIT_S:
         time.sleep(0.01)
     verdict = _verdict(place, name, number, code, ready, done)
+    if verdict == "late" and not done and seconds > LATE_S:
+        verdict = f"unheard: went on for {seconds:.1f} s"
     if verdict in ("right", "late", "early"):
         wrong = [f"process {pid}" for pid in alive] + place.left() + sorted(_shared_memory() - before)
         wrong += place.half_results(name)
@@ -325,6 +329,9 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        # A shell's background job hands that down, and every command would be deaf to what is measured here.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory() as private:
         commands = tuple(args.commands.split(","))
         hits = measured(Path(private), commands, args.count, args.kills, args.seed, _say, args.first)

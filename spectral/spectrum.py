@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
@@ -172,11 +173,10 @@ def check_values(
     wavelengths_nm: Wavelengths,
     quantity: str,
     *,
-    file: object = None,
+    file: str | Path | None = None,
     field: str = "values",
 ) -> None:
     """Raise an `InputError` where samples (...,L) cannot be what `quantity` says."""
-    place = {"file": None if file is None else str(file), "field": field}
 
     def at(bad: np.ndarray) -> str:
         worst = np.argwhere(bad)[0]
@@ -185,7 +185,8 @@ def check_values(
     if not np.isfinite(values).all():
         raise InputError(
             f"{quantity} is not a number",
-            **place,
+            file=file,
+            field=field,
             found=at(~np.isfinite(values)),
             expected="finite values",
             hint="remove the sample or measure it again",
@@ -193,7 +194,8 @@ def check_values(
     if (values < 0).any():
         raise InputError(
             f"negative {quantity}",
-            **place,
+            file=file,
+            field=field,
             found=at(values < 0),
             expected=">= 0",
             hint="subtract the dark reading properly, or remove the sample",
@@ -203,14 +205,16 @@ def check_values(
     if values.max() > 2.0:
         raise InputError(
             f"{quantity} looks like percent",
-            **place,
+            file=file,
+            field=field,
             found=at(values == values.max()),
             expected="fractions from 0 to 1",
             hint="divide by 100",
         )
     raise InputError(
         f"{quantity} above 1",
-        **place,
+        file=file,
+        field=field,
         found=at(values > 1.0 + 1e-9),
         expected="from 0 to 1",
         hint="check the white calibration; fluorescence or gloss in the reading also does this",

@@ -18,6 +18,8 @@ Extrapolation = Literal["hold", "zero", "error"]
 WORKING_WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
 #: What the standard observers are tabulated over, nm.
 SEEN_NM = (360.0, 830.0)
+# What an axis of wavelengths should hold, in words.
+_NANOMETRES = "nanometres, such as 380 to 780"
 # Samples beyond a range that interpolation within it takes, and those that Sprague's takes in all.
 _NEIGHBOURS, _STENCIL = 3, 6
 # Entries of a matrix that is made whole: 32 MB.
@@ -59,15 +61,30 @@ def validated_wavelengths(
         grid = np.array(wavelengths_nm, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
-            "wavelengths are not numbers", file=file, field=field, found=repr(wavelengths_nm)[:80]
+            "wavelengths are not numbers",
+            file=file,
+            field=field,
+            found=repr(wavelengths_nm)[:80],
+            expected=_NANOMETRES,
+            hint="give each wavelength as a number alone, without its unit",
         ) from None
     if grid.ndim != 1 or grid.size == 0:
         raise InputError(
-            "no wavelength axis", file=file, field=field, found=f"shape {grid.shape}", expected="(L,), L >= 1"
+            "no wavelength axis",
+            file=file,
+            field=field,
+            found=f"shape {grid.shape}",
+            expected="(L,), L >= 1",
+            hint="give one list of wavelengths, one for each sample",
         )
     if not np.isfinite(grid).all():
         raise InputError(
-            "a wavelength is not a finite number", file=file, field=field, found=grid[~np.isfinite(grid)][0]
+            "a wavelength is not a finite number",
+            file=file,
+            field=field,
+            found=grid[~np.isfinite(grid)][0],
+            expected=_NANOMETRES,
+            hint="correct that wavelength, or leave its sample out",
         )
     if grid.max() < 10.0:
         metres = 0.0 < grid.max() < 1e-5
@@ -76,7 +93,7 @@ def validated_wavelengths(
             file=file,
             field=field,
             found=f"{grid.min():g} to {grid.max():g}",
-            expected="nanometres, such as 380 to 780",
+            expected=_NANOMETRES,
             hint="multiply them by 1e9" if metres else "multiply them by 1000",
         )
     if grid.min() < 10.0 or grid.min() > 20000.0:
@@ -85,7 +102,10 @@ def validated_wavelengths(
             file=file,
             field=field,
             found=f"{grid.min():g} to {grid.max():g}",
-            expected="nanometres, such as 380 to 780",
+            expected=_NANOMETRES,
+            hint="wavelengths below 10 nm may be damaged: correct them, or leave their samples out"
+            if grid.min() < 10.0
+            else "convert them: picometres divided by 1000, or 1e7 divided by wavenumbers in 1/cm",
         )
     steps = np.diff(grid)
     if (steps == 0).any():

@@ -19,6 +19,7 @@ from ...spectral.errors import InputError
 from ...spectral.formats import csv, spectral_exr
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, read_with, readers
+from ...spectral.formats.tables.foreign import is_of_something_else
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.projection import finer_note
@@ -54,11 +55,13 @@ def label(path: Path) -> str:
 def guessed(path: Path) -> bool:
     """True where nothing but its name, or nothing but its columns of numbers, says that a file is a table of spectra.
 
-    Any text may be called .txt, and a mesh is columns of numbers, too.
+    Any text may be called .txt, and a mesh is columns of numbers, too. A .csv has to be plainly of something else.
     """
     suffix = path.suffix.lower()
-    if _reader(path) is not csv or suffix in (".csv", ".tsv"):
+    if _reader(path) is not csv:
         return False
+    if suffix in (".csv", ".tsv"):
+        return is_of_something_else(path)
     with path.open("rb") as file:
         by_content = csv.recognises(path.with_suffix(".unknown"), file.read(HEAD))
     return not (by_content and suffix in csv.SUFFIXES)

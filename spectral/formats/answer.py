@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, get_args
 
 from ..errors import InputError, UnknownNameError
@@ -52,11 +53,13 @@ class Answer:
 NO_ANSWER = Answer()
 
 
-def contradiction(answer: Answer, quantity: str, words: str, *, file: object, field: str | None = None) -> InputError:
+def contradiction(
+    answer: Answer, quantity: str, words: str, *, file: str | Path, field: str | None = None
+) -> InputError:
     """The refusal of a file that says another quantity than the person who imports it."""
     return InputError(
         "the file says one thing, and --as another",
-        file=str(file),
+        file=file,
         field=field,
         found=f"{quantity}, by {words}; --as {str(answer.quantity).replace(' ', '-')}",
         expected="an answer only where the file leaves the question open",

@@ -17,10 +17,11 @@ import numpy as np
 from ..errors import InputError
 from .answer import NO_ANSWER, Answer, Scale
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
-from .cgats_quantity import Luminances, Told, check_agreement, luminances, signs_of_table, told_quantity
+from .cgats_quantity import Told, check_agreement, signs_of_table, told_quantity
 from .cgats_tables import CgatsTable, read_tables
 from .reading import SpectralFile, StatedColour
 from .shared.gathering import MOST_SAMPLES, Gathering
+from .shared.luminance import Luminances, luminances
 from .shared.resemblance import likenesses
 from .shared.scale import Divisor, Values, divisor_of
 from .shared.signs import (

@@ -118,8 +118,9 @@ def test_error_policy_says_both_ranges():
     ],
 )
 def test_unusable_axes_are_named(grid, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(InputError, match=message) as caught:
         validated_wavelengths(grid, file="paint.csv", field="header")
+    assert caught.value.found is not None and caught.value.expected and caught.value.hint
 
 
 def test_descending_axis_says_where_and_what_to_do():

@@ -3,8 +3,9 @@
 1. What the file states in words, a unit or its format is taken.
 2. What nothing states is what the person says who imports it (`Answer`).
 3. Without either, it takes signs of two origins or more that agree, and none that speaks against them. Origins are the
-   name of the file, the names of its spectra, its words beside the measurement, what the numbers resemble, whether they
-   stand on the scale of that publication, lines of a lamp, and values that only a light has.
+   name of the file, the names of its spectra, its words beside the measurement, colours beside that are those of the
+   spectra, the illuminant of these, what the numbers resemble, whether they stand on the scale of that publication,
+   lines of a lamp, and values that only a light has.
 4. Else the file is refused, with the words that settle it. Nothing is guessed.
 """
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..answer import Answer, Scale
-from ..reading import SpectralFile
+from ..reading import SpectralFile, StatedColour
 from ..shared.gathering import DELETED, Gathering, in_visible
 from ..shared.scale import Divisor, Values, divisor_of
 from ..shared.signs import Sign, taken_as, undecided
@@ -62,7 +62,9 @@ def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: 
         gathering.note(note)
     columns = _without_counts(_named(table, path), gathering)
     grids = [_grid(column, gathering) for column in columns]
-    found = judged(columns, grids, answer, hints, path)
+    together = Counter(column.table for column in columns)
+    stated = [_stated(column, table, together[column.table] == 1) for column in columns]
+    found = judged(columns, grids, stated, answer, hints, path)
     units = [_unit(column) for column in columns]
     scales = _scales(columns, grids, found, units, answer, path)
     open_ones = [(column, one) for column, one in zip(columns, found, strict=True) if not (one.decision or one.refusal)]
@@ -70,8 +72,7 @@ def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: 
         signs = [sign for _, one in open_ones for sign in one.signs]
         refusal = undecided(signs, path, ", ".join(column.name for column, _ in open_ones[:3]), len(open_ones))
         gathering.rejected.append((open_ones[0][0].name, refusal))
-    together = Counter(column.table for column in columns)
-    for column, one, grid, scale in zip(columns, found, grids, scales, strict=True):
+    for column, colours, one, grid, scale in zip(columns, stated, found, grids, scales, strict=True):
         if one.decision is None or isinstance(scale, InputError):
             refusal = one.refusal or scale
             if isinstance(refusal, InputError):
@@ -79,32 +80,36 @@ def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: 
             continue
         if scale and scale.note:
             gathering.note(scale.note)
-        alone = together[column.table] == 1
-        beside = {key: table.dialect.number(value) for key, value in column.preamble.items()} if alone else {}
-        cells = {head: table.dialect.number(cell) for head, cell in column.beside.items() if colour_axis(head)}
-        details = dict(column.preamble) if alone else {}
-        details |= {shortened(head, 60): shortened(cell) for head, cell in column.beside.items() if head not in cells}
+        details = dict(column.preamble) if together[column.table] == 1 else {}
+        others = {head: cell for head, cell in column.beside.items() if not colour_axis(head)}
+        details |= {shortened(head, 60): shortened(cell) for head, cell in others.items()}
         if column.unit:
             details["units"] = column.unit
         if condition := condition_in(column.words) or condition_in(column.around):
             details["condition"] = condition
-        own = " ".join(cell for head, cell in column.beside.items() if _LIGHT_COLUMN.search(head))
-        stated = stated_colours(
-            {**beside, **cells},
-            illuminant_in(own) or illuminant_in(column.around),
-            observer_in(own) or observer_in(column.around),
-        )
         gathering.add(
             column.name,
             grid,
             column.values,
             one.decision.quantity,
             divisor=scale.by if scale else 1.0,
-            stated=stated,
+            stated=colours,
             details=details,
             taken=taken_as(one.decision, scale),
         )
     return gathering.finish(table.preamble)
+
+
+def _stated(column: Column, table: Table, alone: bool) -> tuple[StatedColour, ...]:
+    """The colours beside a column; those in the lines above are its own where it is `alone` in its table."""
+    beside = {key: table.dialect.number(value) for key, value in column.preamble.items()} if alone else {}
+    cells = {head: table.dialect.number(cell) for head, cell in column.beside.items() if colour_axis(head)}
+    own = " ".join(cell for head, cell in column.beside.items() if _LIGHT_COLUMN.search(head))
+    return stated_colours(
+        {**beside, **cells},
+        illuminant_in(own) or illuminant_in(column.around),
+        observer_in(own) or observer_in(column.around),
+    )
 
 
 def _scales(

@@ -12,6 +12,8 @@ import numpy as np
 
 from ...errors import InputError
 from ..answer import Answer
+from ..reading import StatedColour
+from ..shared.luminance import luminances
 from ..shared.resemblance import Likeness, likenesses
 from ..shared.signs import (
     Decision,
@@ -65,11 +67,18 @@ class Judged:
 def judged(
     columns: Sequence[Column],
     grids: Sequence[np.ndarray],
+    beside: Sequence[tuple[StatedColour, ...]],
     answer: Answer,
     hints: Sequence[Sign],
     path: Path,
 ) -> list[Judged]:
-    """What each column measures; `grids` (L,) in nm, `hints` what the format adds.
+    """What each column measures.
+
+    Parameters
+    ----------
+    grids : (L,) of each column, nm.
+    beside : the colours that are stated beside each column.
+    hints : signs that the format adds.
 
     Raises
     ------
@@ -78,6 +87,7 @@ def judged(
     """
     stated = _stated(columns, answer, path)
     alike = _likenesses(columns, grids)
+    belied = _belied_by_colours(columns, grids, beside)
     of_file = [*hints, *signs_of_name("file name", path.stem, "the file name")]
     found = []
     for column, told, grid, likeness in zip(columns, stated, grids, alike, strict=True):
@@ -85,7 +95,7 @@ def judged(
         if refusal is not None:
             found.append(Judged(None, refusal, ()))
             continue
-        signs = [told] if told else [*of_file, *_hints_around(column, path)]
+        signs = [told] if told else [*of_file, *_hints_around(column, path, column.table not in belied)]
         called, file = column.name.casefold(), path.stem.casefold()
         if not (told or called in file or file in called):
             signs += signs_of_name("names of spectra", column.name, "the name")
@@ -154,8 +164,31 @@ def _own(column: Column) -> str | None:
     return None if own == "absorbance" and names_power(column.words) else own
 
 
-def _hints_around(column: Column, path: Path) -> list[Sign]:
-    """What the lines above hint at, such as a title; a chart and a lamp in them may both be true."""
+def _belied_by_colours(
+    columns: Sequence[Column], grids: Sequence[np.ndarray], beside: Sequence[tuple[StatedColour, ...]]
+) -> set[int]:
+    """Numbers of the tables whose L* beside are not those of their spectra as surfaces, neither as fractions nor as
+    percent: a display has L*, too, against its own white.
+    """
+    tables: dict[int, list[tuple[np.ndarray, np.ndarray, tuple[StatedColour, ...]]]] = {}
+    for column, grid, colours in zip(columns, grids, beside, strict=True):
+        lab = tuple(colour for colour in colours if colour.space == "Lab")
+        if lab and column.bad is None and len(column.values) == grid.size:
+            tables.setdefault(column.table, []).append((grid, np.asarray(column.values, dtype=np.float64), lab))
+    found = set()
+    for number, rows in tables.items():
+        nm, values, labs = zip(*rows, strict=True)
+        told = [luminances(nm, [row / by for row in values], labs) for by in (1.0, 100.0)]
+        if any(one.ratios for one in told) and not any(one.ratios and one.mostly_of_surfaces for one in told):
+            found.add(number)
+    return found
+
+
+def _hints_around(column: Column, path: Path, colours: bool) -> list[Sign]:
+    """What the lines above hint at, such as a title; a chart and a lamp in them may both be true.
+
+    colours : whether colours beside may be those of the spectrum.
+    """
     found: list[Sign] = []
     for key, words in [*column.preamble.items(), *column.beside.items()]:
         if _TITLE.fullmatch(key):
@@ -163,8 +196,8 @@ def _hints_around(column: Column, path: Path) -> list[Sign]:
     starred = {
         axis[1] for head in (*column.preamble, *column.beside) if (axis := colour_axis(head)) and axis[0] == "Lab"
     }
-    if len(starred) == 3:
-        found.append(Sign("colours beside", "reflectance", "L*, a* and b* beside, which lights have not"))
+    if colours and len(starred) == 3:
+        found.append(Sign("colours beside", "reflectance", "L*, a* and b* beside, as surfaces have"))
         named = " ".join((column.around, *column.preamble, *column.beside, *column.beside.values()))
         if light := illuminant_in(named):
             found.append(Sign("illuminant", "reflectance", f"the illuminant {light} that they are for"))

@@ -196,6 +196,28 @@ def test_damaged_bytes_are_refused_in_words(tmp_path, whole, data, kind):
     assert all(rebuild(each.model, each.parameters) for each in found)
 
 
+@pytest.mark.parametrize(
+    "listed", [b"400 500 0", b"0 500 600", b"500 500 600", b"400 nan 600", b"4e5 5e5 6e5", b".4 .5 .6"]
+)
+def test_a_damaged_list_of_wavelengths_says_what_to_do(tmp_path, listed):
+    path = tmp_path / "a.brdf"
+    path.write_bytes(cornell_text().replace(b"400 500 600", listed))
+    with pytest.raises(InputError) as caught:
+        read(cornell, path)
+    assert_says_everything(caught.value, path)
+
+
+@pytest.mark.parametrize("value", [1e9, 1.5, -0.5, np.nan])
+def test_a_damaged_pixel_of_a_bispectral_picture_says_what_to_do(tmp_path, value):
+    path = tmp_path / "a.exr"
+    channels = {f"T.{nm},0nm": np.full((2, 2), 0.4, np.float32) for nm in (400, 500, 600)}
+    channels["T.500,0nm"][1, 0] = value
+    write_exr(path, {}, channels | {"T.400,0nm.500,0nm": np.full((2, 2), 0.1, np.float32)})
+    with pytest.raises(InputError) as caught:
+        read(bispectral, path)
+    assert_says_everything(caught.value, path)
+
+
 @pytest.mark.parametrize(("name", "reader"), [("cornell-spectral", cornell), ("rgl", rgl)])
 def test_real_files_become_sources(shared_data, name, reader):
     for path in sorted((shared_data / "brdf" / name).iterdir()):

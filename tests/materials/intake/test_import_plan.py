@@ -102,6 +102,7 @@ def test_refused_files_fail_and_unknown_ones_do_not(source, tmp_path):
         ("mesh.obj", "v 0.1 0.2 0.3\nv 0.2 0.1 0.4\nv 0.3 0.3 0.5\nf 1 2 3\n"),
         ("schema.xsd", '<?xml version="1.0"?><xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"/>'),
         ("empty.txt", ""),
+        ("stock.csv", "part,drawer,left\nscrew M4,A3,120\nnut M4,A4,85\n"),
     ],
 )
 def test_texts_that_are_no_tables_are_passed_over_in_folders_and_refused_by_name(source, tmp_path, name, text):
@@ -110,6 +111,14 @@ def test_texts_that_are_no_tables_are_passed_over_in_folders_and_refused_by_name
     assert (report.count("new"), report.count("failed"), len(report.not_recognised)) == (3, 1, 3)
     report = import_sources([source / name], tmp_path / "cat", jobs=1, dry_run=True)
     assert (report.count("new"), report.count("failed")) == (0, 1)
+
+
+def test_a_table_of_something_else_is_named_with_its_reason(source, tmp_path):
+    (source / "stock.csv").write_text("part,drawer,left\nscrew M4,A3,120\nnut M4,A4,85\n")
+    (source / "cut.csv").write_text("wavelength_nm,red\nx,y\nz,0.1\n")
+    files = {name.rpartition("/")[2]: file for name, file in plan(source, folder=tmp_path / "cat").items()}
+    assert files["stock.csv"].materials == () and files["stock.csv"].note == "no table of wavelengths and values"
+    assert files["cut.csv"].count("failed") == 1
 
 
 def test_table_that_is_wrong_is_refused_in_folders_too(source, tmp_path):

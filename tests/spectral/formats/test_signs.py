@@ -6,6 +6,7 @@ from metamer.spectral.errors import InputError
 from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.reading import read_spectra
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
+from metamer.spectral.observers import observer
 from metamer.spectral.tables import colour_science
 
 NM = np.arange(380.0, 781.0, 5.0)
@@ -139,3 +140,34 @@ def test_an_answer_that_the_numbers_belie_is_refused(written):
         read_spectra(written(table(100 * GREY), "a.csv"), Answer("reflectance", "fraction"))
     with pytest.raises(InputError, match="on no scale"):
         Answer("emission", "percent")
+
+
+def with_lightness(spectra, lightness, light):
+    """A table across, with CIELAB and its illuminant beside, which says nothing else of what was measured."""
+    rows = [
+        [f"s{number}", light, f"{star:.2f}", "4", "-7", *(f"{value:.5f}" for value in row)]
+        for number, (star, row) in enumerate(zip(lightness, spectra, strict=True))
+    ]
+    header = ["Name", "Illuminant", "L*", "a*", "b*", *(f"{nm:g}" for nm in NM)]
+    return "".join(",".join(cells) + "\n" for cells in (header, *rows))
+
+
+@pytest.mark.parametrize("light", ["D50", "D65"])
+@pytest.mark.parametrize("scale", [1.0, 100.0])
+def test_lab_beside_is_a_hint_where_it_is_that_of_the_spectra(written, scale, light):
+    edges = ((480, 9), (560, -12), (610, 8))
+    paints = np.array([0.01 + 0.8 / (1.0 + np.exp((edge - NM) / width)) for edge, width in edges])
+    luminance = paints @ observer("1931_2").weights(illuminant(light), NM)[1]
+    lightness = 116.0 * np.cbrt(luminance) - 16.0
+    entries = read_spectra(written(with_lightness(scale * paints, lightness, light), "a.csv")).entries
+    assert {entry.spectrum.quantity for entry in entries} == {"reflectance"}
+    np.testing.assert_allclose(entries[1].spectrum.samples, paints[1], atol=1e-5)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.02, 100.0])
+def test_lab_of_a_display_does_not_make_a_surface_of_it(written, scale):
+    """It is relative to the display's own white; its spectra are relative to their highest peak."""
+    blue, green, red = (np.exp(-0.5 * ((NM - peak) / width) ** 2) for peak, width in ((450, 12), (540, 30), (610, 20)))
+    shown = 0.004 + np.array([blue + 0.6 * green + 0.7 * red, 0.7 * red, blue])
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(written(with_lightness(scale * shown, (100.0, 53.0, 32.0), "D50"), "a.csv"))

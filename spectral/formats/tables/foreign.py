@@ -1,0 +1,78 @@
+"""Whether a text table is about something else than spectra: stock lists and logs lie beside measurements, too.
+
+Such a file is passed over in a folder, where a damaged table of spectra is refused. So it has to be plain: as many
+cells in every row, and in none of them a word or a number that a spectrum's file could have.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ...errors import InputError
+from ..shared.text import read_lines
+from ..shared.words import colour_axis, condition_in, names_power, names_sensitivity, quantity_in
+from .dialect import Dialect, comment, dialect_of
+from .layout import Row, is_wavelength_header, is_wavenumber_header, layout_of, plain_wavelengths
+
+# What is larger is no list that somebody keeps beside measurements.
+_LARGEST_BYTES, _MOST_CELLS, _LONGEST_LINE, _SHOWN_LINES = 2 << 20, 100_000, 8000, 2000
+_WORDS = re.compile(
+    r"spect|wave|lambda|λ|illumin|observer|\bnm\b|nanomet|\d\s?nm\b|microns?\b|\b[µμu]m\b|1/cm|CIE", re.I
+)
+_LEADING = re.compile(r"\d{3,5}(?!\d)")
+# So many numbers in a row, or one below the other, that could be wavelengths, are those of a table that is damaged.
+# Fewer rows are a table that is cut short.
+_FEW = 3
+
+
+def is_of_something_else(path: Path) -> bool:
+    """True for rows of cells without wavelengths and without any word of a spectrum; False where there is any doubt.
+
+    Never raises: what cannot be read, is cut to a row or two, is large or no text, is for its reader to refuse.
+    """
+    try:
+        if path.stat().st_size > _LARGEST_BYTES:
+            return False
+        lines = [line for line in read_lines(path) if line.strip()]
+    except (InputError, OSError):
+        return False
+    plain = [line for line in lines if comment(line) is None]
+    if len(plain) < _FEW or max(map(len, lines)) > _LONGEST_LINE:
+        return False
+    dialect = dialect_of(plain)
+    marks = [mark for mark in "\t;," if all(mark in line for line in plain[:2])]
+    if dialect.delimiter not in marks:
+        # Without numbers, nothing tells a dialect: the mark that both first rows have does.
+        dialect = Dialect(marks[0] if marks else "", ".")
+    rows = [(number, dialect.cells(line)) for number, line in enumerate(plain)]
+    if not dialect.delimiter or len({len(cells) for _, cells in rows}) > 1:
+        return False
+    cells = {cell for _, row in rows for cell in row}
+    if len(cells) > _MOST_CELLS or layout_of(rows[:_SHOWN_LINES], dialect) is not None:
+        return False
+    words = [path.stem, *(line for line in lines if comment(line) is not None), *cells]
+    return not (any(map(_speaks_of_spectra, words)) or _has_colours(cells) or _may_have_wavelengths(rows, dialect))
+
+
+def _speaks_of_spectra(words: str) -> bool:
+    told = (quantity_in, is_wavelength_header, is_wavenumber_header, names_power, names_sensitivity, condition_in)
+    return bool(_WORDS.search(words)) or any(says(words) for says in told)
+
+
+def _has_colours(cells: Iterable[str]) -> bool:
+    """Whether three headings are the axes of one colour space: that is a measurement, if of no spectrum."""
+    axes = {axis for axis in map(colour_axis, cells) if axis is not None}
+    return any(sum(space == name for name, _ in axes) == 3 for space in ("XYZ", "Lab"))
+
+
+def _may_have_wavelengths(rows: Sequence[Row], dialect: Dialect) -> bool:
+    if any(len(plain_wavelengths(cells, dialect)) >= _FEW for _, cells in rows):
+        return True
+    if any((found := dialect.wavelength(cell)) is not None and found[1] for _, cells in rows for cell in cells):
+        return True
+    down = [list(column) for column in zip(*(cells for _, cells in rows), strict=True)]
+    # Where marks are damaged, a wavelength has its value in its cell.
+    down += [[match[0] if (match := _LEADING.match(cell)) else "" for cell in column] for column in down[:2]]
+    return any(len(plain_wavelengths(cells, dialect)) >= _FEW for cells in down)
