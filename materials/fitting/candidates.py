@@ -37,7 +37,7 @@ _NEAR, _FAR = 2.5, 6.0
 # need more.
 _PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 4.0, 12_000, 1.7
 # Growth makes do with so many times fewer, until the score is so many times the budget.
-_COARSER, _NEARLY = 1.6, 1.25
+_COARSER, _NEARLY = 1.0, 1.25
 # New terms begin on every so many samples.
 _THINNED = 2
 # Rounds of refinement at most; each must gain the second share. Tables are refined again where it paid by the third.
@@ -51,11 +51,13 @@ _MOST_NODES, _PAYS = 192, 0.9
 _BOUNDING, _BOUNDING_SWEEPS, _GUARD = 12, 3, 1e-3
 # Spectra alone are tried where packs are beyond their bounds by less than this many times them, and every so many
 # rounds; they may cost this many times what all errors did.
-_NEARLY_WITHIN, _TRIED, _DEAR = 1.15, 3, 1.25
+_NEARLY_WITHIN, _TRIED, _DEAR = 1.15, 3, 1.1
 # From the second of such rounds on, guards that stand count so many times as much as in the round before.
 _FIRMER = 2.0
 # Guards that stand all over the hemispheres from the beginning, and the squared ΔE94 a sample that their cost supposes.
 _GUARDS, _EXPECTED = 3000, 0.1
+# Rounds of refinement once no more terms are added, at most.
+_LAST_ROUNDS = 4
 # Sweeps of new terms alone.
 _FIRST_SWEEPS = 8
 # So many times over the budget, terms are added in both frames at once.
@@ -303,9 +305,11 @@ class Search:
         """The last rounds, on all samples, until the packs keep within their bounds."""
         if here.met(self.wanted.budget):
             return here
-        if not self.finest:
-            self._refine_samples()
-            here = self._better(self._round(here, here.packs), here)
+        self._refine_samples()
+        for _ in range(_LAST_ROUNDS):
+            before, here = here, self._better(self._round(here, here.packs), here)
+            if here.judged.front > (1.0 - _LEAST_GAIN) * before.judged.front:
+                break
         return self._bounded(here)
 
     def _better(self, found: Found, before: Found) -> Found:
