@@ -36,8 +36,6 @@ _NEAR, _FAR = 2.5, 6.0
 # Pairs drawn for each pixel of the protocol's square, and the fewest; some two thirds are above the horizon. Azimuths
 # need more.
 _PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 4.0, 12_000, 1.7
-# Growth makes do with so many times fewer, until the score is so many times the budget.
-_COARSER, _NEARLY = 1.0, 1.25
 # New terms begin on every so many samples.
 _THINNED = 2
 # Rounds of refinement at most; each must gain the second share. Tables are refined again where it paid by the third.
@@ -62,8 +60,8 @@ _LAST_ROUNDS = 4
 _FIRST_SWEEPS = 8
 # So many times over the budget, terms are added in both frames at once.
 _BOTH = 1.6
-# Growth ends where this many steps together gained less than that share.
-_STEPS, _STEP_GAIN = 2, 0.06
+# Growth ends where this many steps together gained less than that share for each of their terms.
+_STEPS, _TERM_GAIN = 2, 0.01
 
 
 @dataclass(frozen=True)
@@ -115,21 +113,14 @@ class Search:
     def __init__(self, brdf: Brdf, judge: Judge, wanted: Wanted) -> None:
         self.brdf, self.judge, self.wanted = brdf, judge, wanted
         self.bounds = Bounds.of(brdf)
-        self.finest = False
-        self.guards: list[tuple[np.ndarray, np.ndarray, np.ndarray, float]] = []
 
     @cached_property
     def samples(self) -> SeenSamples:
-        """Drawn when first needed; more of them once `finest`, beside those that keep packs within their bounds."""
+        """Drawn when first needed, beside those that keep packs within their bounds."""
         pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * (1.0 if self.brdf.isotropic else _AZIMUTHS)
-        found = seen_samples(self.brdf, int(pairs if self.finest else pairs / _COARSER), self.wanted.seed)
-        if not self.guards:
-            wi, wo = self.bounds.everywhere(_GUARDS)
-            cost = _GUARD * _EXPECTED * float(np.sum(found.share))
-            self.guards.append((wi, wo, self.bounds.limits, cost))
-        for guard in self.guards:
-            found = found.guarded(*guard)
-        return found
+        found = seen_samples(self.brdf, int(pairs), self.wanted.seed)
+        wi, wo = self.bounds.everywhere(_GUARDS)
+        return found.guarded(wi, wo, self.bounds.limits, _GUARD * _EXPECTED * float(np.sum(found.share)))
 
     def lobewise(self, lobes: tuple[Lobe, ...]) -> Found:
         """Each lobe by itself; then, with method "joint", all of them together."""
@@ -256,9 +247,8 @@ class Search:
 
     def _guard(self, wi: np.ndarray, wo: np.ndarray, cost: float, firmer: float) -> None:
         """One guard more at each pair, and all that stand already count so many times as much."""
-        self.guards = [(*guard, firmer * counts) for *guard, counts in self.guards]
-        self.guards.append((wi, wo, self.bounds.limits, cost))
-        self.samples = replace(self.samples, guards=firmer * self.samples.guards).guarded(*self.guards[-1])
+        stand = replace(self.samples, guards=firmer * self.samples.guards)
+        self.samples = stand.guarded(wi, wo, self.bounds.limits, cost)
 
     def _told(self, found: Found, before: float) -> bool:
         kept = found.judged.distance < before
@@ -269,12 +259,10 @@ class Search:
         """More terms, four at a time or, far from the budget, in either frame, all packs refined after each step."""
         wanted = self.wanted
         best = here = self._on_finer_grids(here)
-        left, safe = [here.judged.front], None
+        left, safe = [(here.rank, here.judged.front)], None
         while not best.met(wanted.budget) and here.rank + PACK <= wanted.ranks[-1]:
             if rival is not None and not self._may_win(here, rival):
                 break
-            if here.judged.score <= _NEARLY * wanted.budget:
-                self._refine_samples()
             self.judge.doing(f"{here.rank} terms in {_frames(here.packs)}: looking for more")
             thin = self.samples.thinned(_THINNED)
             tried = [
@@ -288,24 +276,21 @@ class Search:
             best = here if self._told(here, best.judged.distance) else best
             if here.within and (safe is None or here.better_than(safe, wanted.budget)):
                 safe = here
-            left.append(min(left[-1], here.judged.front))
-            if len(left) > _STEPS and left[-1] > (1.0 - _STEP_GAIN) * left[-1 - _STEPS]:
-                break
+            left.append((here.rank, min(left[-1][1], here.judged.front)))
+            stalled = len(left) > _STEPS and _slow(left[-1 - _STEPS], left[-1])
+            if stalled:
+                here = self._on_finer_grids(best)
+                if here is best:
+                    break
+                best, left = here, [(here.rank, here.judged.front)]
         last = self._polished(best)
         # Bringing packs back within their bounds may cost more than it is worth.
         return self._ended(safe if safe is not None and safe.better_than(last, wanted.budget) else last)
 
-    def _refine_samples(self) -> None:
-        """From now on, all samples."""
-        if not self.finest:
-            self.finest = True
-            vars(self).pop("samples", None)
-
     def _polished(self, here: Found) -> Found:
-        """The last rounds, on all samples, until the packs keep within their bounds."""
+        """The last rounds, until the packs keep within their bounds."""
         if here.met(self.wanted.budget):
             return here
-        self._refine_samples()
         for _ in range(_LAST_ROUNDS):
             before, here = here, self._better(self._round(here, here.packs), here)
             if here.judged.front > (1.0 - _LEAST_GAIN) * before.judged.front:
@@ -362,6 +347,11 @@ class Search:
     def _tell(self, lobe: int, frame: str, rank: int, judged: Judged, kept: bool, candidate: str, joint: bool) -> None:
         trial = Trial(lobe, frame, rank, self.judge.seconds, judged.error, judged.score, kept, candidate, joint)
         self.judge.tell(trial)
+
+
+def _slow(before: tuple[int, float], now: tuple[int, float]) -> bool:
+    """Whether terms between two states (terms, score) gained too little."""
+    return now[1] > (1.0 - _TERM_GAIN * (now[0] - before[0])) * before[1]
 
 
 def _frames(packs: tuple[FactorPack, ...]) -> str:

@@ -21,7 +21,8 @@ from jaxtyping import Float
 
 from .tucker import compressed
 
-Factors = list[Float[np.ndarray, "_ R"]]
+# Of one pack, or of several with terms of their own.
+Factors = list[Float[np.ndarray, "_ _"]]
 
 # Share of a tensor's energy that compression may lose: plenty for a start, which is refined on the table itself.
 _ENERGY_LOST = 1e-8

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import AshikhminShirley
+from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.directions import spherical
 from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
@@ -48,7 +48,7 @@ def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
 
 
 def test_what_is_too_bright_is_found(glossy):
-    packs, bounds = fit(glossy, pixels=32).packs, Bounds(Dark(glossy), np.full(L, 0.05))
+    packs, bounds = fit(glossy, pixels=32).packs, Bounds(Lambert(COAT), np.full(L, 0.05))
     found = bounds.extremes(packs)
     broken = bounds.broken(packs)
     assert found.ratio > LARGEST and found.lowest >= LOWEST

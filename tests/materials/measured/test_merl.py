@@ -193,12 +193,7 @@ BARS = {
 }
 
 
-# Sharp highlights under five lights take more terms, or miss more, than they did under D65 alone: not solved yet.
-OPEN = pytest.mark.xfail(reason="sharp highlights under five lights take more terms than the bar allows", strict=False)
-SHARP = ("yellow-matte-plastic", "specular-blue-phenolic", "chrome-steel")
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=OPEN if name in SHARP else ()) for name in BARS])
+@pytest.mark.parametrize("name", BARS)
 def test_smooth_fits_of_measured_materials_in_few_terms(shared_data, tmp_path, name):
     brdf = fitted(shared_data, name, tmp_path)
     result = fit(brdf, budget=1.0)
