@@ -1,5 +1,6 @@
 """How far an import is, and how long the rest will take."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -78,16 +79,20 @@ def test_a_fit_says_its_phases_and_trials(grey):
     (material,) = read_sources(grey)
     heard = []
     fitted = fit_material(material, 3.0, heard.append)
-    assert [doing.phase for doing in heard[:2]] == ["preparing", "tabulating"]
-    assert len(heard) == 2 + len(fitted.trials) and heard[-1].share == 1.0
-    assert " terms in " in heard[-1].phase and "p99" in heard[-1].phase
+    phases = [doing.phase for doing in heard]
+    assert phases[:3] == ["preparing", "looking at the original", "tabulating in io"]
+    trials = [doing for doing in heard if "p99" in doing.phase]
+    assert len(trials) == len(fitted.trials) and all(" terms in " in doing.phase for doing in trials)
+    # Every trial is announced before it is made.
+    assert all(earlier != later for earlier, later in pairwise(phases)) and heard[-1].share == 1.0
 
 
 def test_a_fit_in_another_process_is_heard_here(grey):
     (material,) = read_sources(grey)
     heard = []
     ((_, fitted),) = supervised(fit_material, [Task("key", (material, 3.0))], 1, lambda *told: heard.append(told))
-    assert [doing.phase for _, doing in heard[:2]] == ["preparing", "tabulating"] and not fitted.reason
+    assert [doing.phase for _, doing in heard[:2]] == ["preparing", "looking at the original"]
+    assert not fitted.reason
 
 
 @pytest.mark.parametrize("apart", [False, True])
@@ -103,4 +108,5 @@ def test_an_import_says_what_begins_and_what_it_is_at(grey, tmp_path, apart):
         doing=lambda material_id, doing: heard.append((material_id, doing.phase)),
     )
     assert begun == [([("grey/grey", "oren_nayar")], 1)]
-    assert heard[:3] == [("grey/grey", phase) for phase in ("reading", "preparing", "tabulating")] and len(heard) > 3
+    assert heard[:3] == [("grey/grey", phase) for phase in ("reading", "preparing", "looking at the original")]
+    assert len(heard) > 3
