@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.doing import share_done
 from ..spectral.ending import saying
+from ..spectral.processes import one_thread
 from .fit_progress import FitProgress
 from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
 
@@ -69,6 +70,7 @@ def _terms(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Fit and print; 0, or 1 where the budget was not met."""
+    one_thread()
     with ExitStack() as stack:
         # Before what takes a second to load: nobody waits for a first word.
         return _fitted(args, FitProgress(stack, args.material), stack)

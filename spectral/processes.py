@@ -14,6 +14,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -274,6 +275,17 @@ def _end_with_the_parent() -> None:
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
+
+
+def one_thread() -> None:
+    """BLAS works in one thread of this process, unless the environment says otherwise or numpy is there already.
+
+    A fit multiplies many small matrices: beside other work its threads wait for each other, for twelve times the CPU
+    time that one thread takes.
+    """
+    if "numpy" not in sys.modules:
+        for name in _ONE_THREAD:
+            os.environ.setdefault(name, "1")
 
 
 @contextmanager

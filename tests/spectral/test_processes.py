@@ -191,3 +191,17 @@ def test_processes_end_with_a_parent_that_is_killed():
     while any(alive(pid) for pid in ours) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(alive(pid) for pid in ours)
+
+
+def test_one_thread_of_blas_is_asked_for_before_numpy_comes_and_only_then():
+    words = "import os\nfrom metamer.spectral.processes import one_thread\n{}one_thread()\n"
+    told = "print(os.environ.get('OPENBLAS_NUM_THREADS'))"
+    bare = {name: value for name, value in os.environ.items() if not name.endswith(("_THREADS", "_MAXIMUM_THREADS"))}
+
+    def said(first: str, **more: str) -> str:
+        command = [sys.executable, "-c", words.format(first) + told]
+        return subprocess.run(command, env=bare | more, capture_output=True, text=True, check=True).stdout.strip()
+
+    assert said("") == "1"
+    assert said("", OPENBLAS_NUM_THREADS="4") == "4"
+    assert said("import numpy\n") == "None"
