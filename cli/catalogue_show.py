@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..materials.factors import FactorPack, LightError
     from ..materials.records.material import MaterialRecord
 
-_INDENT = 11
+_INDENT = 14
 # What a measured file says of itself is in the source and in the notes.
 _TOLD = ("name", "description", "measurement_notes")
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.doing import share_done
 from ..spectral.ending import saying
-from ..spectral.processes import one_thread
 from .fit_progress import FitProgress
 from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
 
@@ -34,7 +33,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     command = subparsers.add_parser(
         "fit",
         help="fit factor packs to a material and show speed against error",
-        description="Fit factor packs to a material of a catalogue and say what each number of terms costs and gives.",
+        description="Fit factor packs to a material of a catalogue and say what each number of terms costs and gives. "
+        "Exit code 1: the budget is not met.",
     )
     command.add_argument("material", metavar="MATERIAL", help='id in the catalogue, such as "colorchecker/red-gloss"')
     add_catalogue_option(command)
@@ -70,7 +70,6 @@ def _terms(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Fit and print; 0, or 1 where the budget was not met."""
-    one_thread()
     with ExitStack() as stack:
         # Before what takes a second to load: nobody waits for a first word.
         return _fitted(args, FitProgress(stack, args.material), stack)
@@ -174,21 +173,25 @@ def _best(trials: list[Trial]) -> Trial:
 
 
 def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
+    from ..materials.fitting.bounds import LARGEST, LOWEST, Extremes
+
+    extremes = Extremes(found.error.most_negative, found.error.largest or 0.0)
+    beyond = "" if extremes.within else f" Joint fits keep within {LOWEST:g} and {LARGEST:g}; this is beyond."
     frames = " + ".join(f"{pack.rank} in {pack.frame}" for pack in found.packs)
     split = {"lobes": "its own lobes", "io": "everything in io first", "hd": "everything in hd first"}
     lines = [
         f"\nTogether {found.rank} terms ({frames}): {_figures(found.error)}",
         *(f"  {_under(light)}" for light in found.error.lights),
-        f"Lowest shading {found.error.most_negative:.1e} (a white diffuser facing the light is 1), largest "
-        f"{found.error.largest or 0.0:.2f} times the original's, anywhere above the horizon; nothing is clipped.",
+        f"Lowest shading {extremes.lowest:.1e} (a white diffuser facing the light is 1), largest "
+        f"{extremes.ratio:.2f} times the original's, anywhere above the horizon; nothing is clipped.{beyond}",
         f"Split: {split[found.candidate]}; {len(found.trials)} trials.",
         f"Storage: {'half' if found.storage.half else 'single'}, {found.stored_bytes / 1024:.0f} KiB; "
         f"{found.storage.reason}.",
     ]
-    if args.rank is None:
-        lines.append(f"Stopped: {found.stopped}.")
     if missed:
-        lines.append(f"The budget of {args.budget:g} is not met: {found.stopped}.")
+        lines.append(f"The budget of {args.budget:g} is not met, as exit code 1 says: {found.stopped}.")
+    elif args.rank is None:
+        lines.append(f"Stopped: {found.stopped}.")
     return "\n".join(lines)
 
 

@@ -74,6 +74,9 @@ def _run(words: Sequence[str] | None) -> int:
     if not hasattr(args, "run"):
         command.print_help()
         return 64
+    from ..spectral.processes import one_thread
+
+    one_thread()
     return args.run(args)
 
 

@@ -11,7 +11,11 @@ from pathlib import Path
 # So many names are given in full.
 _FEW = 8
 # Which command lists the names of a kind that has more.
-_LISTED_BY = {"illuminant": "metamer names", "material": "metamer catalogue list"}
+_LISTED_BY = {
+    "illuminant": "metamer names",
+    "material": "metamer catalogue list",
+    "file, illuminant or emission of the catalogue": "metamer names",
+}
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 _CONTROL_IN_LINES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
@@ -135,5 +139,6 @@ class UnknownNameError(InputError):
             some = "" if self.nearest else f", such as {', '.join(self.known[: _FEW // 2])}"
             listed = f"; `{_LISTED_BY[kind]}` lists them" if kind in _LISTED_BY else ""
             expected = f"one of {len(self.known)} known names{some}{listed}"
-        hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else None
+        listed = f"`{_LISTED_BY[kind]}` lists what there is" if not self.known and kind in _LISTED_BY else None
+        hint = f"nearest: {', '.join(self.nearest)}" if self.nearest else listed
         super().__init__(f"unknown {kind}", file=file, field=field, found=repr(name), expected=expected, hint=hint)

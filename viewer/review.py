@@ -121,7 +121,8 @@ def review(
 
     Raises
     ------
-    InputError : the camera sees no surface, or not the part that is reviewed; a file or a name that cannot be used.
+    InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
+        name that cannot be used.
     """
     out = Path(out)
     with drawing_into(out):
@@ -338,7 +339,7 @@ class _Warnings:
 
 
 def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: Warn) -> None:
-    """Warn of pictures that will be black; refuse a view without what is to be judged, before the long work."""
+    """Warn of what stands wrong; refuse a view without what is to be judged, or without light, before the long work."""
     for line in placement_warnings(scene, view):
         warn(line)
     hint = "move the camera, or leave its position out for one that frames the scene"
@@ -351,7 +352,8 @@ def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: War
             problem = f'camera "{view.name}" does not see part "{scene.review.on}", which is reviewed'
             raise InputError(problem, file=scene.path, field=f"camera {view.name}", found=f"it sees {seen}", hint=hint)
     for line in why_black(scene, view, geometry):
-        warn(line)
+        # Black equals black: every row would be within its budget.
+        raise InputError(line, file=scene.path, field="lights", hint="move the light or the camera")
 
 
 def _check_whites(

@@ -50,7 +50,7 @@ def test_words(metamer, folder):
     code, out, _ = metamer("catalogue", "show", "paint/red", folder)
     assert code == 0
     for said in (
-        "notes      first\n           second",
+        "notes         first\n              second",
         "1 term in frame hd (theta_h 2 x theta_d 2 x phi_d 2; 81 spectral coefficients; single precision)",
         "wavelengths_nm float64 31",
         "details    instrument a sphere <b>instrument</b>\n",

@@ -33,7 +33,7 @@ def test_a_budget_out_of_reach_is_said_and_warned_of(tiny_catalogue, capsys, mon
     words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--budget", "1e-9"]
     assert main(words) == 1
     out = capsys.readouterr().out
-    assert "not met: none left to try" in out
+    assert "not met, as exit code 1 says: none left to try" in out
 
 
 def test_a_rank_and_a_frame_can_be_given(tiny_catalogue, capsys):

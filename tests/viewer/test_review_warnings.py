@@ -21,17 +21,27 @@ def run(scene, catalogue, out, **options):
     return found, json.loads((out / "review.json").read_text(encoding="utf-8"))
 
 
-def test_pictures_of_nothing_are_said_at_once_and_in_the_report(scenes, catalogue, tmp_path):
-    """A lamp inside the ball: everything is black, both sides agree, and without a word that would pass."""
+def test_pictures_of_nothing_are_refused_before_the_work_and_never_pass(scenes, catalogue, tmp_path):
+    """A lamp inside the ball: everything is black, and both sides agree."""
     scene = replace(scenes.sphere_scene("tiny/copper", size=24, samples=1), lights=(scenes.lamp((0.0, 0.0, 0.3)),))
+    heard = []
+    with pytest.raises(InputError, match='the picture of camera "ortho" is black'):
+        run(scene, catalogue, tmp_path / "out", warn=heard.append)
+    (inside,) = heard
+    assert all(word in inside for word in ('light "light"', 'inside part "part0"', 'camera "ortho"'))
+    assert not (tmp_path / "out" / "review.json").exists()
+
+
+def test_what_stands_wrong_is_said_at_once_and_in_the_report(scenes, catalogue, tmp_path):
+    """One lamp of two inside the ball: the other lights the picture."""
+    scene = scenes.sphere_scene("tiny/copper", size=24, samples=1)
+    scene = replace(scene, lights=(*scene.lights, scenes.lamp((0.0, 0.0, 0.3))))
     heard = []
     found, document = run(scene, catalogue, tmp_path, warn=heard.append)
     assert heard == list(found.warnings) == document["warnings"]
-    inside, black = heard
-    assert all(word in inside for word in ('light "light"', 'inside part "part0"', 'camera "ortho"'))
-    assert 'the picture of camera "ortho" is black' in black
+    assert len(heard) == 1 and "stands inside part" in heard[0]
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
-    assert page.count("<li>Warning: ") == 2 and "stands inside part" in page
+    assert page.count("<li>Warning: ") == 1 and "stands inside part" in page
 
 
 def test_pictures_that_are_clipped_as_a_whole_are_said(scenes, catalogue, tmp_path):

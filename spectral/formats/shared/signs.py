@@ -79,7 +79,7 @@ def decided(signs: Sequence[Sign], answer: Answer, path: Path, field: str | None
             raise contradiction(answer, quantity, words, file=path, field=field)
         return Decision(answer.quantity or quantity, words, True)
     if answer.quantity is not None:
-        return Decision(answer.quantity, "--as, the file does not say", False)
+        return Decision(answer.quantity, "--as", False)
     says, origins = {sign.says for sign in signs}, {sign.origin for sign in signs}
     quantity = _quantity(next(iter(says))) if len(says) == 1 else None
     if stated or quantity is None or len(origins) < 2:
@@ -184,7 +184,9 @@ def contradicted(decision: Decision, numbers: Sequence[Sign], path: Path, field:
         field=field,
         found=f"{decision.quantity}, by {decision.words}; but {' and '.join(sign.words for sign in numbers)}",
         expected="words and numbers of one thing",
-        hint="correct the heading, or say what it is at the import of this file alone",
+        hint=f"leave --as and --scale out, or say what the numbers do: --as {numbers[0].says.replace(' ', '-')}"
+        if decision.words == "--as"
+        else "correct the heading, or say what it is at the import of this file alone",
     )
 
 

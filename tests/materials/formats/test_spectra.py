@@ -158,7 +158,7 @@ def test_a_plan_says_where_the_samples_end(tmp_path):
     path = tmp_path / "tile.csv"
     path.write_text("nm,R (%)\n" + "".join(f"{nm},50\n" for nm in range(380, 648)))
     (found,) = read_sources(path, "mallett-yuksel")
-    assert found.taken == "reflectance in percent, by the heading 'R (%)'; known from 380 to 647 nm alone"
+    assert found.taken == "reflectance in percent, by the heading 'R (%)'; known from 380 to 647 nm only"
 
 
 def test_a_text_that_nobody_recognises_is_no_table(tmp_path):

@@ -248,14 +248,12 @@ def test_a_plan_says_what_was_taken_and_by_which_sign(tmp_path):
     (tmp_path / "in" / "b.csv").write_text("nm,red\n400,40\n700,50\n")
     answered = dataclasses.replace(SETTINGS, answer=Answer("transmittance"))
     first, second = plan(tmp_path / "in", folder=tmp_path / "cat").values()
-    known = "known from 400 to 700 nm alone"
+    known = "known from 400 to 700 nm only"
     assert first.taken == (f"reflectance in percent, by the heading 'R (%)'; {known}",)
     assert second.count("failed") == 1 and "what was measured?" in second.materials[0].reason
     first, second = plan(tmp_path / "in", folder=tmp_path / "cat", settings=answered).values()
     assert "--as another" in first.materials[0].reason and second.count("new") == 1
-    assert second.taken[0].startswith(
-        "transmittance in percent, by --as, the file does not say; percent by values from"
-    )
+    assert second.taken[0].startswith("transmittance in percent, by --as; percent by values from")
 
 
 def test_another_answer_is_another_import(tmp_path):

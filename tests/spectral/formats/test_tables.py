@@ -92,7 +92,7 @@ def test_latin_names(written):
 def test_what_was_taken_is_said_with_its_sign(written):
     (stated,) = read(written("nm,R (%)\n400,50\n410,60\n420,70\n")).entries
     assert stated.taken == "reflectance in percent, by the heading 'R (%)'"
-    said = "reflectance in fractions, by --as, the file does not say; fraction by --scale"
+    said = "reflectance in fractions, by --as; fraction by --scale"
     assert {entry.taken for entry in silent(written(DOWN)).entries} == {said}
 
 
