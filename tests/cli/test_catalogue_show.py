@@ -53,7 +53,7 @@ def test_words(metamer, folder):
         "notes         first\n              second",
         "1 term in frame hd (theta_h 2 x theta_d 2 x phi_d 2; 81 spectral coefficients; single precision)",
         "wavelengths_nm float64 31",
-        "details    instrument a sphere <b>instrument</b>\n",
+        "details       instrument a sphere <b>instrument</b>\n",
         "(45a:0, D65, 1931_2)",
         "Spectrum: reflectance, as measured",
     ):
