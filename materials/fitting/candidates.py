@@ -21,10 +21,10 @@ from ..factors import Axis, FactorPack
 from .bounds import Bounds
 from .decompose import PACK
 from .grids import lobe_axes
-from .joint import added, finer, held, merged, refined
+from .joint import added, finer, held, in_sight, merged, refined
 from .judging import Judge, Judged, Trial
 from .lobe_table import LobeTable, Method
-from .seen import SeenSamples, seen_samples
+from .seen import FARTHEST, SeenSamples, seen_samples
 from .within import within_bounds
 
 # Terms up to which tables are tried where packs are refined jointly afterwards: two packs of four.
@@ -46,7 +46,7 @@ _MORE, _MOST = 3.0, 9.0
 _MOST_NODES, _PAYS = 192, 0.9
 # Rounds and sweeps that bring packs back within their bounds; what leaving them by 0.02 at one guard costs, as a share
 # of what all errors do.
-_BOUNDING, _BOUNDING_SWEEPS, _GUARD = 12, 3, 1e-3
+_BOUNDING, _BOUNDING_SWEEPS, _GUARD = 9, 3, 1e-3
 # Spectra alone are tried where packs are beyond their bounds by less than this many times them, and every so many
 # rounds; they may cost this many times what all errors did.
 _NEARLY_WITHIN, _TRIED, _DEAR = 1.15, 3, 1.1
@@ -258,8 +258,8 @@ class Search:
     def _grown(self, here: Found, rival: Found | None = None) -> Found:
         """More terms, four at a time or, far from the budget, in either frame, all packs refined after each step."""
         wanted = self.wanted
-        best = here = self._on_finer_grids(here)
-        left, safe = [(here.rank, here.judged.front)], None
+        best = here = self._on_finer_grids(self._in_sight(here))
+        left, safe = [(here.rank, here.judged.headway)], None
         while not best.met(wanted.budget) and here.rank + PACK <= wanted.ranks[-1]:
             if rival is not None and not self._may_win(here, rival):
                 break
@@ -276,16 +276,25 @@ class Search:
             best = here if self._told(here, best.judged.distance) else best
             if here.within and (safe is None or here.better_than(safe, wanted.budget)):
                 safe = here
-            left.append((here.rank, min(left[-1][1], here.judged.front)))
+            left.append((here.rank, min(left[-1][1], here.judged.headway)))
             stalled = len(left) > _STEPS and _slow(left[-1 - _STEPS], left[-1])
             if stalled:
                 here = self._on_finer_grids(best)
                 if here is best:
                     break
-                best, left = here, [(here.rank, here.judged.front)]
+                best, left = here, [(here.rank, here.judged.headway)]
         last = self._polished(best)
         # Bringing packs back within their bounds may cost more than it is worth.
         return self._ended(safe if safe is not None and safe.better_than(last, wanted.budget) else last)
+
+    def _in_sight(self, here: Found) -> Found:
+        """The same terms on grids that end where lights of pictures do: beyond, nothing would hold their factors."""
+        packs = tuple(in_sight(pack, 0.5 * FARTHEST) for pack in here.packs)
+        if self.wanted.axes is not None or all(new is old for new, old in zip(packs, here.packs, strict=True)):
+            return here
+        found = self._round(here, packs)
+        self._told(found, here.judged.distance)
+        return found
 
     def _polished(self, here: Found) -> Found:
         """The last rounds, until the packs keep within their bounds."""
@@ -342,7 +351,10 @@ class Search:
         if self.wanted.axes is not None and self.wanted.axes[0].name.endswith(("_i",) if frame == "io" else ("_h",)):
             return self.wanted.axes
         observed = self.judge.front.weights(self.brdf.wavelengths_nm)
-        return lobe_axes(self.brdf, frame, np.pi * observed[:, 1])
+        axes = lobe_axes(self.brdf, frame, np.pi * observed[:, 1])
+        if frame == "hd":
+            return (axes[0], replace(axes[1], maximum=min(axes[1].maximum, 0.5 * FARTHEST)), *axes[2:])
+        return axes
 
     def _tell(self, lobe: int, frame: str, rank: int, judged: Judged, kept: bool, candidate: str, joint: bool) -> None:
         trial = Trial(lobe, frame, rank, self.judge.seconds, judged.error, judged.score, kept, candidate, joint)

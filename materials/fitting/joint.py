@@ -309,6 +309,18 @@ def finer(pack: FactorPack, most: int) -> FactorPack:
     return replace(pack, axes=tuple(axes), factors=tuple(factors), precision="single", error=None)
 
 
+def in_sight(pack: FactorPack, farthest: float) -> FactorPack:
+    """The pack in frame hd with theta_d up to `farthest` only, radians; beyond, factors are held constant."""
+    if pack.frame != "hd" or pack.axes[1].maximum <= farthest:
+        return pack
+    axis = replace(pack.axes[1], maximum=farthest)
+    position = pack.axes[1].position(axis.nodes)
+    factor = AxisSamples.of(position, pack.axes[1].size, False).between(pack.factors[1])
+    axes = (pack.axes[0], axis, *pack.axes[2:])
+    factors = (pack.factors[0], factor, *pack.factors[2:])
+    return replace(pack, axes=axes, factors=factors, precision="single", error=None)
+
+
 def merged(packs: tuple[FactorPack, ...]) -> tuple[FactorPack, ...]:
     """One pack for each frame and grid, in the order in which they first appear."""
     groups: dict[tuple, list[FactorPack]] = {}

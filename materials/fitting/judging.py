@@ -72,6 +72,11 @@ class Judged:
         return self.front + self.back / BACK_SHARE
 
     @property
+    def headway(self) -> float:
+        """What growth is judged by: a highlight that stays as it is does not hide what the picture gains."""
+        return self.front + self.error.p99
+
+    @property
     def behind(self) -> bool:
         """Whether light from behind decides."""
         return self.back / BACK_SHARE == self.score

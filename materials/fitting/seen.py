@@ -23,7 +23,7 @@ from ..protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
 
 # Lights stand at most this far from the view, radians. Those beyond the second angle light a surface from behind,
 # where it shows few points and an error may be larger.
-_FARTHEST, _BEHIND = np.radians([150.0, 117.0])
+FARTHEST, _BEHIND = np.radians([150.0, 117.0])
 _BACK_SHARE = 0.25
 _LEAST_COSINES = (0.003, 1e-4)
 # Shares of the pairs that crowd about the mirror direction and towards the edge of the sphere; the least a pair counts.
@@ -35,7 +35,7 @@ _HIGHLIGHT_SHARE = 0.05
 _ANYWHERE = 0.15
 # Of them, pairs about the mirror direction of lights that no picture has, where highlights are brightest; what each
 # counts: packs follow the original there only roughly.
-_RIDGE, _RIDGE_SHARE = 0.02, 1e-5
+_RIDGE, _RIDGE_SHARE = 0.02, 1e-4
 # What the spectra's common basis may lose, root mean square, in L*.
 _LOST = 0.02
 # What the square of an error counts under each light that a fit is judged by. Under one alone, spectra would be bent
@@ -247,7 +247,7 @@ def seen_pairs(
     of the protocol.
     """
     u = _even_points(count, 5, seed)
-    away, turn = _FARTHEST * u[:, 0], 2.0 * np.pi * u[:, 3]
+    away, turn = FARTHEST * u[:, 0], 2.0 * np.pi * u[:, 3]
     light = np.stack([np.sin(away), np.zeros(count), np.cos(away)], axis=-1)
     middle = np.stack([np.sin(0.5 * away), np.zeros(count), np.cos(0.5 * away)], axis=-1)
     across = np.stack([middle[:, 2], np.zeros(count), -middle[:, 0]], axis=-1)
@@ -282,7 +282,7 @@ def seen_pairs(
 def ridge_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
     """wi and wo about the mirror direction of lights that stand farther from the view than any picture's."""
     u = _even_points(count, 4, seed)
-    theta_d = 0.5 * _FARTHEST + u[:, 0] * (0.5 * np.pi - 1e-3 - 0.5 * _FARTHEST)
+    theta_d = 0.5 * FARTHEST + u[:, 0] * (0.5 * np.pi - 1e-3 - 0.5 * FARTHEST)
     wi, wo = io_from_half_difference(
         0.2 * u[:, 1] ** 3, theta_d, np.pi * u[:, 2], 0.0 if isotropic else 2.0 * np.pi * u[:, 3]
     )
@@ -314,7 +314,7 @@ def everywhere_angles(
 def anywhere_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
     """wi and wo, even in theta_i and theta_o, crowding towards the plane of incidence on either side; at most `count`.
 
-    Those of lights that no sample has (`_FARTHEST`) are left out: there packs only keep within bounds.
+    Those of lights that no sample has (`FARTHEST`) are left out: there packs only keep within bounds.
     """
     u = _even_points(count, 4, seed)
     theta_i, theta_o = (np.minimum(0.5 * np.pi * u[:, k], 0.5 * np.pi - 1e-3) for k in (0, 1))
@@ -322,7 +322,7 @@ def anywhere_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.nda
     phi = np.where(u[:, 2] < 0.5, phi, -phi)
     phi_i = np.zeros(count) if isotropic else 2.0 * np.pi * u[:, 3]
     wi, wo = spherical(theta_i, phi_i), spherical(theta_o, phi_i + phi)
-    near = np.sum(wi * wo, axis=-1) > np.cos(_FARTHEST)
+    near = np.sum(wi * wo, axis=-1) > np.cos(FARTHEST)
     return wi[near], wo[near]
 
 

@@ -19,7 +19,7 @@ from .joint import JointProblem
 from .seen import SeenSamples
 
 # Searches at most, and half spaces a search may add.
-_ROUNDS, _PLACES = 12, 300
+_ROUNDS, _PLACES = 20, 300
 # Pull towards the spectra as they were, as a share of each one's curvature, and the least as a share of the largest:
 # what samples hardly show stays.
 _PULL, _LEAST_PULL = 1e-2, 1e-9
