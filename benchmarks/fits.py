@@ -22,8 +22,9 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from metamer.spectral.processes import one_thread
+
 KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
-_THREADS = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
@@ -56,7 +57,7 @@ def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
 def under(kernel: str, sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """The rows of `fitted` from a process that adds up as `kernel` does."""
     command = [sys.executable, __file__, *map(str, sources), "--budget", str(budget), "--worker"]
-    environment = {**os.environ, **_THREADS, "OPENBLAS_CORETYPE": kernel}
+    environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         for line in process.stdout:
@@ -96,10 +97,12 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args(words)
     if args.worker:
+        one_thread()
         for row in fitted(args.sources, args.budget):
             print(json.dumps(row), flush=True)
         return 0
     from metamer.cli.catalogue_import import shipped_sources
+    from metamer.materials.fitting.bounds import Extremes
 
     rows = []
     for kernel in args.kernels:
@@ -113,7 +116,7 @@ def main(words: Sequence[str] | None = None) -> int:
     print(table(rows))
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    return int(any(row["lowest"] < -0.02 or (row["largest"] or 0.0) > 2.0 for row in rows))
+    return int(not all(Extremes(row["lowest"], row["largest"] or 0.0).within for row in rows))
 
 
 if __name__ == "__main__":

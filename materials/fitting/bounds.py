@@ -16,12 +16,10 @@ from functools import cached_property, lru_cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.projection import projection_matrix
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf, Frame
 from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
 from ..factors import Axis, FactorPack, FrameAngles, frame_angles
-from .seen import everywhere_angles
+from .seen import everywhere_angles, working_spectra
 
 #: Packs shade to no less than this, where a white diffuser facing the light is 1.
 LOWEST = -0.02
@@ -249,14 +247,6 @@ def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Float[np.nd
         theta_i, theta_o, _ = io_angles(wi[lit], wo[lit])
         found = np.stack([theta_i, theta_o, azimuth_difference(wi[lit], wo[lit]), angles(wi[lit])[1]], axis=-1)
     return found[:, : 3 if isotropic else 4]
-
-
-def working_spectra(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
-    """f_r cos(theta_i) on the working wavelengths, 1/sr."""
-    values = brdf.eval(wi, wo) * wi[:, 2:]
-    if np.array_equal(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM):
-        return values
-    return values @ projection_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
 
 
 def _shaded(packs: tuple[FactorPack, ...], wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:

@@ -2,7 +2,8 @@
 
 - Lobe by lobe: each of the BRDF's own lobes as a table in its own frame, with the other lobes exact.
 - Jointly: all packs at once on what is seen (`joint`), and, while the budget is not met, four more terms at a time in
-  the frame in which they leave less of what the others have left. That is how a BRDF that names no lobes gets split.
+  the frame in which they leave less of what the others have left, or four in either where the budget is far. That is
+  how a BRDF that names no lobes gets split.
 - On finer grids, where terms alone do not help: factors of twice as many nodes, which begin as what they were.
 - Everything in one frame from the start, where the BRDF's own lobes needed many terms.
 
@@ -18,13 +19,13 @@ import numpy as np
 
 from ..brdf import Brdf, Frame, Lobe
 from ..factors import Axis, FactorPack
-from .bounds import Bounds
+from .bounds import Bounds, Broken
 from .decompose import PACK
 from .grids import lobe_axes
-from .joint import added, finer, held, in_sight, merged, refined
+from .joint import added, axes_in_sight, finer, held, in_sight, merged, refined
 from .judging import Judge, Judged, Trial
 from .lobe_table import LobeTable, Method
-from .seen import FARTHEST, SeenSamples, seen_samples
+from .seen import SeenSamples, seen_samples
 from .within import within_bounds
 
 # Terms up to which tables are tried where packs are refined jointly afterwards: two packs of four.
@@ -218,7 +219,7 @@ class Search:
         """The same packs, with guards from now on wherever they leave their bounds."""
         broken = self.bounds.broken(here.packs)
         if len(broken):
-            self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(here.packs), 1.0)
+            self._guard(broken, here.packs, 1.0)
         return replace(here, within=not len(broken))
 
     def _bounded(self, here: Found) -> Found:
@@ -226,7 +227,7 @@ class Search:
 
         What is left is mended by spectra alone as soon as that costs little.
         """
-        packs = here.packs
+        packs, within = here.packs, True
         for number in range(_BOUNDING):
             broken = self.bounds.broken(packs)
             if not len(broken):
@@ -238,17 +239,19 @@ class Search:
                 if done and (not dear or number == _BOUNDING - 1):
                     packs = mended
                     break
-            self._guard(broken.wi, broken.wo, _GUARD * self.samples.cost(packs), _FIRMER if number else 1.0)
+            self._guard(broken, packs, _FIRMER if number else 1.0)
             packs = held(packs, self.samples, _BOUNDING_SWEEPS)
-        within = self.bounds.extremes(packs).within
+        else:
+            within = self.bounds.extremes(packs).within
         if packs is here.packs:
             return replace(here, within=within)
         return replace(here, packs=packs, judged=self.judge.judged(packs, None, here.relative), within=within)
 
-    def _guard(self, wi: np.ndarray, wo: np.ndarray, cost: float, firmer: float) -> None:
-        """One guard more at each pair, and all that stand already count so many times as much."""
+    def _guard(self, broken: Broken, packs: tuple[FactorPack, ...], firmer: float) -> None:
+        """One guard more wherever packs leave their bounds; all that stand already count so many times as much."""
         stand = replace(self.samples, guards=firmer * self.samples.guards)
-        self.samples = stand.guarded(wi, wo, self.bounds.limits, cost)
+        cost = _GUARD * self.samples.cost(packs)
+        self.samples = stand.guarded(broken.wi, broken.wo, self.bounds.limits, cost)
 
     def _told(self, found: Found, before: float) -> bool:
         kept = found.judged.distance < before
@@ -289,7 +292,7 @@ class Search:
 
     def _in_sight(self, here: Found) -> Found:
         """The same terms on grids that end where lights of pictures do: beyond, nothing would hold their factors."""
-        packs = tuple(in_sight(pack, 0.5 * FARTHEST) for pack in here.packs)
+        packs = tuple(in_sight(pack) for pack in here.packs)
         if self.wanted.axes is not None or all(new is old for new, old in zip(packs, here.packs, strict=True)):
             return here
         found = self._round(here, packs)
@@ -351,10 +354,7 @@ class Search:
         if self.wanted.axes is not None and self.wanted.axes[0].name.endswith(("_i",) if frame == "io" else ("_h",)):
             return self.wanted.axes
         observed = self.judge.front.weights(self.brdf.wavelengths_nm)
-        axes = lobe_axes(self.brdf, frame, np.pi * observed[:, 1])
-        if frame == "hd":
-            return (axes[0], replace(axes[1], maximum=min(axes[1].maximum, 0.5 * FARTHEST)), *axes[2:])
-        return axes
+        return axes_in_sight(frame, lobe_axes(self.brdf, frame, np.pi * observed[:, 1]))
 
     def _tell(self, lobe: int, frame: str, rank: int, judged: Judged, kept: bool, candidate: str, joint: bool) -> None:
         trial = Trial(lobe, frame, rank, self.judge.seconds, judged.error, judged.score, kept, candidate, joint)

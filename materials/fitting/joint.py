@@ -19,7 +19,7 @@ from ..brdf import Frame
 from ..factors import Axis, FactorPack, frame_angles
 from .axis_samples import AxisSamples
 from .cp import balanced, extrapolated
-from .seen import SeenSamples
+from .seen import FARTHEST, SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
 _SPECTRAL_STEPS = 4
@@ -309,14 +309,20 @@ def finer(pack: FactorPack, most: int) -> FactorPack:
     return replace(pack, axes=tuple(axes), factors=tuple(factors), precision="single", error=None)
 
 
-def in_sight(pack: FactorPack, farthest: float) -> FactorPack:
-    """The pack in frame hd with theta_d up to `farthest` only, radians; beyond, factors are held constant."""
-    if pack.frame != "hd" or pack.axes[1].maximum <= farthest:
+def axes_in_sight(frame: Frame, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
+    """The grid in frame hd with theta_d only as far as lights of samples stand; beyond, factors are held constant."""
+    if frame != "hd" or axes[1].maximum <= 0.5 * FARTHEST:
+        return axes
+    return (axes[0], replace(axes[1], maximum=0.5 * FARTHEST), *axes[2:])
+
+
+def in_sight(pack: FactorPack) -> FactorPack:
+    """The pack on `axes_in_sight`, the same function up to there."""
+    axes = axes_in_sight(pack.frame, pack.axes)
+    if axes is pack.axes:
         return pack
-    axis = replace(pack.axes[1], maximum=farthest)
-    position = pack.axes[1].position(axis.nodes)
+    position = pack.axes[1].position(axes[1].nodes)
     factor = AxisSamples.of(position, pack.axes[1].size, False).between(pack.factors[1])
-    axes = (pack.axes[0], axis, *pack.axes[2:])
     factors = (pack.factors[0], factor, *pack.factors[2:])
     return replace(pack, axes=axes, factors=factors, precision="single", error=None)
 

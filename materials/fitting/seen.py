@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.difference import delta_e_xyz, lab_from_xyz
+from ...spectral.difference import lab_from_xyz
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf
@@ -61,7 +61,7 @@ class SeenSamples:
     plain : weight of an error whatever its colour: what it would cost in L*, times a small share.
     share : how often a picture shows the pair, against how often it was drawn.
     guards, limits : the last G pairs are held between limits (`guarded`), at these weights.
-    xyz : of the pair under D65; Y of a perfect diffuser facing the light = 1. light_weights : XYZ of each coefficient.
+    xyz : of the pair under D65; Y of a perfect diffuser facing the light = 1.
     """
 
     wi: Float[np.ndarray, "N 3"]
@@ -73,7 +73,6 @@ class SeenSamples:
     xyz: Float[np.ndarray, "N 3"]
     analysis: Float[np.ndarray, "L S"]
     synthesis: Float[np.ndarray, "S L"]
-    light_weights: Float[np.ndarray, "S 3"]
     guards: Float[np.ndarray, " G"] = field(default_factory=lambda: np.empty(0))
     limits: Float[np.ndarray, "2 L"] | None = None
 
@@ -142,23 +141,12 @@ class SeenSamples:
         shaded = [pack.shade(self.wi, self.wo) @ (pack.basis.synthesis.T @ self.analysis) for pack in packs]
         return replace(self, targets=self.targets - sum(shaded, np.zeros_like(self.targets)))
 
-    def delta_e(self, packs: tuple[FactorPack, ...]) -> Float[np.ndarray, " N"]:
-        """ΔE94 of packs at every sample under D65; of no meaning at guards."""
-        xyz = self.xyz - self.less(packs).targets @ self.light_weights
-        return delta_e_xyz(self.xyz, xyz, sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM).sum(axis=0))
-
 
 def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     """Some 0.6 `count` samples of a BRDF: of `count` pairs drawn, those above the horizon."""
     wi, wo, share = seen_pairs(count, seed, brdf.isotropic)
     share = np.maximum(share, _HIGHLIGHT_SHARE * _in_highlight(brdf, wi, wo))
-    same = np.array_equal(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
-    resample = None if same else projection_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
-    spectra = np.empty((len(wi), len(WORKING_WAVELENGTHS_NM)))
-    for start in range(0, len(wi), _BLOCK):
-        rows = slice(start, start + _BLOCK)
-        found = brdf.eval(wi[rows], wo[rows]) * wi[rows, 2:]
-        spectra[rows] = found if resample is None else found @ resample
+    spectra = working_spectra(brdf, wi, wo)
     observed = np.pi * sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM)
     xyz = spectra @ observed
     slope = 116.0 / 3.0 * np.maximum(xyz[:, 1], _KNEE) ** (-2.0 / 3.0)
@@ -170,7 +158,6 @@ def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     energy = np.cumsum(values[::-1])[::-1]
     size = max(1, int(np.sum(energy > _LOST**2 * len(wi))))
     analysis, synthesis = bright[:, None] * vectors[:, :size], vectors[:, :size].T / bright
-    light_weights = synthesis @ observed
     # Coefficients have the size of XYZ: a spectrum of length 1 in the basis is about 1 in Y.
     plain = (_UNSEEN * slope) ** 2 * share
     eye, lost = _eye(spectra, synthesis)
@@ -184,8 +171,19 @@ def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
         xyz,
         analysis,
         synthesis,
-        light_weights,
     )
+
+
+def working_spectra(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
+    """f_r cos(theta_i) on the working wavelengths, 1/sr."""
+    same = np.array_equal(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
+    resample = None if same else projection_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
+    spectra = np.empty((len(wi), len(WORKING_WAVELENGTHS_NM)))
+    for start in range(0, len(wi), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        found = brdf.eval(wi[rows], wo[rows]) * wi[rows, 2:]
+        spectra[rows] = found if resample is None else found @ resample
+    return spectra
 
 
 def _in_highlight(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:

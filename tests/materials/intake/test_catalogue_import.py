@@ -11,13 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.intake import importing, known, plan
 from metamer.materials.intake.importing import ImportInterrupted
 from metamer.materials.intake.sources import Rejected, read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import MARKER
-from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.files import made_folder
 
@@ -60,22 +58,6 @@ def write_source(folder, spectra=SPECTRA, tables=TABLES, family=FAMILY):
 @pytest.fixture
 def source(tmp_path):
     return write_source(tmp_path / "source")
-
-
-@pytest.fixture
-def fits(monkeypatch):
-    """Replaces the fit by a small pack at once; the list of ids that were fitted."""
-    fitted = []
-
-    def fit_one(material, budget, told=None):
-        fitted.append(material.id)
-        axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
-        error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
-        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing.Fitted((pack,), error, 0.5)
-
-    monkeypatch.setattr(importing, "fit_material", fit_one)
-    return fitted
 
 
 def refusals(folder):

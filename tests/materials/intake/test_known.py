@@ -8,33 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.factors import Axis, FactorPack, FitError
 from metamer.materials.formats import registry
-from metamer.materials.intake import importing, known
+from metamer.materials.intake import known
 from metamer.materials.intake import plan as planning
 from metamer.materials.records.record import material_path
-from metamer.spectral.basis import SpectralBasis
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 GREY = 'family = "grey"\nkind = "analytic"\n[[material]]\nname = "grey"\nmodel = "lambert"\n'
 CONSTANT = "reflectance = { constant = 0.5 }\n"
 FROM_TABLE = 'reflectance = { table = "t", column = "red" }\n'
-
-
-@pytest.fixture(autouse=True)
-def fits(monkeypatch):
-    """A pack at once in place of a fit; the ids that were fitted."""
-    fitted = []
-
-    def fit_one(material, budget, told=None):
-        fitted.append(material.id)
-        axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
-        error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
-        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing.Fitted((pack,), error, 0.5)
-
-    monkeypatch.setattr(importing, "fit_material", fit_one)
-    return fitted
+pytestmark = pytest.mark.usefixtures("fits")
 
 
 @pytest.fixture(autouse=True)
