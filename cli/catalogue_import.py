@@ -102,6 +102,7 @@ def run(args: argparse.Namespace) -> int:
             )
         except ImportInterrupted as interrupted:
             stack.close()
+            _say_reasons(console, interrupted.report, args.verbose)
             _write_json(args, interrupted.report)
             raise
     _write_json(args, report)
@@ -167,6 +168,8 @@ def _print_files(
     """A table of files: name, format, and figures, where 0 is left empty; `words` heads a last column of text."""
     from rich.text import Text
 
+    if not rows:
+        return
     table = _table("file", "format", *headings, numbers=headings)
     if words is not None:
         table.add_column(words, min_width=40)

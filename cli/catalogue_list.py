@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .catalogue_query import add_query_options, found_by
 from .catalogue_words import add_catalogue_argument, columns
+from .shared import counted
 
 if TYPE_CHECKING:
     from ..materials.records.query import Summary
@@ -36,17 +37,18 @@ def run(args: argparse.Namespace) -> int:
         _print_table(found, args)
         for reason in unusable:
             print(reason)
-        for conditions in sorted({f"{one.light} and the observer {one.observer}" for one in found if one.light}):
-            print(f"ΔE94 p99: factored against original data, on a sphere under {conditions}; show ID says more")
-        of = "" if len(found) == len(everything) else f" of {len(everything)}"
-        print(f"{folder}: {len(found)}{of} materials")
+        for observer in sorted({one.observer for one in found if one.light and one.observer}):
+            said = "on a sphere under the light that shows it most"
+            print(f"ΔE94 p99: factored against original data, {said}, observer {observer}; show ID says more")
+        of = f"{len(found)} of " if len(found) != len(everything) else ""
+        print(f"{folder}: {of}{counted(len(everything), 'material')}")
         if everything and not found:
             print(_what_there_is(everything))
     return 4 if unusable else 0
 
 
 def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
-    headings = ["material", "model", "kind", "terms", "ΔE94 p99", "L*", "a*", "b*"]
+    headings = ["material", "model", "kind", "terms", "ΔE94 p99", "under", "L*", "a*", "b*"]
     if args.near is not None:
         headings.append(f"ΔE{args.formula}")
     rows = []
@@ -54,6 +56,7 @@ def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
         terms = " + ".join(f"{count} {frame}" for count, frame in one.terms)
         row = [one.id, one.model, one.kind, terms or one.quantity]
         row.append("" if not one.terms else "?" if one.p99 is None else f"{one.p99:.3f}")
+        row.append(one.light if one.terms and one.light else "")
         row += [f"{value:.1f}" for value in one.lab] if one.lab else ["", "", ""]
         if args.near is not None:
             row.append("" if one.distance is None else f"{one.distance:.2f}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ..materials.intake.doing import share_done
 from ..spectral.ending import saying
 from .fit_progress import FitProgress
-from .shared import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
+from .shared import add_catalogue_option, catalogue_for, counted, positive_count, positive_delta_e
 
 if TYPE_CHECKING:
     from ..materials.factors import FitError, LightError
@@ -163,7 +163,7 @@ def _so_far(trials: list[Trial]) -> str:
     if not trials:
         return "Nothing was tried yet."
     best = _best(trials)
-    return f"Best so far: {best.rank} terms in {best.frame}, {_figures(best.error)}."
+    return f"Best so far: {counted(best.rank, 'term')} in {best.frame}, {_figures(best.error)}."
 
 
 def _best(trials: list[Trial]) -> Trial:
@@ -180,7 +180,7 @@ def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
     frames = " + ".join(f"{pack.rank} in {pack.frame}" for pack in found.packs)
     split = {"lobes": "its own lobes", "io": "everything in io first", "hd": "everything in hd first"}
     lines = [
-        f"\nTogether {found.rank} terms ({frames}): {_figures(found.error)}",
+        f"\nTogether {counted(found.rank, 'term')} ({frames}): {_figures(found.error)}",
         *(f"  {_under(light)}" for light in found.error.lights),
         f"Lowest shading {extremes.lowest:.1e} (a white diffuser facing the light is 1), largest "
         f"{extremes.ratio:.2f} times the original's, anywhere above the horizon; nothing is clipped.{beyond}",

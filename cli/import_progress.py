@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..materials.intake.doing import Doing, Expected, in_words
 from ..spectral.errors import visible
 from .progress import Ticker, left_column, say_line
-from .shared import shortened, shows_bars
+from .shared import counted, shortened, shows_bars
 
 if TYPE_CHECKING:
     from ..materials.intake.cost import Jobs
@@ -49,7 +49,7 @@ class PlainImport:
         if pending:
             processes = f"{jobs.count} processes" if jobs.count > 1 else "one process"
             left = in_words(self._expected.seconds_left)
-            say_line(f"fitting {_materials(len(pending))} in {processes}, about {left}")
+            say_line(f"fitting {counted(len(pending), 'material')} in {processes}, about {left}")
             self._ticker.said()
 
     def doing(self, material_id: str, doing: Doing) -> None:
@@ -80,7 +80,7 @@ class PlainImport:
             if not self._looked:
                 return f"looking at {self._sources}: {in_words(elapsed)} so far"
             left = elapsed / self._looked * (self._total - self._looked)
-            return f"looked at {self._looked} of {self._total} files, about {in_words(left)} left"
+            return f"looked at {self._looked} of {counted(self._total, 'file')}, about {in_words(left)} left"
         at_work = [
             f"{visible(name)} ({doing.phase}, {in_words(seconds)} so far)"
             for name, (seconds, doing) in self._expected.at_work.items()
@@ -88,7 +88,9 @@ class PlainImport:
         if not at_work:
             return ""
         left = in_words(self._expected.seconds_left)
-        return f"{self._finished} of {_materials(self._pending)} done, about {left} left; at {'; '.join(at_work)}"
+        return (
+            f"{self._finished} of {counted(self._pending, 'material')} done, about {left} left; at {'; '.join(at_work)}"
+        )
 
 
 class BarImport:
@@ -156,7 +158,3 @@ class BarImport:
 def import_shown(stack: ExitStack, sources: Sequence[str | Path]) -> PlainImport | BarImport:
     """Bars where standard error is a terminal, else lines; they live as long as `stack`."""
     return (BarImport if shows_bars(sys.stderr) else PlainImport)(stack, sources)
-
-
-def _materials(count: int) -> str:
-    return f"{count} material{'s' if count != 1 else ''}"

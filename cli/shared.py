@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Cells that bar, count, time left and the gaps between them take on a line of progress.
 _BESIDE_THE_NAME = 34
+# Before this share of the work is done, its beginning, which is slow, says little of the rest.
+_TELLING = 0.1
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
@@ -139,6 +141,8 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
         yield lambda *_: None
         return
     if not shows_bars(sys.stderr):
+        from ..materials.intake.doing import in_words
+
         tenths, start = -1, time.monotonic()
 
         def line(done: int, total: int, what: str) -> None:
@@ -146,7 +150,8 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
             if done * 10 // total > tenths:
                 tenths = done * 10 // total
                 spent = time.monotonic() - start
-                left = f", {spent * (total - done) / done:.0f} s left" if 0 < done < total and spent > 2.0 else ""
+                telling = _TELLING * total <= done < total and spent > 2.0
+                left = f", about {in_words(spent * (total - done) / done)} left" if telling else ""
                 print(f"{title}: {done}/{total} {what}{left}", file=sys.stderr, flush=True)
 
         yield line

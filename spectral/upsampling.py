@@ -36,7 +36,7 @@ _PRIMARIES_XY = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
 _MESH = 24
 # The largest channel at which the bounded curves are solved.
 _LEVEL = 0.5
-_NEWTON_STEPS = 60
+_NEWTON_STEPS, _MISSED = 60, 1e-9
 _SMITS = ("red", "green", "blue", "cyan", "magenta", "yellow", "white")
 
 
@@ -94,7 +94,7 @@ class Upsampling:
             out = np.zeros((len(flat), self.corners.shape[1]))
             for corner in range(3):
                 out += share[:, corner, None] * self.corners[index[:, corner]]
-        return out.reshape(*rgb.shape[:-1], -1)
+        return out.reshape(*rgb.shape[:-1], out.shape[1])
 
 
 @cache
@@ -165,7 +165,11 @@ def _mesh_corners() -> Float[np.ndarray, "V 3"]:
 def _jakob_hanika() -> Float[np.ndarray, "V L"]:
     corners = _mesh_corners()
     rgb = _LEVEL * corners / corners.max(axis=1, keepdims=True)
-    return sigmoid(_solved(rgb)) / _LEVEL
+    found, missed = solved(rgb)
+    if missed.max() > _MISSED:
+        worst = int(missed.argmax())
+        raise InputError("no bounded curve has this colour", field="rgb", found=rgb[worst], expected="a colour of sRGB")
+    return sigmoid(found) / _LEVEL
 
 
 def sigmoid(coefficients: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch L"]:
@@ -184,10 +188,11 @@ def _powers() -> Float[np.ndarray, "L 3"]:
     return np.stack([x * x, x, np.ones_like(x)], axis=-1)
 
 
-def _solved(rgb: Float[np.ndarray, "V 3"]) -> Float[np.ndarray, "V 3"]:
-    """Coefficients whose spectra have these colours, for all of them at once: damped Newton steps from grey.
+def solved(rgb: Float[np.ndarray, "V 3"]) -> tuple[Float[np.ndarray, "V 3"], Float[np.ndarray, " V"]]:
+    """Coefficients whose `sigmoid` has these colours in linear sRGB, and by how much of Y each is missed.
 
-    Raises `InputError` where a colour is missed by 1e-9 of Y: none is, for sRGB at the level used here.
+    Damped Newton steps from grey, for all colours at once. Nothing is missed in sRGB at the level used here; curves of
+    saturated colours are narrow, and exist where the colour is dark enough.
     """
     to_rgb = np.linalg.solve(xyz_from_rgb(), _weights())
     powers = _powers()
@@ -205,8 +210,6 @@ def _solved(rgb: Float[np.ndarray, "V 3"]) -> Float[np.ndarray, "V 3"]:
         left = sigmoid(trial) @ to_rgb.T - rgb
         better = np.sum(left**2, axis=1) < np.sum(wrong**2, axis=1)
         found[better], wrong[better] = trial[better], left[better]
-        damping = np.where(better, 0.2 * damping, np.minimum(8.0 * damping, 1e8))
-    if np.abs(wrong).max() > 1e-9:
-        worst = int(np.abs(wrong).max(axis=1).argmax())
-        raise InputError("no bounded curve has this colour", field="rgb", found=rgb[worst], expected="a colour of sRGB")
-    return found
+        # Where a curve is 0 or 1 everywhere, nothing but the damping keeps its equations solvable.
+        damping = np.where(better, np.maximum(0.2 * damping, 1e-12), np.minimum(8.0 * damping, 1e8))
+    return found, np.abs(wrong).max(axis=1)

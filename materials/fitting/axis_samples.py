@@ -49,16 +49,15 @@ class AxisSamples:
         self,
         factor: Float[np.ndarray, "n R"],
         rest: Float[np.ndarray, "N R"],
-        seen: Float[np.ndarray, "N K R"],
+        eye: Float[np.ndarray, "N K S"],
+        spectral: Float[np.ndarray, "S R"],
         plain: Float[np.ndarray, " N"],
         aim: Float[np.ndarray, "N R"],
-        gram: Float[np.ndarray, "R R"],
     ) -> Float[np.ndarray, "n R"]:
         """The factor that is best with all else fixed, but for the proximal term.
 
-        rest : each term without this factor and its spectrum. seen : what the eye makes of each spectrum, samples in
-        the axis' own `order`. plain : weights of plain errors. aim : gradient at a factor of zero. gram : products of
-        spectra.
+        rest : each term without this factor and its spectrum. eye : of `SeenSamples`, samples in the axis' own `order`.
+        spectral : the terms' spectra. plain : weights of plain errors. aim : gradient at a factor of zero.
         """
         size, rank = factor.shape
         diagonal, beside, right = np.zeros((size, rank, rank)), np.zeros((size - 1, rank, rank)), np.zeros((size, rank))
@@ -69,15 +68,17 @@ class AxisSamples:
         # Interval by interval: what is worked on stays in the cache. Each row stands beside itself times its share of
         # the upper node; sums over the lower node's share 1 - h follow from those over 1, h and h squared.
         most = int(np.diff(self.edges).max(initial=0))
-        colour, simple = np.empty((most, seen.shape[1], 2 * rank)), np.empty((most, 2 * rank))
-        twice = np.tile(gram, (2, 2))
+        seen, colour = np.empty((most, eye.shape[1], rank)), np.empty((most, eye.shape[1], 2 * rank))
+        simple = np.empty((most, 2 * rank))
+        twice = np.tile(spectral.T @ spectral, (2, 2))
         for k in range(size - 1):
             rows = slice(self.edges[k], self.edges[k + 1])
             count = rows.stop - rows.start
             if count == 0:
                 continue
             part, flat = colour[:count], simple[:count]
-            np.multiply(seen[rows], rest[rows, None, :], out=part[:, :, :rank])
+            np.matmul(eye[rows].reshape(-1, len(spectral)), spectral, out=seen[:count].reshape(-1, rank))
+            np.multiply(seen[:count], rest[rows, None, :], out=part[:, :, :rank])
             np.multiply(part[:, :, :rank], high[rows, None], out=part[:, :, rank:])
             flat[:, :rank] = one[rows]
             np.multiply(flat[:, :rank], high[rows], out=flat[:, rank:])

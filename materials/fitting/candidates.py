@@ -36,7 +36,7 @@ RIVALLED = 16
 _NEAR, _FAR = 2.5, 6.0
 # Pairs drawn for each pixel of the protocol's square, and the fewest; some two thirds are above the horizon. Azimuths
 # need more.
-_PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 4.0, 12_000, 1.7
+_PAIRS_A_PIXEL, _FEWEST_PAIRS, _AZIMUTHS = 3.5, 12_000, 1.7
 # New terms begin on every so many samples.
 _THINNED = 2
 # Rounds of refinement at most; each must gain the second share. Tables are refined again where it paid by the third.
@@ -55,12 +55,12 @@ _NEARLY_WITHIN, _TRIED, _DEAR = 1.15, 3, 1.1
 _FIRMER = 2.0
 # Guards that stand all over the hemispheres from the beginning, and the squared ΔE94 a sample that their cost supposes.
 _GUARDS, _EXPECTED = 3000, 0.1
-# Rounds of refinement once no more terms are added, at most.
-_LAST_ROUNDS = 4
+# Rounds of refinement once no more terms are added, at most; each must gain the second share.
+_LAST_ROUNDS, _LAST_GAIN = 4, 0.02
 # Sweeps of new terms alone.
 _FIRST_SWEEPS = 8
 # So many times over the budget, terms are added in both frames at once.
-_BOTH = 1.6
+_BOTH = 5.0
 # Growth ends where this many steps together gained less than that share for each of their terms.
 _STEPS, _TERM_GAIN = 2, 0.01
 
@@ -305,7 +305,7 @@ class Search:
             return here
         for _ in range(_LAST_ROUNDS):
             before, here = here, self._better(self._round(here, here.packs), here)
-            if here.judged.front > (1.0 - _LEAST_GAIN) * before.judged.front:
+            if here.judged.front > (1.0 - _LAST_GAIN) * before.judged.front:
                 break
         return self._bounded(here)
 

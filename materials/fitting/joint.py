@@ -82,7 +82,7 @@ class JointProblem:
         """Every term of all packs at every sample, without its spectrum."""
         return np.hstack(
             [
-                scale[:, None] * np.prod([g.between(f) for g, f in zip(grids, part[:-1], strict=True)], axis=0)
+                _product(scale, [grid.between(factor) for grid, factor in zip(grids, part[:-1], strict=True)])
                 for scale, grids, part in zip(self._scales, self._grids, self._split(state), strict=True)
             ]
         )
@@ -117,7 +117,7 @@ class JointProblem:
             [grid.between(factor) for grid, factor in zip(grids, part[:-1], strict=True)]
             for grids, part in zip(self._grids, parts, strict=True)
         ]
-        terms = [scale[:, None] * np.prod(v, axis=0) for scale, v in zip(self._scales, values, strict=True)]
+        terms = [_product(scale, value) for scale, value in zip(self._scales, values, strict=True)]
         self._lean(terms, [part[-1] for part in parts])
         left = self._targets.T.copy()
         for term, part in zip(terms, parts, strict=True):
@@ -126,13 +126,11 @@ class JointProblem:
             spectral = part[-1]
             target = left + spectral @ terms[number].T
             aim = self.samples.felt(target).T @ spectral
-            gram = spectral.T @ spectral
             for mode, grid in enumerate(grids):
-                rest = self._scales[number][:, None] * np.prod([v for m, v in enumerate(value) if m != mode], axis=0)
-                seen = (self._rows(grid) @ spectral).reshape(len(rest), -1, spectral.shape[1])
-                part[mode] = grid.solved(part[mode], rest, seen, self.samples.plain, aim * rest, gram)
+                rest = _product(self._scales[number], [v for m, v in enumerate(value) if m != mode])
+                part[mode] = grid.solved(part[mode], rest, self._rows(grid), spectral, self.samples.plain, aim * rest)
                 value[mode] = grid.between(part[mode])
-            terms[number] = self._scales[number][:, None] * np.prod(value, axis=0)
+            terms[number] = _product(self._scales[number], value)
             left = target - spectral @ terms[number].T
         state = [factor for part in parts for factor in part]
         spectra, left = self._spectra(np.hstack(terms), self.spectra(state), left)
@@ -218,14 +216,12 @@ class JointProblem:
                 if id(grid) in self._sorted:
                     place = np.empty(len(grid.order), dtype=np.intp)
                     place[grid.order] = np.arange(len(place))
-                    whole = self._sorted[id(grid)].reshape(len(place), len(eye), -1)
-                    whole[place[last]] = eye.transpose(2, 0, 1)
+                    self._sorted[id(grid)][place[last]] = eye.transpose(2, 0, 1)
 
-    def _rows(self, grid: AxisSamples) -> Float[np.ndarray, "NK S"]:
-        """What the eye makes of spectra, samples in the order of an axis."""
+    def _rows(self, grid: AxisSamples) -> Float[np.ndarray, "N K S"]:
+        """`SeenSamples.eye` in the order of an axis."""
         if id(grid) not in self._sorted:
-            eye = self.samples.eye.transpose(2, 0, 1)[grid.order]
-            self._sorted[id(grid)] = np.ascontiguousarray(eye).reshape(-1, eye.shape[2])
+            self._sorted[id(grid)] = np.ascontiguousarray(self.samples.eye.transpose(2, 0, 1)[grid.order])
         return self._sorted[id(grid)]
 
     @cached_property
@@ -233,6 +229,14 @@ class JointProblem:
         """What an error at each sample counts, whatever its colour."""
         eye = self.samples.eye
         return np.einsum("ksn,ksn->n", eye, eye) / eye.shape[1] + self.samples.plain
+
+
+def _product(scale: Float[np.ndarray, " N"], values: list[Float[np.ndarray, "N R"]]) -> Float[np.ndarray, "N R"]:
+    """Terms: the factors at every sample, multiplied, times the scale of the frame."""
+    found = scale[:, None] * values[0]
+    for value in values[1:]:
+        found *= value
+    return found
 
 
 def _leaned(beyond: Float[np.ndarray, " G"]) -> Float[np.ndarray, " G"]:

@@ -16,7 +16,7 @@ from ...spectral.difference import lab_from_xyz
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf
-from ..directions import half_difference, io_from_half_difference, spherical
+from ..directions import half_difference, spherical
 from ..factors import FactorPack
 from ..highlight import highlight_width
 from ..protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
@@ -29,21 +29,18 @@ _LEAST_COSINES = (0.003, 1e-4)
 # Shares of the pairs that crowd about the mirror direction and towards the edge of the sphere; the least a pair counts.
 _MIRROR, _EDGE, _LEAST_SHARE = 0.35, 0.25, 0.01
 # What a highlight's own pixels count at least, however few pictures show.
-_HIGHLIGHT_SHARE = 0.05
+_HIGHLIGHT_SHARE = 0.3
 # Pairs drawn all over the hemispheres, beside so many others; each counts the least. Pictures show them so rarely that
 # nothing else would keep terms from cancelling there, and one that does not is a speck of any colour.
 _ANYWHERE = 0.15
-# Of them, pairs about the mirror direction of lights that no picture has, where highlights are brightest; what each
-# counts: packs follow the original there only roughly.
-_RIDGE, _RIDGE_SHARE = 0.02, 1e-4
 # What the spectra's common basis may lose, root mean square, in L*.
 _LOST = 0.02
 # What the square of an error counts under each light that a fit is judged by. Under one alone, spectra would be bent
 # until it sees no difference.
 _LIGHT_SHARE = 0.3
 # Share of what the eye makes of errors that may be counted as if it were colourless: what is left are few directions
-# of colour at each sample, in which the lights of the protocol agree.
-_BLURRED = 0.02
+# of colour at each sample, in which the lights of the protocol agree; and how many they are at most.
+_BLURRED, _MOST_DIRECTIONS = 0.02, 4
 # How much an error counts that none of them shows: another light may.
 _UNSEEN = 0.3
 _BLOCK = 8192
@@ -210,7 +207,7 @@ def _eye(
     values, vectors = np.linalg.eigh(gram)
     values, vectors = np.maximum(values[:, ::-1], 0.0), vectors[:, :, ::-1]
     kept = np.cumsum(values.mean(axis=0))
-    rows = min(int(np.sum(kept < (1.0 - _BLURRED) * kept[-1])) + 1, size)
+    rows = min(int(np.sum(kept < (1.0 - _BLURRED) * kept[-1])) + 1, _MOST_DIRECTIONS, size)
     eye = np.sqrt(values[:, None, :rows]) * vectors[:, :, :rows]
     lost = values[:, rows:].sum(axis=1) / max(size - rows, 1)
     return np.ascontiguousarray(eye.transpose(2, 1, 0)), lost
@@ -269,23 +266,11 @@ def seen_pairs(
         tangent, other = cosine * tangent + sine * other, cosine * other - sine * tangent
     frame = np.stack([tangent, other, normal], axis=1)
     wi, wo = anywhere_pairs(int(_ANYWHERE * count), seed, isotropic)
-    beyond = ridge_pairs(int(_RIDGE * count), seed, isotropic)
     return (
-        np.concatenate([np.einsum("nij,nj->ni", frame, light), wi, beyond[0]]),
-        np.concatenate([frame[:, :, 2], wo, beyond[1]]),
-        np.concatenate([share[lit], np.full(len(wi), 4.0 * _LEAST_SHARE), np.full(len(beyond[0]), _RIDGE_SHARE)]),
+        np.concatenate([np.einsum("nij,nj->ni", frame, light), wi]),
+        np.concatenate([frame[:, :, 2], wo]),
+        np.concatenate([share[lit], np.full(len(wi), 4.0 * _LEAST_SHARE)]),
     )
-
-
-def ridge_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-    """wi and wo about the mirror direction of lights that stand farther from the view than any picture's."""
-    u = _even_points(count, 4, seed)
-    theta_d = 0.5 * FARTHEST + u[:, 0] * (0.5 * np.pi - 1e-3 - 0.5 * FARTHEST)
-    wi, wo = io_from_half_difference(
-        0.2 * u[:, 1] ** 3, theta_d, np.pi * u[:, 2], 0.0 if isotropic else 2.0 * np.pi * u[:, 3]
-    )
-    lit = (wi[:, 2] > _LEAST_COSINES[1]) & (wo[:, 2] > _LEAST_COSINES[1])
-    return wi[lit], wo[lit]
 
 
 def everywhere_angles(

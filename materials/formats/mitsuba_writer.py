@@ -21,7 +21,7 @@ from jaxtyping import Float
 from ...spectral.files import written_whole
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ...spectral.upsampling import upsampling
+from ...spectral.saturated import spectra_of
 from ..analytic import CookTorrance, Lambert
 from ..brdf import Brdf
 from ..fluorescent import FluorescentBrdf
@@ -124,10 +124,8 @@ def _as_read(brdf: RglBrdf) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
 
 
 def _uplifted(rgb: np.ndarray, method: str) -> Float[np.ndarray, "P T L H W"]:
-    """Spectra of (P, T, 3, H, W); what a channel is below zero is taken off with the spectrum of its primary."""
-    colours = np.moveaxis(rgb.astype(np.float64), 2, -1)
-    spectra = upsampling(method).spectra(np.maximum(colours, 0.0))
-    spectra += np.minimum(colours, 0.0) @ upsampling("mallett-yuksel").corners
+    """Spectra of (P, T, 3, H, W)."""
+    spectra = spectra_of(np.moveaxis(rgb.astype(np.float64), 2, -1), method)
     return np.ascontiguousarray(np.moveaxis(spectra, -1, 2), dtype=np.float32)
 
 

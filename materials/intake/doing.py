@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 # Seconds of one core that a fit takes by the kind of its material, until some of that kind are done here; formulas take
 # seconds, tables of measurements a minute. Measured over the shipped materials and some measured ones.
 _MEASURED_S, _FORMULA_S = 90.0, 2.0
-_FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURED_S, "lambert": 0.3}
+_FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURED_S, "lambert": 0.1}
+# What tables and the growth of packs take of a fit that does not end with tables, about; the rest are its last rounds.
+# Where the budget is met, only the bounds of shading are left to keep.
+_OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
+# Terms and last rounds of a fit, at most.
+_MOST_TERMS, _LAST_ROUNDS = 48, 6
 # Before this share of a fit is done, what it took so far says little of the rest.
 _TELLING = 0.1
 
@@ -32,17 +37,29 @@ Hears = Callable[[Doing], None]
 
 
 def share_done(trials: Sequence[Trial], budget: float) -> float:
-    """How far down the way from the worst trial to the budget the best one is: 0 to 1, logarithmically.
+    """The share of a fit that is done, 0 to 1.
 
-    The best of all packs together, once there are some; until then of the lobe that is being fitted.
+    While there are tables alone, how far down the way from the worst trial to the budget the best of this lobe is, in
+    logarithms. Once all packs are fitted together: the square of the terms, as the time goes, against those that
+    the budget asks for if what more terms gained so far is a guide, and `_MOST_TERMS` at most; then each round that
+    adds none.
     """
     scores = [trial.score for trial in trials]
     if not scores or not all(math.isfinite(score) and score > 0 for score in scores):
         return 0.0
-    together = [trial.score for trial in trials if trial.joint]
-    best = min(together or [trial.score for trial in trials if trial.lobe == trials[-1].lobe])
-    worst = max(scores)
-    return 1.0 if best <= budget else math.log(worst / best) / math.log(worst / budget)
+    joint = [trial for trial in trials if trial.joint]
+    if not joint:
+        best, worst = min(trial.score for trial in trials if trial.lobe == trials[-1].lobe), max(scores)
+        return _MET if best <= budget else _OF_TABLES * math.log(worst / best) / math.log(worst / budget)
+    first, now = joint[0], joint[-1]
+    best = min(trial.score for trial in joint)
+    if best <= budget:
+        return _MET
+    gained = math.log(first.score / best) / (now.rank - first.rank) if now.rank > first.rank else 0.0
+    needed = now.rank + math.log(best / budget) / gained if gained > 0.0 else _MOST_TERMS
+    grown = (now.rank / max(now.rank, min(needed, _MOST_TERMS))) ** 2
+    same = sum(trial.rank == now.rank for trial in joint[-_LAST_ROUNDS:]) - 1 if grown == 1.0 else 0
+    return _OF_TABLES + _OF_GROWTH * grown + (1.0 - _OF_TABLES - _OF_GROWTH) * same / (_LAST_ROUNDS + 1)
 
 
 @dataclass

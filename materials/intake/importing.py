@@ -78,7 +78,8 @@ class ImportReport:
         said = ", ".join(f"{self.count(status)} {word}" for status, word in words.items() if self.count(status))
         said = f"{self.folder}: {said or 'nothing imported'}"
         if self.not_recognised:
-            said += f"; {len(self.not_recognised)} files not recognised"
+            count = len(self.not_recognised)
+            said += f"; {count} {'file' if count == 1 else 'files'} not recognised"
         if self.remaining:
             said += f"; stopped with {self.remaining} to go, and the same command goes on from here"
         return said

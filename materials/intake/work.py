@@ -42,7 +42,12 @@ def fit_material(material: MaterialSource, budget: float, told: Hears = lambda d
 
     def tried(trial: Trial) -> None:
         trials.append(replace(trial, seconds=0.0))
-        told(Doing(f"{trial.rank} terms in {trial.frame}, p99 {trial.error.p99:.2f}", share_done(trials, budget)))
+        told(
+            Doing(
+                f"{trial.rank} {'term' if trial.rank == 1 else 'terms'} in {trial.frame}, p99 {trial.error.p99:.2f}",
+                share_done(trials, budget),
+            )
+        )
 
     def doing(phase: str) -> None:
         told(Doing(phase, share_done(trials, budget)))

@@ -23,6 +23,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.projection import finer_note
+from ...spectral.saturated import spectra_of
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths
 from ..brdf import Brdf, Lobe, eval_lit
@@ -46,8 +47,7 @@ class RglBrdf(Brdf):
 
     f_r has no cosine: the viewer's, which stored values include, is divided out, beyond 89.9 deg that of 89.9 deg.
     Nothing makes it reciprocal or mirror-symmetric: it is what was measured. Light directions beyond the tabulated ones
-    are held at the last. Negative values of the file (RGB outside sRGB) stay negative: what a channel is below zero is
-    taken off with the spectrum of its primary (Mallett and Yuksel 2019), which keeps the colour exact.
+    are held at the last. Negative channels of a file in RGB are colours outside sRGB, which `spectra_of` keeps.
     """
 
     NAME: ClassVar[str] = "rgl"
@@ -113,6 +113,7 @@ class RglBrdf(Brdf):
             how = f"known from {told[0]:g} to {told[-1]:g} nm, linear between; beyond, the end values are held"
         finer = None if told is None else finer_note(told)
         kept = f"{negative} of {values.size} values are negative, down to {values.min():.3g}, and kept so"
+        kept += ": colours outside sRGB" if told is None else ""
         return (
             how,
             *([finer] if finer else []),
@@ -132,7 +133,7 @@ class RglBrdf(Brdf):
         if self.spectral:
             return eval_lit(lambda i, o: self._looked_up(self._resampled, i, o), len(self.wavelengths_nm), wi, wo)
         return eval_lit(
-            lambda i, o: self._uplifted(self._looked_up(self._stored, i, o)), len(self.wavelengths_nm), wi, wo
+            lambda i, o: spectra_of(self._looked_up(self._stored, i, o), self.method), len(self.wavelengths_nm), wi, wo
         )
 
     def eval_measured(
@@ -163,12 +164,6 @@ class RglBrdf(Brdf):
             scale = scale * np.divide(density, area, out=np.zeros_like(area), where=area > 0)
         out *= scale[:, None]
         return out
-
-    def _uplifted(self, rgb: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
-        spectra = upsampling(self.method).spectra(np.maximum(rgb, 0.0))
-        if (rgb < 0).any():
-            spectra += np.minimum(rgb, 0.0) @ upsampling("mallett-yuksel").corners
-        return spectra
 
     @cached_property
     def _stored(self) -> Float[np.ndarray, "S H W C"]:

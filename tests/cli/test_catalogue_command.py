@@ -119,14 +119,14 @@ def test_list_show_and_verify(source, tmp_path, capsys, monkeypatch):
 
 
 def test_list_is_whole_in_a_narrow_terminal(source, tmp_path, capsys, monkeypatch):
-    """The figure stands last, where a narrow table would be cut; light and observer are said with it."""
+    """No figure is cut; light and observer are said with it."""
     metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1)
     monkeypatch.setenv("COLUMNS", "30")
     capsys.readouterr()
     assert metamer("list", tmp_path / "cat") == 0
     out = capsys.readouterr().out
     assert "0.123" in out and "…" not in out, out
-    assert "under D65 and the observer" in out
+    assert "under the light that shows it most, observer" in out
 
 
 def test_damaged_file_is_listed_and_verified_as_such(source, tmp_path, capsys):

@@ -46,7 +46,7 @@ def test_plan_is_a_table_of_files(metamer, source, tmp_path):
     assert rows["chart.csv"][:5] == ["table", "(CSV,", "TSV)", "2", "2"]
     assert "reflectance in fractions, by the line 'reflectance'" in said
     assert rows["bad.bsdf"][-2:] == ["1", "1"]
-    assert "README" not in said and "1 files not recognised" in said
+    assert "README" not in said and "1 file not recognised" in said
     assert f"failed: {source}/bad.bsdf" in said and "2 to import, 1 failed" in said
     assert not (tmp_path / "cat").exists()
 
@@ -61,7 +61,7 @@ def test_report_as_json(metamer, source, tmp_path):
     code, said, _ = metamer(
         *("catalogue", "import", source, "--into", tmp_path / "cat", "--jobs", 1, "--json", file, "--family", "mine")
     )
-    assert code == 4 and "2 imported, 1 failed; 1 files not recognised" in said
+    assert code == 4 and "2 imported, 1 failed; 1 file not recognised" in said
     told = json.loads(file.read_text())
     assert told["counts"] == {"imported": 2, "skipped": 0, "failed": 1, "new": 0, "remaining": 0}
     assert told["stopped"] == ""

@@ -128,7 +128,7 @@ def test_nodes_that_no_sample_touches_do_not_drift():
     axis = AxisSamples.of(position, 12, False)
     factor, rest = np.ones((12, rank)), rng.random((500, rank))
     seen, plain, aim = rng.random((500, 3, rank)), np.ones(500), rng.random((500, rank))
-    found = axis.solved(factor, rest, seen[axis.order], plain, aim * rest, np.eye(rank))
+    found = axis.solved(factor, rest, seen[axis.order], np.eye(rank), plain, aim * rest)
     moved = found - factor
     assert np.abs(moved[3:8]).max() > 0.01
     # They follow their neighbour, less and less, and never run ahead of it.
@@ -145,10 +145,11 @@ def test_a_factor_is_solved_for_as_a_dense_system_would(periodic):
     factor = rng.standard_normal((size, rank))
     if periodic:
         factor[-1] = factor[0]
-    rest, seen, plain = rng.random((count, rank)), rng.standard_normal((count, 3, rank)), rng.random(count)
+    rest, felt, plain = rng.random((count, rank)), rng.standard_normal((count, 3, 4)), rng.random(count)
     spectra, target = rng.standard_normal((4, rank)), rng.standard_normal((count, 3))
+    seen = felt @ spectra
     aim = np.einsum("nkr,nk->nr", seen, target) * rest
-    found = axis.solved(factor, rest, seen[axis.order], plain, aim, spectra.T @ spectra)
+    found = axis.solved(factor, rest, felt[axis.order], spectra, plain, aim)
     nodes = size - 1 if periodic else size
     rows = np.zeros((count, nodes))
     rows[np.arange(count), axis.below] += 1 - axis.share

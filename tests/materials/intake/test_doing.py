@@ -21,31 +21,42 @@ def grey(tmp_path):
 
 
 def trials(*scores):
-    return [SimpleNamespace(score=score, joint=False, lobe=0) for score in scores]
+    return [SimpleNamespace(score=score, joint=False, lobe=0, rank=1) for score in scores]
 
 
 @pytest.mark.parametrize(
     ("scores", "share"),
-    [((), 0.0), ((8.0,), 0.0), ((8.0, 2.0), 0.5), ((8.0, 0.5), 1.0), ((8.0, 0.1), 1.0), ((float("nan"),), 0.0)],
+    [((), 0.0), ((8.0,), 0.0), ((8.0, 2.0), 0.05), ((8.0, 0.5), 0.9), ((8.0, 0.1), 0.9), ((float("nan"),), 0.0)],
 )
-def test_the_share_is_the_way_to_the_budget(scores, share):
+def test_the_share_of_tables_is_the_way_to_the_budget(scores, share):
     assert share_done(trials(*scores), 0.5) == pytest.approx(share)
 
 
-def test_the_share_is_that_of_all_packs_once_they_are_fitted_together():
-    lobe, other, both = (
-        SimpleNamespace(score=score, joint=joint, lobe=at)
-        for score, joint, at in ((0.5, False, 0), (8.0, False, 1), (2.0, True, 0))
-    )
-    assert share_done([lobe], 0.5) == 1.0
+def grown(*steps):
+    return [SimpleNamespace(score=score, joint=True, lobe=0, rank=rank) for rank, score in steps]
+
+
+def test_the_share_of_growth_is_what_terms_gained_so_far():
+    lobe, other = (SimpleNamespace(score=score, joint=False, lobe=at, rank=4) for score, at in ((0.5, 0), (8.0, 1)))
     assert share_done([lobe, other], 0.5) == 0.0
-    assert share_done([lobe, other, both], 0.5) == pytest.approx(0.5)
+    # Eight terms halved it: sixteen more will do.
+    assert share_done([lobe, other, *grown((8, 4.0), (16, 2.0))], 0.5) == pytest.approx(0.1 + 0.6 * (16 / 32) ** 2)
+    # At that pace there is no end: the most terms are.
+    assert share_done(grown((8, 4.0), (24, 3.9)), 0.5) == pytest.approx(0.1 + 0.6 * (24 / 48) ** 2)
+    assert share_done(grown((8, 4.0), (8, 4.0)), 0.5) < 0.2
+
+
+def test_the_share_of_a_fit_that_polishes_what_it_has_moves_on():
+    steps = [(40, 2.0), (48, 1.5)]
+    shares = [share_done(grown((8, 4.0), *steps, *[(48, 1.4)] * more), 0.5) for more in range(5)]
+    assert shares == sorted(set(shares))
+    assert shares[0] > 0.69 and shares[-1] < 1.0
 
 
 def test_what_is_left_is_shared_by_the_processes():
     expected = Expected({f"a/{n}": "lambert" for n in range(10)}, 2)
     guess = expected.seconds_left
-    assert guess == pytest.approx(5 * 0.3)
+    assert guess == pytest.approx(5 * 0.1)
     expected.done("a/0", 4.0)
     assert expected.seconds_left == pytest.approx(9 * 4.0 / 2)
 
@@ -84,7 +95,7 @@ def test_a_fit_says_its_phases_and_trials(grey):
     trials = [doing for doing in heard if "p99" in doing.phase]
     assert len(trials) == len(fitted.trials) and all(" terms in " in doing.phase for doing in trials)
     # Every trial is announced before it is made.
-    assert all(earlier != later for earlier, later in pairwise(phases)) and heard[-1].share == 1.0
+    assert all(earlier != later for earlier, later in pairwise(phases)) and heard[-1].share == 0.9
 
 
 def test_a_fit_in_another_process_is_heard_here(grey):

@@ -151,6 +151,7 @@ def test_reflectance_above_one_is_held_as_a_radiance_factor(written):
         ("Transmittance", "transmittance"),
         ("R%", "reflectance"),
         ("Remission", "reflectance"),
+        ("Reflexionsgrad", "reflectance"),
     ],
 )
 def test_what_was_measured_from_the_header(written, header, quantity):

@@ -28,6 +28,7 @@ from metamer.spectral.illuminants import illuminant
         ("Trans", "transmittance"),
         ("illuminated spot R 0.1 mm", None),
         ("Remission", "reflectance"),
+        ("Reflexionsgrad", "reflectance"),
         ("R", "reflectance"),
         ("Transmission [%]", "transmittance"),
         ("T%", "transmittance"),
