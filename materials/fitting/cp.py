@@ -116,7 +116,7 @@ class CompressedTable:
         form = compressed(scaled, _ENERGY_LOST)
         return cls(form.core, form.bases, roots)
 
-    def decomposed(self, rank: int, seed: int, sweeps: int = 120, ridge: float = 1e-6) -> Factors:
+    def decomposed(self, rank: int, seed: int | tuple[int, ...], sweeps: int = 120, ridge: float = 1e-6) -> Factors:
         """Factors of `rank` terms, expanded to the table; starts at random from `seed`."""
         generator = np.random.default_rng(seed)
         length = np.linalg.norm(self.core) ** (1.0 / self.core.ndim)

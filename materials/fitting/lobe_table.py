@@ -31,6 +31,8 @@ _PILOT = 1500
 _SWEEPS = 40
 # Where packs are refined afterwards, large problems (nodes times squared rank) are only begun on the table.
 _LARGE, _FEW_SWEEPS = 10_000_000, 6
+# So many terms end in this or that local minimum, whatever rounding leads to: the best of some starts is kept.
+_MANY_TERMS, _STARTS = 6, 4
 # Share of the energy that the packs of four may lose before they are looked for, and the most columns of a core.
 _LOST, _MOST = 1e-9, 112
 
@@ -87,8 +89,16 @@ class LobeTable:
             pack, relative = self._packed(list(found.factors)), found.relative_error
         else:
             few = method == "joint" and self.weights.size * rank**2 > _LARGE
-            start = self._compressed.decomposed(rank, seed)
-            factors, left = weighted_cp(self._weighted, start, _FEW_SWEEPS if few else _SWEEPS)
+            starts = 1 if few or rank < _MANY_TERMS else _STARTS
+            found = (
+                weighted_cp(
+                    self._weighted,
+                    self._compressed.decomposed(rank, (seed, number) if number else seed),
+                    _FEW_SWEEPS if few else _SWEEPS,
+                )
+                for number in range(starts)
+            )
+            factors, left = min(found, key=lambda one: one[1])
             pack, relative = self._packed(factors), float(np.sqrt(max(left, 0.0) / self._weighted.energy))
         return (smoothed_pack(pack) if smooth else pack), relative
 

@@ -37,7 +37,7 @@ _MEASURED: tuple[tuple[str, Quantity], ...] = (
 _WORDS: tuple[tuple[re.Pattern[str], Quantity], ...] = (
     (re.compile(r"emissi(?:on|ve)|irradian|(?<!ir)radiance(?![ _-]*factor)", re.I), "emission"),
     (re.compile(r"transmi(?:ssi|tt[ae])", re.I), "transmittance"),
-    (re.compile(r"r[eé]fle(?:ct(?!or)|xi)|r[eé]mission\b", re.I), "reflectance"),
+    (re.compile(r"reflect(?!or)|r[eé]flexi|r[eé]mission\b", re.I), "reflectance"),
 )
 # Targets of film and of photographic paper, and of four-colour printing.
 _TARGET = re.compile(r"IT8\.7/([1-5])(?!\d)", re.I)

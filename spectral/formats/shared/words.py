@@ -15,7 +15,7 @@ Unit = Literal["percent", "fraction"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"r[eé]fle(?:ct(?!or)|xi)|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
+    r"reflect(?!or)|r[eé]flexi|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
     r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
     re.I,
 )

@@ -93,7 +93,7 @@ def test_a_fit_says_its_phases_and_trials(grey):
     phases = [doing.phase for doing in heard]
     assert phases[:3] == ["preparing", "looking at the original", "tabulating in io"]
     trials = [doing for doing in heard if "p99" in doing.phase]
-    assert len(trials) == len(fitted.trials) and all(" terms in " in doing.phase for doing in trials)
+    assert len(trials) == len(fitted.trials) and all(" in io, p99 " in doing.phase for doing in trials)
     # Every trial is announced before it is made.
     assert all(earlier != later for earlier, later in pairwise(phases)) and heard[-1].share == 0.9
 
