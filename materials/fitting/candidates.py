@@ -232,7 +232,7 @@ class Search:
             broken = self.bounds.broken(packs)
             if not len(broken):
                 break
-            self.judge.doing(f"{here.rank} terms: within bounds everywhere but for {len(broken)} places")
+            self.judge.doing(f"{here.rank} terms: {len(broken)} places are still out of the bounds of shading")
             if broken.worst <= _NEARLY_WITHIN or number % _TRIED == _TRIED - 1:
                 mended, done = within_bounds(packs, self.samples, self.bounds, broken)
                 dear = self.samples.cost(mended) > _DEAR * self.samples.cost(packs)
