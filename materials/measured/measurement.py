@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ...spectral.errors import InputError
+from ...spectral.projection import projected
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..directions import half_difference, io_angles
 
@@ -99,8 +100,8 @@ class ScatteredMeasurement:
 def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
     """The measurement without what no picture shows; `notes` says what was left out.
 
-    Pairs with a direction beyond 89 deg go. Of more wavelengths than the working grid has, those well outside it go,
-    and what is sampled more finely is averaged over its 5 nm steps, so that cost stays bounded.
+    Pairs with a direction beyond 89 deg go. Of more wavelengths than the working grid has, those well outside it go;
+    if more are left, so that cost stays bounded, spectra are the nearest ones on that grid (`spectral.projection`).
     """
     steep = np.minimum(measurement.wi[:, 2], measurement.wo[:, 2]) < np.cos(STEEPEST)
     if steep.all():
@@ -124,23 +125,33 @@ def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
     first, last = np.searchsorted(grid, working[0], "right") - 1, np.searchsorted(grid, working[-1])
     kept = np.arange(max(first - _NEIGHBOURS, 0), min(last + _NEIGHBOURS + 1, len(grid)))
     note = f"of {len(grid)} wavelengths, those around {working[0]:g} to {working[-1]:g} nm are used"
-    steps = np.arange(len(kept))
-    if len(kept) > len(working):
-        step = working[1] - working[0]
-        kept = kept[(grid[kept] >= working[0] - 0.5 * step) & (grid[kept] < working[-1] + 0.5 * step)]
-        steps = np.unique(np.floor((grid[kept] - working[0]) / step + 0.5), return_inverse=True)[1]
-        note += f", averaged over steps of {step:g} nm"
-    share = np.equal.outer(steps, np.unique(steps)).astype(float)
-    known = ~measurement.missing[:, kept]
-    count = known @ share
-    total = np.where(known, measurement.values[:, kept], 0.0) @ share
-    return replace(
-        measurement,
-        wavelengths_nm=grid[kept] @ share / share.sum(axis=0),
-        values=np.divide(total, count, out=np.zeros_like(total), where=count > 0),
-        missing=count == 0,
-        notes=(*measurement.notes, note),
-    )
+    if len(kept) <= len(working):
+        return replace(
+            measurement,
+            wavelengths_nm=grid[kept],
+            values=measurement.values[:, kept],
+            missing=measurement.missing[:, kept],
+            notes=(*measurement.notes, note),
+        )
+    return _on_working_grid(measurement, kept, note)
+
+
+def _on_working_grid(measurement: ScatteredMeasurement, kept: Int[np.ndarray, " K"], note: str) -> ScatteredMeasurement:
+    """The readings at `kept` as the nearest spectra on the working wavelengths; missing where none is half a step away.
+
+    A gap between readings counts as the straight line across it.
+    """
+    grid, working = measurement.wavelengths_nm[kept], WORKING_WAVELENGTHS_NM
+    step = float(working[1] - working[0])
+    target = working[(working >= grid[0] - 0.5 * step) & (working <= grid[-1] + 0.5 * step)]
+    known, values = ~measurement.missing[:, kept], measurement.values[:, kept].copy()
+    for row in np.flatnonzero(known.any(axis=1) & ~known.all(axis=1)):
+        values[row] = np.interp(grid, grid[known[row]], values[row, known[row]])
+    near = np.abs(np.subtract.outer(grid, target)) <= 0.5 * step
+    missing = ~(known @ near)
+    found = np.where(missing, 0.0, projected(values, grid, target))
+    said = f"{note}, as the nearest spectra in steps of {step:g} nm"
+    return replace(measurement, wavelengths_nm=target, values=found, missing=missing, notes=(*measurement.notes, said))
 
 
 def estimated_background(measurement: ScatteredMeasurement) -> Float[np.ndarray, " L"]:

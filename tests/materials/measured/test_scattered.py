@@ -11,7 +11,10 @@ from metamer.materials.directions import half_difference, io_angles, io_from_hal
 from metamer.materials.formats.cornell import read_cornell
 from metamer.materials.measured.measurement import ScatteredMeasurement, estimated_background, prepared
 from metamer.materials.measured.scattered import ScatteredBrdf
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 BENCHMARK = runpy.run_path(str(Path(__file__).resolve().parents[3] / "benchmarks" / "scattered.py"))
@@ -232,16 +235,32 @@ def test_no_peak_is_invented_towards_the_light():
             assert hole[at].min() >= 0.9 * rim[at].min(), np.degrees(half)
 
 
-def test_finely_sampled_spectra_are_averaged_over_working_steps_and_said_to_be():
+def test_finely_sampled_spectra_become_the_nearest_on_the_working_grid_and_are_said_to():
     told = measured().subset(np.arange(60))
     grid = np.arange(360.0, 831.0)
     values = np.tile(told.values[:, :1], (1, len(grid))) * (1 + 0.002 * (grid - 580))
     fine = replace(told, wavelengths_nm=grid, values=values, missing=np.zeros(values.shape, bool))
     holed = replace(fine, missing=np.broadcast_to(grid == 550, values.shape))
     found = prepared(holed)
-    assert found.wavelengths_nm == pytest.approx(WORKING_WAVELENGTHS_NM)
-    assert found.values[:, 20] == pytest.approx(values[:, grid == 480.0][:, 0])
+    np.testing.assert_array_equal(found.wavelengths_nm, WORKING_WAVELENGTHS_NM)
+    np.testing.assert_allclose(found.values[:, 20], values[:, grid == 480.0][:, 0], rtol=1e-3)
     assert not found.missing.any() and "of 471 wavelengths" in found.notes[-1]
+    gone = prepared(replace(fine, missing=np.broadcast_to(abs(grid - 550) < 4, values.shape)))
+    assert gone.missing.all(axis=0).tolist() == (WORKING_WAVELENGTHS_NM == 550.0).tolist()
+
+
+@pytest.mark.parametrize("light", ["D65", "A", "FL11", "LED-B3", "HP1"])
+def test_an_edge_between_fine_samples_keeps_its_colour(light):
+    told = measured().subset(np.arange(60))
+    grid = np.arange(360.0, 831.0)
+    edge = 0.05 + 0.8 / (1.0 + np.exp(-(grid - 588.0) / 4.0))
+    values = np.tile(edge, (len(told.wi), 1))
+    fine = replace(told, wavelengths_nm=grid, values=values, missing=np.zeros(values.shape, bool))
+    found = prepared(fine)
+    seen = observer("1931_2")
+    weights = seen.weights(illuminant(light), grid)
+    ours = seen.weights(illuminant(light), found.wavelengths_nm) @ found.values[0]
+    assert delta_e_xyz(weights @ edge, ours, weights.sum(axis=1)) < 0.002
 
 
 def test_up_to_81_wavelengths_that_are_finer_stay_as_they_were_measured():
