@@ -16,6 +16,7 @@ from jaxtyping import Float
 from ..spectral.basis import SpectralBasis
 from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant, illuminant_names
+from ..spectral.minimax_basis import minimax_basis
 from ..spectral.observers import Observer, observer
 from ..spectral.shapes import Wavelengths
 from ..spectral.spectrum import Spectrum
@@ -123,6 +124,22 @@ def basis_error(basis: SpectralBasis, on: Stage) -> float:
     )
 
 
+def unseen() -> Stage:
+    """The 99 colour evaluation samples (CIE 224:2017) under every CIE and ISO light that no basis here is made for."""
+    from colour.quality.cfi2017 import load_TCS_CIE2017
+
+    grid = WORKING_WAVELENGTHS_NM
+    samples = load_TCS_CIE2017(colour_science().SpectralShape(grid[0], grid[-1], float(grid[1] - grid[0])))
+    return stage([name for name in illuminant_names() if name not in LIGHTS], np.asarray(samples.values).T)
+
+
+def spread_of_errors(basis: SpectralBasis, on: Stage) -> tuple[float, float]:
+    """95th percentile and largest ΔE94 over all surfaces and lights of `on`."""
+    shown = basis.reconstruct(basis.project(on.reflectances))
+    found = [delta_e_xyz(on.reflectances @ w.T, shown @ w.T, w.sum(axis=1)) for w in on.weights.values()]
+    return float(np.percentile(found, 95)), float(np.max(found))
+
+
 def two_bounce_error(basis: SpectralBasis, on: Stage) -> float:
     """Largest error over all ordered pairs of surfaces, the second bounce as `operator`."""
     surfaces = on.reflectances
@@ -143,21 +160,28 @@ def basis_errors(sizes: Sequence[int] = SIZES) -> dict[str, dict[str, dict[int, 
     """Largest ΔE94 by question, basis and size.
 
     Questions: "one_bounce" under the lights of the basis, "two_bounces" with products in the set, "lights_outside"
-    under every other CIE and ISO light. Peercy's rows depend on how long lights are beside reflectances; they give the
-    default scale, and for "one_bounce" also the best and worst of four decades.
+    under every other CIE and ISO light, "unseen" other surfaces there too (and "unseen, p95"). Peercy's rows depend on
+    how long lights are beside reflectances; they give the default scale, and for "one_bounce" also the best and worst
+    of four decades.
     """
     on = stage()
-    outside = on.under([name for name in illuminant_names() if name not in LIGHTS])
+    strange = unseen()
+    outside = on.under(list(strange.weights))
     products = with_products(on.reflectances)
     made: dict[str, Callable[..., SpectralBasis]] = {
+        "minimax": minimax_basis,
         "balanced": SpectralBasis.balanced,
         "peercy": SpectralBasis.peercy,
     }
-    table: dict[str, dict[str, dict[int, float]]] = {"one_bounce": {}, "two_bounces": {}, "lights_outside": {}}
+    questions = ("one_bounce", "two_bounces", "lights_outside", "unseen", "unseen, p95")
+    table: dict[str, dict[str, dict[int, float]]] = {question: {} for question in questions}
     for name, make in made.items():
         bases = {size: make(on.reflectances, on.columns, size) for size in sizes}
         table["one_bounce"][name] = {size: basis_error(basis, on) for size, basis in bases.items()}
         table["lights_outside"][name] = {size: basis_error(basis, outside) for size, basis in bases.items()}
+        spread = {size: spread_of_errors(basis, strange) for size, basis in bases.items()}
+        table["unseen"][name] = {size: largest for size, (_, largest) in spread.items()}
+        table["unseen, p95"][name] = {size: p95 for size, (p95, _) in spread.items()}
         table["two_bounces"][name] = {size: two_bounce_error(make(products, on.columns, size), on) for size in sizes}
     scaled = {
         size: [
@@ -229,6 +253,8 @@ def tables(measured: dict) -> list[TextTable]:
         "one_bounce": f"Basis of J coefficients, {len(measured['lights'])} lights",
         "two_bounces": "Two bounces, every pair, products in the set",
         "lights_outside": "Lights that the basis was not made for",
+        "unseen": "Colour evaluation samples under those lights: neither was seen",
+        "unseen, p95": "The same, 95th percentile",
     }
     for key, title in titles.items():
         bases = measured[key]

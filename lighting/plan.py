@@ -12,6 +12,7 @@ from ..materials.factors import FactorPack
 from ..spectral.basis import SpectralBasis
 from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import InputError
+from ..spectral.minimax_basis import minimax_basis
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
@@ -55,9 +56,9 @@ def plan_scene(
     """Choose basis and size for the materials (one tuple of packs each) and lights of a scene.
 
     Every material is looked at over a fixed set of direction pairs, on wavelengths common to all
-    (`common_wavelengths`); with `bounces`, products of those spectra join them. The balanced basis (mathematics: rank-J
-    truncation of reflectance x light) grows until its largest ΔE94 over all spectra and lights is within
-    `SPECTRAL_SHARE` of the budget. One light and no bounce is exact at J = 3.
+    (`common_wavelengths`); with `bounces`, products of those spectra join them. The balanced basis (rank-J truncation
+    of reflectance x light) grows until its largest ΔE94 over all spectra and lights is within `SPECTRAL_SHARE` of the
+    budget; the minimax basis takes its place where fewer coefficients do. One light and no bounce is exact at J = 3.
     """
     if not packs or not lights:
         raise InputError(
@@ -82,8 +83,15 @@ def plan_scene(
         errors[size] = _worst_delta_e94(full.truncated(size), surfaces, weights)
         if errors[size] <= allowed:
             break
-    size, error = max(errors), errors[max(errors)]
-    basis = full.truncated(size)
+    basis, error = full.truncated(max(errors)), errors[max(errors)]
+    fewer: dict[int, float] = {}
+    while error <= allowed and basis.size > 3:
+        smaller = minimax_basis(surfaces, columns, basis.size - 1, wavelengths_nm, enough=allowed)
+        fewer[smaller.size] = _worst_delta_e94(smaller, surfaces, weights)
+        if fewer[smaller.size] > allowed:
+            break
+        basis, error = smaller, fewer[smaller.size]
+    size = basis.size
     peercy = _worst_delta_e94(SpectralBasis.peercy(surfaces, columns, size, wavelengths_nm), surfaces, weights)
     reasons = [
         f"The scene holds {len(packs)} materials, {len(lights)} lights and {bounces or 'no'} "
@@ -91,6 +99,7 @@ def plan_scene(
         f"Of the budget of ΔE94 {budget_delta_e94:g} the spectral basis may spend {allowed:.2g}; "
         f"{len(surfaces)} spectra under each light were tried.",
         *(f"Balanced basis, J = {j}: max ΔE94 {worst:.2g}." for j, worst in errors.items()),
+        *(f"Minimax basis, J = {j}: max ΔE94 {worst:.2g}." for j, worst in fewer.items()),
         f"J = {size} is kept in place of {wavelengths_nm.size} samples; "
         f"the Peercy basis of that size would cost max ΔE94 {peercy:.2g}.",
     ]

@@ -28,7 +28,7 @@ class SpectralBasis:
 
     Parameters
     ----------
-    name : how it was made: "sampled", "peercy", "balanced".
+    name : how it was made: "sampled", "peercy", "balanced", "minimax" (`minimax_basis`).
     wavelengths_nm : (L,) nm, ascending.
     analysis, synthesis : (L,J) float64; coefficients of r are A^T r, a spectrum is B c.
     """
@@ -150,7 +150,7 @@ class SpectralBasis:
         light_scale : length given to the lights beside the reflectances, > 0.
         """
         columns = np.concatenate(
-            [_finite("reflectances", reflectances).T, light_scale * _finite("weights", weights)], axis=1
+            [finite_table("reflectances", reflectances).T, light_scale * finite_table("weights", weights)], axis=1
         )
         if not columns.any():
             raise InputError("nothing to build a basis from", field="reflectances, weights", found="zeros only")
@@ -179,7 +179,7 @@ class SpectralBasis:
         weights : (L,m) light x CMF, each light at Y = 1 (`Observer.weights(...).T`), three columns a light.
         size : J; default and upper bound is the numerical rank of R W.
         """
-        surfaces, lights = _finite("reflectances", reflectances), _finite("weights", weights)
+        surfaces, lights = finite_table("reflectances", reflectances), finite_table("weights", weights)
         left, singular, right = np.linalg.svd(surfaces @ lights, full_matrices=False)
         kept = _stop_at_rank(singular, (max(surfaces.shape), max(lights.shape)), size)
         if kept == 0:
@@ -218,7 +218,8 @@ class _SampledBasis(SpectralBasis):
         return self.analysis
 
 
-def _finite(field: str, values: np.ndarray) -> np.ndarray:
+def finite_table(field: str, values: np.ndarray) -> np.ndarray:
+    """`values` in float64; raises `InputError` naming `field` where they are no table, or not finite."""
     values = np.asarray(values, dtype=np.float64)
     if values.ndim != 2 or not np.isfinite(values).all():
         raise InputError(

@@ -5,6 +5,8 @@ import json
 import pytest
 from metamer.calibration.basis_benchmark import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, report, run, tables
 
+QUESTIONS = ("one_bounce", "two_bounces", "lights_outside", "unseen", "unseen, p95")
+
 
 @pytest.fixture(scope="module")
 def measured():
@@ -24,11 +26,15 @@ def test_lights_folded_first_beat_every_grid_of_samples(measured):
     assert sampling["400-700 / 10 nm"]["FL11"] > 1 and sampling[RGB]["HP1"] > 40
 
 
-def test_balanced_is_the_smallest_error_at_eight(measured):
-    for question in ("one_bounce", "two_bounces", "lights_outside"):
-        errors = {name: row[8] for name, row in measured[question].items()}
-        assert min(errors, key=errors.get) == "balanced", (question, errors)
-    assert measured["one_bounce"]["balanced"][8] <= 0.30
+def test_minimax_is_the_smallest_error_at_eight_and_no_worse_where_it_was_not_made_for(measured):
+    errors = {question: {name: row[8] for name, row in measured[question].items()} for question in QUESTIONS}
+    for question in ("one_bounce", "lights_outside"):
+        assert min(errors[question], key=errors[question].get) == "minimax", errors[question]
+    for question in QUESTIONS:
+        assert errors[question]["balanced"] < errors[question]["peercy"], question
+        # What it gains for its own spectra is taken, in part, from those that it was not made for.
+        assert errors[question]["minimax"] < 1.25 * errors[question]["balanced"], question
+    assert errors["one_bounce"]["balanced"] <= 0.30
 
 
 def test_tables_have_as_many_cells_as_columns(measured):
@@ -39,7 +45,7 @@ def test_tables_have_as_many_cells_as_columns(measured):
 def test_report_keeps_columns_under_each_other(measured):
     lines = report(measured).splitlines()
     start = lines.index("Basis of J coefficients, 14 lights")
-    assert lines[start + 1].split()[:2] == ["J", "balanced"]
+    assert lines[start + 1].split()[:2] == ["J", "minimax"]
     first, second = lines[start + 3], lines[start + 4]
     assert len(first) == len(second) and first.rindex(".") == second.rindex(".")
     assert not any(line.endswith(" ") for line in lines)

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
-from metamer.materials.directions import spherical
+from metamer.materials.directions import io_from_half_difference, spherical
 from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.seen import seen_samples
 from metamer.materials.fitting.within import within_bounds
+from metamer.materials.formats.rgl import read_rgl
+from metamer.materials.measured.rgl import RglBrdf
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
@@ -72,3 +74,14 @@ def test_packs_within_their_bounds_stay_as_they_are(glossy):
     packs, bounds = fit(glossy, pixels=32).packs, Bounds.of(glossy)
     same, kept = within_bounds(packs, seen_samples(glossy, 2000), bounds)
     assert kept and same is packs
+
+
+@pytest.mark.parametrize("name", ["cc_iris_purple_gem_rgb", "vch_golden_yellow_rgb"])
+def test_saturated_lacquers_are_no_darker_than_black(shared_data, name):
+    """Their highlights lie outside sRGB: with the primaries' spectra taken off, they had -0.2 and -0.5 of white."""
+    brdf = RglBrdf.from_measurement(read_rgl(shared_data / "brdf" / "rgl" / f"{name}.bsdf"))
+    half, difference = np.meshgrid(np.linspace(0.0, 0.25, 40), np.linspace(0.0, 0.6, 40), indexing="ij")
+    wi, wo = io_from_half_difference(half, difference, np.zeros_like(half))
+    wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
+    assert (brdf.eval_measured(wi, wo) < 0).any(axis=1).mean() > 0.05
+    assert np.min(np.pi * brdf.eval(wi, wo) * wi[:, 2:]) > -0.01

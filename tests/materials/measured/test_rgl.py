@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 import pytest
-from metamer.materials.directions import TAU, io_from_half_difference, spherical
+from metamer.materials.directions import TAU, spherical
 from metamer.materials.factors import Axis, FactorPack
 from metamer.materials.formats.rgl import MAGIC, RglMeasurement, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
@@ -330,17 +330,6 @@ def test_parameters_rebuild_it_bit_for_bit(fields):
     wi, wo = hemisphere(100, 9), hemisphere(100, 10)
     assert again.method == "smits" and list(again.measurement.fields) == list(fields)
     np.testing.assert_array_equal(again.eval(wi, wo), brdf.eval(wi, wo))
-
-
-@pytest.mark.parametrize("name", ["cc_iris_purple_gem_rgb", "vch_golden_yellow_rgb"])
-def test_saturated_lacquers_are_no_darker_than_black(shared_data, name):
-    """Their highlights lie outside sRGB: with the primaries' spectra taken off, they had -0.2 and -0.5 of white."""
-    brdf = RglBrdf.from_measurement(read_rgl(shared_data / "brdf" / "rgl" / f"{name}.bsdf"))
-    half, difference = np.meshgrid(np.linspace(0.0, 0.25, 40), np.linspace(0.0, 0.6, 40), indexing="ij")
-    wi, wo = io_from_half_difference(half, difference, np.zeros_like(half))
-    wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
-    assert (brdf.eval_measured(wi, wo) < 0).any(axis=1).mean() > 0.05
-    assert np.min(np.pi * brdf.eval(wi, wo) * wi[:, 2:]) > -0.01
 
 
 @pytest.mark.parametrize("method", METHODS)
