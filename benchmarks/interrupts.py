@@ -317,6 +317,12 @@ def _line(name: str, kind: str, hits: list[Hit]) -> str:
     return f"{name:7s} {kind:8s} {len(ours):5d} hits: {figures}   slowest end {slowest:.2f} s"
 
 
+def not_deaf() -> None:
+    """Hear SIGINT: a shell's background job is deaf to it and hands that down to every command that is measured here."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store; 1 where any run ended otherwise than it should."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -329,9 +335,7 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-        # A shell's background job hands that down, and every command would be deaf to what is measured here.
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    not_deaf()
     with tempfile.TemporaryDirectory() as private:
         commands = tuple(args.commands.split(","))
         hits = measured(Path(private), commands, args.count, args.kills, args.seed, _say, args.first)

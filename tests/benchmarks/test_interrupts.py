@@ -17,6 +17,7 @@ def interrupts():
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
+    module.not_deaf()
     return module
 
 
