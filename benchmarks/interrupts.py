@@ -318,7 +318,7 @@ def _line(name: str, kind: str, hits: list[Hit]) -> str:
 
 
 def not_deaf() -> None:
-    """Hear SIGINT: a shell's background job is deaf to it and hands that down to every command that is measured here."""
+    """Hear SIGINT: a shell's background job is deaf to it, and hands that down to every command measured here."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
