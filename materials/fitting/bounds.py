@@ -142,7 +142,8 @@ class Bounds:
         against = (1.0 / self._ends).astype(np.float32)
         for places in self._places(packs):
             for rows, shaded in places.shaded(packs):
-                beyond_low, beyond_high = (shaded * against[0]).max(axis=1), (shaded * against[1]).max(axis=1)
+                # The lower bound is the same at every wavelength.
+                beyond_low, beyond_high = shaded.min(axis=1) * against[0, 0], (shaded * against[1]).max(axis=1)
                 for found, excess in ((low, beyond_low), (high, beyond_high)):
                     some = np.argpartition(-excess, min(_DOWNHILL, len(excess) - 1))[:_DOWNHILL]
                     found.append((excess[some], places.angles[rows][some]))

@@ -125,18 +125,17 @@ def fit(
 
 def _stored(best: Found, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
     """The packs in the precision that they are kept in, and their error measured as such."""
-    storage = single_storage(best.packs)
-    judged = best.judged
-    extremes = bounds.extremes(best.packs)
+    storage, judged, extremes = single_storage(best.packs), best.judged, None
     if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
         half = half_storage(best.packs, lambda packs: judge.judged(packs).error.p99)
-        after, rounded = judge.judged(half.packs, None, best.relative), bounds.extremes(half.packs)
+        after = judge.judged(half.packs, None, best.relative)
         if judged.score <= budget < after.score:
             storage = replace(storage, reason=f"kept single: half precision would miss the budget of ΔE94 {budget:g}")
-        elif extremes.within and not rounded.within:
-            storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
-        else:
+        elif (rounded := bounds.extremes(half.packs)).within or not (extremes := bounds.extremes(best.packs)).within:
             storage, judged, extremes = half, after, rounded
+        else:
+            storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
+    extremes = extremes or bounds.extremes(best.packs)
     error = replace(judged.error, most_negative=extremes.lowest, largest=extremes.ratio)
     packs = tuple(replace(pack, error=error) for pack in storage.packs)
     storage = replace(storage, packs=packs)
