@@ -14,6 +14,8 @@ from jaxtyping import Float
 from .errors import InputError, UnknownNameError
 from .shapes import XYZ, Lab, White
 
+#: Share of white, in X, Y or Z, below which CIELAB is linear (CIE 015:2018, equation 8.5).
+KNEE = (24.0 / 116.0) ** 3
 Formula = Literal["CIE 1976", "CIE 1994", "CIE 2000"]
 
 
@@ -29,7 +31,7 @@ def lab_from_xyz(xyz: XYZ, white_xyz: White) -> Lab:
         )
     ratio = np.asarray(xyz, dtype=np.float64) / white
     with np.errstate(invalid="ignore"):  # infinity less infinity
-        f = np.where(ratio > (24 / 116) ** 3, np.cbrt(ratio), ratio * (841 / 108) + 16 / 116)
+        f = np.where(ratio > KNEE, np.cbrt(ratio), ratio * (841 / 108) + 16 / 116)
         lab = np.empty_like(f)
         lab[..., 0] = 116 * f[..., 1] - 16
         lab[..., 1] = 500 * (f[..., 0] - f[..., 1])

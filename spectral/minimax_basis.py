@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .basis import SpectralBasis, finite_table
-from .difference import delta_e_xyz
+from .difference import KNEE, delta_e_xyz
 from .errors import InputError
 from .shapes import Wavelengths
 from .wavelengths import WORKING_WAVELENGTHS_NM
@@ -26,8 +26,6 @@ _POWER = 0.3
 _HALVED = 15
 # What an error of zero counts beside the largest, so that no weight becomes zero.
 _FLOOR = 1e-3
-# Y of white below which CIELAB is linear (CIE 015:2018, equation 8.5): L* is no steeper there.
-_KNEE = (24.0 / 116.0) ** 3
 
 
 def minimax_basis(
@@ -79,8 +77,8 @@ def minimax_basis(
     lights = np.ones(len(folded))
     best = made(np.ones(len(surfaces)), lights)
     least = float(errors(best).max())
-    # As steep as L* is at each spectrum, in the mean of all lights.
-    rows = np.maximum((colours[..., 1] / whites[:, None, 1]).mean(axis=0), _KNEE) ** (-2.0 / 3.0)
+    # As steep as L* is at each spectrum, in the mean of all lights; below the knee it is no steeper.
+    rows = np.maximum((colours[..., 1] / whites[:, None, 1]).mean(axis=0), KNEE) ** (-2.0 / 3.0)
     since = 0
     for number in range(_MOST_ROUNDS):
         if least <= enough or since >= _PATIENCE:

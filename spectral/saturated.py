@@ -16,13 +16,13 @@ from jaxtyping import Float
 
 from .errors import InputError
 from .observers import observer
-from .upsampling import DEFAULT_METHOD, Upsampling, sigmoid, solved, upsampling, xyz_from_rgb
+from .upsampling import DEFAULT_METHOD, MISSED, Upsampling, sigmoid, solved, upsampling, xyz_from_rgb
 
 # Where the ring lies between white and the spectral locus, 0 to 1; the wavelengths between which it follows the locus,
 # nm, and not the line of purples; and how many points it has.
 _REACH, _FIRST_NM, _LAST_NM, _POINTS = 0.95, 400.0, 680.0, 64
-# Largest channels at which curves are tried, from wide curves to narrow ones, and what they may miss their colour by.
-_LEVELS, _MISSED = (0.5, 0.3, 0.2, 0.1), 1e-9
+# Largest channels at which curves are tried, from wide curves to narrow ones.
+_LEVELS = (0.5, 0.3, 0.2, 0.1)
 # The least way from the edge to the ring over which one changes into the other, as a share of that from white: about
 # red they nearly meet, and noise would go from one to the other.
 _LEAST_WAY = 0.2
@@ -99,10 +99,10 @@ def _ring() -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, "V 2"], Float[np
     curves, missed = np.zeros((len(rgb), 3)), np.full(len(rgb), np.inf)
     scale = np.ones((len(rgb), 1))
     for level in _LEVELS:
-        left = missed > _MISSED
+        left = missed > MISSED
         scale[left] = largest[left] / level
         curves[left], missed[left] = solved(rgb[left] / scale[left])
-    if (missed > _MISSED).any():
+    if (missed > MISSED).any():
         raise ArithmeticError(f"no bounded curve has the colour {rgb[missed.argmax()]}")
     return angles, corners, scale * sigmoid(curves)
 

@@ -36,7 +36,9 @@ _PRIMARIES_XY = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
 _MESH = 24
 # The largest channel at which the bounded curves are solved.
 _LEVEL = 0.5
-_NEWTON_STEPS, _MISSED = 60, 1e-9
+_NEWTON_STEPS = 60
+#: What a curve that is `solved` may miss its colour by, of Y.
+MISSED = 1e-9
 _SMITS = ("red", "green", "blue", "cyan", "magenta", "yellow", "white")
 
 
@@ -166,7 +168,7 @@ def _jakob_hanika() -> Float[np.ndarray, "V L"]:
     corners = _mesh_corners()
     rgb = _LEVEL * corners / corners.max(axis=1, keepdims=True)
     found, missed = solved(rgb)
-    if missed.max() > _MISSED:
+    if missed.max() > MISSED:
         worst = int(missed.argmax())
         raise InputError("no bounded curve has this colour", field="rgb", found=rgb[worst], expected="a colour of sRGB")
     return sigmoid(found) / _LEVEL

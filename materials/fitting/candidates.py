@@ -56,7 +56,7 @@ _FIRMER = 2.0
 # Guards that stand all over the hemispheres from the beginning, and the squared ΔE94 a sample that their cost supposes.
 _GUARDS, _EXPECTED = 3000, 0.1
 # Rounds of refinement once no more terms are added, at most; each must gain the second share.
-_LAST_ROUNDS, _LAST_GAIN = 4, 0.02
+LAST_ROUNDS, _LAST_GAIN = 4, 0.02
 # Sweeps of new terms alone.
 _FIRST_SWEEPS = 8
 # So many times over the budget, terms are added in both frames at once.
@@ -303,7 +303,7 @@ class Search:
         """The last rounds, until the packs keep within their bounds."""
         if here.met(self.wanted.budget):
             return here
-        for _ in range(_LAST_ROUNDS):
+        for _ in range(LAST_ROUNDS):
             before, here = here, self._better(self._round(here, here.packs), here)
             if here.judged.front > (1.0 - _LAST_GAIN) * before.judged.front:
                 break

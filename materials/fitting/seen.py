@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.difference import lab_from_xyz
+from ...spectral.difference import KNEE, lab_from_xyz
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf
@@ -44,8 +44,6 @@ _BLURRED, _MOST_DIRECTIONS = 0.02, 4
 # How much an error counts that none of them shows: another light may.
 _UNSEEN = 0.3
 _BLOCK = 8192
-# CIELAB's cube root ends here.
-_KNEE = (24.0 / 116.0) ** 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +144,7 @@ def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
     spectra = working_spectra(brdf, wi, wo)
     observed = np.pi * sphere_protocol(16).weights(WORKING_WAVELENGTHS_NM)
     xyz = spectra @ observed
-    slope = 116.0 / 3.0 * np.maximum(xyz[:, 1], _KNEE) ** (-2.0 / 3.0)
+    slope = 116.0 / 3.0 * np.maximum(xyz[:, 1], KNEE) ** (-2.0 / 3.0)
     bright = np.linalg.norm(observed, axis=1)
     bright = np.maximum(bright, 0.05 * bright.max())
     weighted = spectra * (bright * slope[:, None] * np.sqrt(share)[:, None])
@@ -215,7 +213,7 @@ def _eye(
 
 def _lab_slopes(xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]) -> Float[np.ndarray, "N 3 3"]:
     """d(L*, C*/S_C, H*/S_H)/d(XYZ) at a reference (CIE 116-1995); at grey, chroma is a* and hue b*."""
-    slope = np.maximum(xyz / white, _KNEE) ** (-2.0 / 3.0) / 3.0 / white
+    slope = np.maximum(xyz / white, KNEE) ** (-2.0 / 3.0) / 3.0 / white
     lab = lab_from_xyz(xyz, white)
     zero = np.zeros(len(xyz))
     along_a = np.stack([500.0 * slope[:, 0], -500.0 * slope[:, 1], zero], axis=-1)

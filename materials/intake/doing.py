@@ -19,8 +19,9 @@ _FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURE
 # What tables and the growth of packs take of a fit that does not end with tables, about; the rest are its last rounds.
 # Where the budget is met, only the bounds of shading are left to keep.
 _OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
-# Terms and last rounds of a fit, at most.
-_MOST_TERMS, _LAST_ROUNDS = 48, 6
+# Terms and last rounds of a fit, at most: as `fitting` has them, which first words do not wait for; a test holds them
+# together.
+MOST_TERMS, LAST_ROUNDS = 48, 4
 # Before this share of a fit is done, what it took so far says little of the rest.
 _TELLING = 0.1
 
@@ -41,7 +42,7 @@ def share_done(trials: Sequence[Trial], budget: float) -> float:
 
     While there are tables alone, how far down the way from the worst trial to the budget the best of this lobe is, in
     logarithms. Once all packs are fitted together: the square of the terms, as the time goes, against those that
-    the budget asks for if what more terms gained so far is a guide, and `_MOST_TERMS` at most; then each round that
+    the budget asks for if what more terms gained so far is a guide, and `MOST_TERMS` at most; then each round that
     adds none.
     """
     scores = [trial.score for trial in trials]
@@ -56,10 +57,10 @@ def share_done(trials: Sequence[Trial], budget: float) -> float:
     if best <= budget:
         return _MET
     gained = math.log(first.score / best) / (now.rank - first.rank) if now.rank > first.rank else 0.0
-    needed = now.rank + math.log(best / budget) / gained if gained > 0.0 else _MOST_TERMS
-    grown = (now.rank / max(now.rank, min(needed, _MOST_TERMS))) ** 2
-    same = sum(trial.rank == now.rank for trial in joint[-_LAST_ROUNDS:]) - 1 if grown == 1.0 else 0
-    return _OF_TABLES + _OF_GROWTH * grown + (1.0 - _OF_TABLES - _OF_GROWTH) * same / (_LAST_ROUNDS + 1)
+    needed = now.rank + math.log(best / budget) / gained if gained > 0.0 else MOST_TERMS
+    grown = (now.rank / max(now.rank, min(needed, MOST_TERMS))) ** 2
+    same = sum(trial.rank == now.rank for trial in joint[-LAST_ROUNDS - 1 :]) - 1 if grown == 1.0 else 0
+    return _OF_TABLES + _OF_GROWTH * grown + (1.0 - _OF_TABLES - _OF_GROWTH) * same / (LAST_ROUNDS + 1)
 
 
 @dataclass

@@ -33,7 +33,8 @@ _RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseli
 _UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
 _GENERIC = re.compile(
     r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|"
-    r"reflection|reflexion|remission|transmittance|transmission|(?:ir)?radiance|power|intensity|values?|data|emission|spd|spectrum|counts?|"
+    r"reflection|reflexion|remission|transmittance|transmission|(?:ir)?radiance|power|intensity|values?|data|"
+    r"emission|spd|spectrum|counts?|"
     r"measurement|[%]?[rtys][%]?|scope)(?:[ _]*(?:factor|distribution))?(?: ?%)?",
     re.I,
 )

@@ -5,6 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 from metamer.materials.catalogue import import_sources
+from metamer.materials.fitting.candidates import LAST_ROUNDS
+from metamer.materials.fitting.fit import RANKS
+from metamer.materials.intake import doing
 from metamer.materials.intake.doing import Doing, Expected, share_done
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.intake.work import fit_material
@@ -51,6 +54,10 @@ def test_the_share_of_a_fit_that_polishes_what_it_has_moves_on():
     shares = [share_done(grown((8, 4.0), *steps, *[(48, 1.4)] * more), 0.5) for more in range(5)]
     assert shares == sorted(set(shares))
     assert shares[0] > 0.69 and shares[-1] < 1.0
+
+
+def test_most_terms_and_last_rounds_are_those_of_fits():
+    assert (RANKS[-1], LAST_ROUNDS) == (doing.MOST_TERMS, doing.LAST_ROUNDS)
 
 
 def test_what_is_left_is_shared_by_the_processes():
