@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -42,6 +42,8 @@ _PLACE, _PLACES = 0.05, 300
 # The lower and the upper bound.
 _SIDES = (0, 1)
 _EDGE = 0.5 * np.pi - 1e-4
+# Places by their angles, where packs come nearest to the lower and to the upper bound.
+Worst = tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,8 @@ class Bounds:
 
     brdf: Brdf
     largest: Float[np.ndarray, " L"]
-    _grids: dict[tuple[Axis, ...], Places] = field(default_factory=dict)
+    # The packs that were searched last, and their worst places.
+    _last: tuple[tuple[FactorPack, ...], Worst] | None = None
 
     @classmethod
     def of(cls, brdf: Brdf) -> Bounds:
@@ -101,9 +104,16 @@ class Bounds:
         """Whether the original looks the same at every turn about the normal."""
         return self.brdf.isotropic
 
-    def extremes(self, packs: tuple[FactorPack, ...]) -> Extremes:
-        """The lowest and the largest value that packs shade to."""
-        low, high = (_shaded(packs, *_pairs(found)) for found in self._worst(packs))
+    def extremes(self, packs: tuple[FactorPack, ...], rounded: tuple[FactorPack, ...] | None = None) -> Extremes:
+        """The lowest and the largest value that packs shade to.
+
+        rounded : the same packs in half precision, to look at in their place: where the packs themselves come nearest
+        to the bounds and downhill from there, for rounding moves no place far.
+        """
+        worst = self._worst(packs)
+        if rounded is not None:
+            packs, worst = rounded, self._led(rounded, worst)
+        low, high = (_shaded(packs, *_pairs(found)) for found in worst)
         return Extremes(float(min(low.min(), 0.0)), float(np.max(high / self.largest)))
 
     def broken(self, packs: tuple[FactorPack, ...]) -> Broken:
@@ -136,18 +146,27 @@ class Bounds:
         """What a fit keeps between."""
         return np.stack([np.full_like(self.largest, _KEPT[0] * LOWEST), _KEPT[1] * LARGEST * self.largest])
 
-    def _worst(self, packs: tuple[FactorPack, ...]) -> tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]:
-        """The pairs that come nearest to the lower and to the upper bound, and where going downhill from them led."""
+    def _worst(self, packs: tuple[FactorPack, ...]) -> Worst:
+        """Where packs come nearest to the lower and to the upper bound, of all places that are looked at."""
+        if self._last is None or self._last[0] is not packs:
+            self._last = packs, self._led(packs, self._starts(packs))
+        return self._last[1]
+
+    def _starts(self, packs: tuple[FactorPack, ...]) -> Worst:
+        """The worst of all places, before going downhill."""
         low, high = [], []
         against = (1.0 / self._ends).astype(np.float32)
         for places in self._places(packs):
             for rows, shaded in places.shaded(packs):
                 # The lower bound is the same at every wavelength.
-                beyond_low, beyond_high = shaded.min(axis=1) * against[0, 0], (shaded * against[1]).max(axis=1)
+                beyond_low, beyond_high = shaded.min(axis=0) * against[0, 0], (shaded * against[1][:, None]).max(axis=0)
                 for found, excess in ((low, beyond_low), (high, beyond_high)):
                     some = np.argpartition(-excess, min(_DOWNHILL, len(excess) - 1))[:_DOWNHILL]
                     found.append((excess[some], places.angles[rows][some]))
-        starts = (_strongest(low), _strongest(high))
+        return _strongest(low), _strongest(high)
+
+    def _led(self, packs: tuple[FactorPack, ...], starts: Worst) -> Worst:
+        """Where going downhill from these places leads; where that is bright, the original is looked at, too."""
         darkest, brightest = (self._downhill(packs, found, (side,)) for found, side in zip(starts, _SIDES, strict=True))
         near = self._worst_excess(packs, brightest, _SIDES[1:]) > 0.5
         if near.any():
@@ -157,15 +176,9 @@ class Bounds:
 
     def _places(self, packs: tuple[FactorPack, ...]) -> Iterator[Places]:
         """Pairs spread over the hemispheres, and the nodes of every pack."""
-        yield self._spread
-        for pack in packs:
-            if pack.axes not in self._grids:
-                self._grids[pack.axes] = Places(_nodes(pack.frame, pack.axes, self.isotropic))
-        yield from (self._grids[axes] for axes in dict.fromkeys(pack.axes for pack in packs))
-
-    @cached_property
-    def _spread(self) -> Places:
-        return Places(_angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic))
+        yield _spread(self.isotropic)
+        for frame, axes in dict.fromkeys((pack.frame, pack.axes) for pack in packs):
+            yield _nodes(frame, axes, self.isotropic)
 
     def _downhill(
         self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[int, ...]
@@ -202,13 +215,13 @@ class Places:
     angles: Float[np.ndarray, "N A"]
     _frames: dict[tuple[Frame, bool], FrameAngles] = field(default_factory=dict)
 
-    def shaded(self, packs: tuple[FactorPack, ...]) -> Iterator[tuple[slice, Float[np.ndarray, "n L"]]]:
+    def shaded(self, packs: tuple[FactorPack, ...]) -> Iterator[tuple[slice, Float[np.ndarray, "L n"]]]:
         """pi f_r cos(theta_i) at the working wavelengths, block by block; in float32, which finds places as well."""
-        spectra = [np.pi * pack.basis.reconstruct(pack.spectral).astype(np.float32) for pack in packs]
+        spectra = [np.pi * pack.basis.reconstruct(pack.spectral).T.astype(np.float32) for pack in packs]
         for start in range(0, len(self.angles), _BLOCK):
             rows = slice(start, start + _BLOCK)
             parts = [
-                pack.geometry_at(self._at(pack, rows), np.float32) @ spectrum
+                spectrum @ pack.geometry_at(self._at(pack, rows), np.float32).T
                 for pack, spectrum in zip(packs, spectra, strict=True)
             ]
             yield rows, sum(parts[1:], parts[0])
@@ -231,7 +244,8 @@ def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, 
     return angles[order[apart]]
 
 
-def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Float[np.ndarray, "N A"]:
+@lru_cache(maxsize=3)
+def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Places:
     """The nodes of a grid that are above the horizon."""
     turned = () if isotropic or len(axes) == 4 else (np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False),)
     shape = (*(axis.size for axis in axes), *(len(one) for one in turned))
@@ -247,13 +261,19 @@ def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Float[np.nd
         lit = (wi[:, 2] > 1e-4) & (wo[:, 2] > 1e-4)
         theta_i, theta_o, _ = io_angles(wi[lit], wo[lit])
         found = np.stack([theta_i, theta_o, azimuth_difference(wi[lit], wo[lit]), angles(wi[lit])[1]], axis=-1)
-    return found[:, : 3 if isotropic else 4]
+    return Places(found[:, : 3 if isotropic else 4])
 
 
 def _shaded(packs: tuple[FactorPack, ...], wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:
     """pi f_r cos(theta_i) at the working wavelengths."""
     spectra = [np.pi * pack.basis.reconstruct(pack.spectral) for pack in packs]
     return sum((pack.geometry(wi, wo) @ spectrum for pack, spectrum in zip(packs, spectra, strict=True)), np.zeros(1))
+
+
+@lru_cache(maxsize=2)
+def _spread(isotropic: bool) -> Places:
+    """Pairs all over the hemispheres, the same for every original."""
+    return Places(_angles(_PAIRS if isotropic else _PAIRS_TURNED, isotropic))
 
 
 @lru_cache(maxsize=4)

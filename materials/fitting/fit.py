@@ -125,17 +125,16 @@ def fit(
 
 def _stored(best: Found, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
     """The packs in the precision that they are kept in, and their error measured as such."""
-    storage, judged, extremes = single_storage(best.packs), best.judged, None
+    storage, judged, extremes = single_storage(best.packs), best.judged, bounds.extremes(best.packs)
     if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
         half = half_storage(best.packs, lambda packs: judge.judged(packs).error.p99)
         after = judge.judged(half.packs, None, best.relative)
         if judged.score <= budget < after.score:
             storage = replace(storage, reason=f"kept single: half precision would miss the budget of ΔE94 {budget:g}")
-        elif (rounded := bounds.extremes(half.packs)).within or not (extremes := bounds.extremes(best.packs)).within:
+        elif (rounded := bounds.extremes(best.packs, half.packs)).within or not extremes.within:
             storage, judged, extremes = half, after, rounded
         else:
             storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
-    extremes = extremes or bounds.extremes(best.packs)
     error = replace(judged.error, most_negative=extremes.lowest, largest=extremes.ratio)
     packs = tuple(replace(pack, error=error) for pack in storage.packs)
     storage = replace(storage, packs=packs)

@@ -31,8 +31,9 @@ _PILOT = 1500
 _SWEEPS = 40
 # Where packs are refined afterwards, large problems (nodes times squared rank) are only begun on the table.
 _LARGE, _FEW_SWEEPS = 10_000_000, 6
-# So many terms end in this or that local minimum, whatever rounding leads to: the best of some starts is kept.
-_MANY_TERMS, _STARTS = 6, 4
+# So many terms end in this or that local minimum, whatever rounding leads to: of some starts, the one that is best after
+# a few sweeps goes on.
+_MANY_TERMS, _STARTS, _FIRST_SWEEPS = 6, 4, 8
 # Share of the energy that the packs of four may lose before they are looked for, and the most columns of a core.
 _LOST, _MOST = 1e-9, 112
 
@@ -89,16 +90,12 @@ class LobeTable:
             pack, relative = self._packed(list(found.factors)), found.relative_error
         else:
             few = method == "joint" and self.weights.size * rank**2 > _LARGE
-            starts = 1 if few or rank < _MANY_TERMS else _STARTS
-            found = (
-                weighted_cp(
-                    self._weighted,
-                    self._compressed.decomposed(rank, (seed, number) if number else seed),
-                    _FEW_SWEEPS if few else _SWEEPS,
-                )
-                for number in range(starts)
-            )
-            factors, left = min(found, key=lambda one: one[1])
+            start = self._compressed.decomposed(rank, seed)
+            if not few and rank >= _MANY_TERMS:
+                others = (self._compressed.decomposed(rank, (seed, number)) for number in range(1, _STARTS))
+                begun = (weighted_cp(self._weighted, one, _FIRST_SWEEPS) for one in (start, *others))
+                start, _ = min(begun, key=lambda one: one[1])
+            factors, left = weighted_cp(self._weighted, start, _FEW_SWEEPS if few else _SWEEPS)
             pack, relative = self._packed(factors), float(np.sqrt(max(left, 0.0) / self._weighted.energy))
         return (smoothed_pack(pack) if smooth else pack), relative
 
