@@ -31,8 +31,8 @@ _PILOT = 1500
 _SWEEPS = 40
 # Where packs are refined afterwards, large problems (nodes times squared rank) are only begun on the table.
 _LARGE, _FEW_SWEEPS = 10_000_000, 6
-# So many terms end in this or that local minimum, whatever rounding leads to: of some starts, the one that is best after
-# a few sweeps goes on.
+# So many terms end in this or that local minimum, whatever rounding leads to: of some starts, the best after a few
+# sweeps goes on.
 _MANY_TERMS, _STARTS, _FIRST_SWEEPS = 6, 4, 8
 # Share of the energy that the packs of four may lose before they are looked for, and the most columns of a core.
 _LOST, _MOST = 1e-9, 112
