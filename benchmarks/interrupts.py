@@ -288,7 +288,7 @@ def measured(
     tell: Callable[[str], None],
     first: float,
 ) -> list[Hit]:
-    """Runs of each command until `count` heard SIGINT, as many SIGTERM and `kills` SIGKILL, hit in the `first` seconds."""
+    """Runs of each command until `count` heard SIGINT, as many SIGTERM and `kills` SIGKILL, in the `first` seconds."""
     place, rng, found = Workplace(folder), random.Random(seed), []
     for name in commands:
         place.whole(name)
