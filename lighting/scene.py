@@ -19,9 +19,6 @@ from .lights import DirectionalLight, Light, PointLight
 from .mesh import Mesh
 from .vectors import Number
 
-# A lamp in the very middle of a room must not make its reference illuminance infinite.
-LEAST_SHARE = 0.25
-
 
 @dataclass(frozen=True)
 class Viewing:
@@ -204,18 +201,9 @@ def illuminances_lux(
 ) -> Float[np.ndarray, "_"]:
     """What each light gives a surface that faces it in the middle of the box from `low` to `high`, lx.
 
-    A point light nearer to the middle than `LEAST_SHARE` of the box's half diagonal counts as if it stood that far off;
-    `held_off_notes` says of which lights that is so. There is a surface nowhere near the middle of a room, and the
-    inverse square law of one point says nothing of what the room's surfaces receive.
+    A light that stands near the middle counts from farther off (`Light.counted_from`); `held_off_notes` says which.
     """
-    return np.array(
-        [
-            light.intensity_cd / max(_off_middle(light, low, high)) ** 2
-            if isinstance(light, PointLight)
-            else light.illuminance_lux
-            for light in lights
-        ]
-    )
+    return np.array([light.counted_from(low, high)[0] for light in lights])
 
 
 def held_off_notes(
@@ -224,20 +212,13 @@ def held_off_notes(
     """A sentence for each light that `illuminances_lux` counts from farther off than it stands."""
     notes = []
     for light in lights:
-        if isinstance(light, PointLight):
-            distance, least = _off_middle(light, low, high)
-            if distance < least:
-                notes.append(
-                    f"{light.name} stands {distance:.3g} from the middle of the scene; for the white and the reference "
-                    f"illuminance it counts as {least:.3g} off"
-                )
+        _, distance, counted = light.counted_from(low, high)
+        if distance < counted:
+            notes.append(
+                f"{light.name} stands {distance:.3g} from the middle of the scene; for the white and the reference "
+                f"illuminance it counts as {counted:.3g} off"
+            )
     return tuple(notes)
-
-
-def _off_middle(light: PointLight, low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
-    """How far a light is from the middle of a box, and the least distance that it counts from."""
-    distance = float(np.linalg.norm(light.position - 0.5 * (low + high)))
-    return distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low))
 
 
 def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | None = None) -> Scene:

@@ -15,8 +15,8 @@ from ..lighting.scene import Scene
 from ..spectral.errors import InputError
 from ..spectral.memory import available_bytes, gigabytes
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM
-from .geometry import TILE_SAMPLES
-from .renderer import KEPT_SAMPLES
+from .keeping import KEPT_SAMPLES
+from .view import TILE_SAMPLES
 
 Kind = Literal["picture", "spectra", "reference", "review"]
 

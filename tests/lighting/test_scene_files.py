@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.lighting import scene_keys
-from metamer.lighting.lights import DirectionalLight, PointLight
+from metamer.lighting.lights import LIGHTS, DirectionalLight, PointLight
 from metamer.lighting.scene import load_scene
 from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
@@ -165,7 +165,7 @@ def test_the_scenes_of_the_manual_load(scene, shipped):
 def test_the_manual_names_every_key():
     manual = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
     tables = [scene_keys.SCENE, scene_keys.VIEWING, scene_keys.PART, scene_keys.LIGHT, scene_keys.CAMERA]
-    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *scene_keys.LIGHT_KINDS.values()]
+    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *(light.KEYS for light in LIGHTS.values())]
     assert [key for table in tables for key in table if f"`{key}`" not in manual] == []
     assert [shape for shape in scene_keys.SHAPES if f"`{shape}`" not in manual] == []
 

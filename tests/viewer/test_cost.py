@@ -163,7 +163,7 @@ def test_costs_grow_with_everything_that_costs(scenes):
 
 
 def test_progress_of_a_picture_goes_tile_by_tile(scenes, monkeypatch):
-    monkeypatch.setattr("metamer.viewer.geometry.TILE_SAMPLES", 64)
+    monkeypatch.setattr("metamer.viewer.view.TILE_SAMPLES", 64)
     renderer, said = SoftwareRenderer(), []
     renderer.progress = lambda *step: said.append(step)
     scene = scenes.sphere_scene("matt", size=40, samples=3)
