@@ -18,9 +18,9 @@ from jaxtyping import Bool, Float
 from ...spectral.errors import InputError
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..axes import Axis
 from ..brdf import Brdf, Lobe, eval_lit
 from ..directions import half_difference, io_from_half_difference
-from ..factors import Axis
 from ..formats.merl import SHAPE, MerlMeasurement
 from .lookup import multilinear
 

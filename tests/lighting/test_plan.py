@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError

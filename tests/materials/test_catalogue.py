@@ -7,8 +7,9 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS
+from metamer.materials.axes import Axis
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.factors import FactorPack, FitError
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, read_record, write_record
 from metamer.materials.records.record_head import SCHEMA

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError

@@ -13,7 +13,8 @@ from ...lighting import shapes
 from ...lighting.camera import Camera
 from ...lighting.lights import DirectionalLight
 from ...lighting.scene import Part, Scene
-from ...materials.factors import Axis, FactorPack
+from ...materials.axes import Axis
+from ...materials.factors import FactorPack
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer

@@ -4,8 +4,9 @@ import struct
 
 import numpy as np
 import pytest
+from metamer.materials.axes import Axis
 from metamer.materials.directions import TAU, spherical
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.factors import FactorPack
 from metamer.materials.formats.rgl import MAGIC, RglMeasurement, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
 from metamer.materials.intake.sources import Rejected, read_sources

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import OrenNayar
+from metamer.materials.axes import Axis
 from metamer.materials.brdf import Brdf, Lobe
-from metamer.materials.factors import Axis
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.benchmarks.factor.memory import table_bytes, timed_and_weighed

@@ -15,8 +15,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ....calibration.basis_benchmark import stage
+from ....materials.axes import Axis
 from ....materials.brdf import Brdf
-from ....materials.factors import Axis
 from ....materials.fitting.decompose import METHODS, Method, decompose
 from ....materials.fitting.tabulated import tabulate
 from ....spectral.basis import SpectralBasis

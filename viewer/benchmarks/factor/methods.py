@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....materials.brdf import Brdf, Frame
-from ....materials.factors import Axis, FactorPack
+from ....materials.axes import Axis, Frame
+from ....materials.brdf import Brdf
+from ....materials.factors import FactorPack
 from ....materials.fitting.decompose import METHODS, PACK, decompose_compressed
 from ....materials.fitting.grids import filled
 from ....materials.fitting.tabulated import node_directions, tabulate

@@ -15,7 +15,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ....calibration.basis_benchmark import point_sampled, stage
-from ....materials.brdf import Brdf, Frame
+from ....materials.axes import Frame
+from ....materials.brdf import Brdf
 from ....materials.factors import FactorPack
 from ....materials.fitting.fit import Fit, fit
 from ....materials.fitting.half import rounded_to_half
