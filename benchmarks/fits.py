@@ -30,8 +30,9 @@ KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
 def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """A row for each material of `sources` that has a surface."""
     from metamer.materials.fitting.fit import fit
-    from metamer.materials.intake.sources import MaterialSource, read_sources
+    from metamer.materials.intake.sources import read_sources
     from metamer.materials.records.models import SPECTRA, rebuild
+    from metamer.materials.source import MaterialSource
 
     for source in sources:
         for material in read_sources(source):
@@ -101,7 +102,7 @@ def main(words: Sequence[str] | None = None) -> int:
         for row in fitted(args.sources, args.budget):
             print(json.dumps(row), flush=True)
         return 0
-    from metamer.cli.catalogue_import import shipped_sources
+    from metamer.cli.shared import shipped_sources
     from metamer.materials.fitting.bounds import Extremes
 
     rows = []

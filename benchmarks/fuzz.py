@@ -31,7 +31,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from metamer.materials.formats import registry
-from metamer.materials.intake.sources import Rejected
+from metamer.materials.source import Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats import reading
 

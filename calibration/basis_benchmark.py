@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ..spectral.axis_letters import Wavelengths
 from ..spectral.basis import SpectralBasis
+from ..spectral.colour_library import colour_science
 from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant, illuminant_names
 from ..spectral.minimax_basis import minimax_basis
 from ..spectral.observers import Observer, observer
-from ..spectral.shapes import Wavelengths
 from ..spectral.spectrum import Spectrum
-from ..spectral.tables import colour_science
 from ..spectral.upsampling import xyz_from_rgb
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from .text_tables import TextTable, text_tables

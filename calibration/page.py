@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import coded_map, plots
+from .row import ReviewRow
 from .statistics import beside, verdict
 
 if TYPE_CHECKING:
     import jinja2
     from markupsafe import Markup
-
-    from .report import ReviewRow
 
 TEMPLATES = Path(__file__).with_name("templates")
 SHOWN_WORST = 6

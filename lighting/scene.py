@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
-from .lights import DirectionalLight, Light, PointLight
+from .lights import Light, PointLight
 from .mesh import Mesh
 from .vectors import Number
 
@@ -238,40 +238,3 @@ def _off_middle(light: PointLight, low: np.ndarray, high: np.ndarray) -> tuple[f
     """How far a light is from the middle of a box, and the least distance that it counts from."""
     distance = float(np.linalg.norm(light.position - 0.5 * (low + high)))
     return distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low))
-
-
-def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | None = None) -> Scene:
-    """Read `scene.toml`, whose format docs/scene.md describes.
-
-    Parameters
-    ----------
-    path : the file; meshes and measured spectra are looked up relative to it.
-    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
-        lights may name its emissions. None leaves materials unchecked.
-    say : called with a line before each long step: which large mesh is read, and what that will take.
-
-    Raises
-    ------
-    InputError, UnknownNameError : with the file, the key, and the nearest names there are.
-    """
-    from .scene_files import read_scene
-
-    return read_scene(Path(path), catalogue, say)
-
-
-__all__ = [
-    "Camera",
-    "DirectionalLight",
-    "Light",
-    "Mesh",
-    "Part",
-    "PointLight",
-    "Review",
-    "Scene",
-    "Viewing",
-    "bounds_of",
-    "framing_camera",
-    "held_off_notes",
-    "illuminances_lux",
-    "load_scene",
-]

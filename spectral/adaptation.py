@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from .axis_letters import XYZ, Matrix3, White
 from .errors import InputError, UnknownNameError
-from .shapes import XYZ, Matrix3, White
 
 Method = Literal["Bradford", "CAT02", "CAT16"]
 

@@ -8,18 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .errors import InputError
-from .shapes import Wavelengths
+from .observers import Observer
+from .spectrum import Spectrum
 from .wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix, validated_wavelengths
-
-if TYPE_CHECKING:
-    from .observers import Observer
-    from .spectrum import Spectrum
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .basis import SpectralBasis
 from .bispectral import Bispectral
 from .observers import Observer
-from .shapes import Wavelengths
 from .spectrum import Spectrum
 
 

@@ -12,7 +12,8 @@ from shutil import rmtree
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.report import ReviewRow, RowColour, review_row, status, write_report
+from ..calibration.report import status, write_report
+from ..calibration.row import ReviewRow, RowColour, review_row
 from ..calibration.statistics import DeltaEStatistics, SelfCheck, delta_e_map, delta_e_statistics, self_check
 from ..lighting.camera import Camera
 from ..lighting.geometry import VisibleGeometry, visible_geometry

@@ -23,7 +23,8 @@ from ...renderer import Renderer
 from .. import filtering
 from . import growth as decompositions
 from . import methods
-from .cases import Case, chosen_cases
+from .case import Case
+from .cases import chosen_cases
 from .figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
 from .fluorescence import draw, fluorescence_figures, fluorescent_rows
 from .memory import WatchedBrdf, table_bytes, timed_and_weighed

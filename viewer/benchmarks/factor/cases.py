@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,24 +15,11 @@ from ....materials.fluorescent import FluorescentLambert
 from ....spectral.errors import InputError, UnknownNameError
 from ....spectral.spectrum import Spectrum
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from .case import Case
+from .measured import PLACES, measured_cases
 
 #: R_s of the glossy case: a dielectric coat.
 GLOSS = 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """One surface.
-
-    name : for the command line and JSON. title : for people. budget : ΔE94 that the fit is asked for, at p99.
-    packs_2010 : packs of four terms that the paper used, or None. make : the BRDF; reading a file may take a while.
-    """
-
-    name: str
-    title: str
-    budget: float
-    packs_2010: int | None
-    make: Callable[[], Brdf]
 
 
 def analytic_cases() -> tuple[Case, ...]:
@@ -79,8 +65,6 @@ def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple
     ------
     UnknownNameError : there is no case of a name. InputError : `data` is no folder, or has none of the materials.
     """
-    from .measured import PLACES, measured_cases
-
     there = (*analytic_cases(), *fluorescent_cases())
     if data is not None:
         expected = f"a folder with any of {', '.join(PLACES)}"

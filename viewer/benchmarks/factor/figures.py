@@ -28,7 +28,7 @@ from .scenes import lit_pixels
 from .sphere import brdf_xyz, pack_xyz, under
 
 if TYPE_CHECKING:
-    from .cases import Case
+    from .case import Case
 
 #: Lights of the pictures, degrees from the view: one that shows the highlight, one that grazes.
 PICTURE_LIGHTS_DEG = (35.0, 80.0)

@@ -28,7 +28,7 @@ from ....spectral.observers import observer
 from ....spectral.spectrum import Spectrum
 from ....spectral.upsampling import xyz_from_rgb
 from ...renderer import Renderer
-from .cases import Case
+from .case import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .timing import Stopwatch
 

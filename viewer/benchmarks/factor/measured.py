@@ -18,7 +18,7 @@ from ....materials.measured.rgl import RglBrdf
 from ....materials.measured.scattered import ScatteredBrdf
 from ....spectral.errors import InputError
 from ....spectral.private_folder import private_folder
-from .cases import Case
+from .case import Case
 
 # Name, title, budget at p99, packs of the paper: figure 5 of Schwenk 2010 and two sharper ones.
 _MERL = (

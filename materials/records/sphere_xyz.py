@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.observers import Observer
-from ..spectral.spectrum import Spectrum
-from .fluorescent import FluorescentBrdf
-from .protocol import SphereProtocol
-from .records.material import MaterialRecord
+from ...spectral.observers import Observer
+from ...spectral.spectrum import Spectrum
+from ..fluorescent import FluorescentBrdf
+from ..protocol import SphereProtocol
+from .material import MaterialRecord
 
 _BLOCK = 8192
 

@@ -5,8 +5,7 @@ import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.formats import merl
 from metamer.materials.formats.registry import format_for, reading_cost
-from metamer.materials.intake import cost, plan
-from metamer.materials.intake.cost import Jobs, fit_too_large, jobs_for
+from metamer.materials.intake.import_cost import Jobs, fit_too_large, jobs_for
 from metamer.spectral.formats.exr import write_exr
 
 SPECTRA = "wavelength_nm,red\n400,0.1\n500,0.2\n600,0.7\n700,0.8\n"
@@ -19,8 +18,8 @@ def free(monkeypatch):
     """Sets the memory that is free, in bytes, and the cores."""
 
     def there_are(size, cores=4):
-        monkeypatch.setattr(cost, "available_bytes", lambda: size)
-        monkeypatch.setattr(cost, "usable_cores", lambda: cores)
+        monkeypatch.setattr(import_cost, "available_bytes", lambda: size)
+        monkeypatch.setattr(import_cost, "usable_cores", lambda: cores)
 
     return there_are
 
@@ -59,11 +58,11 @@ def test_what_memory_does_not_hold_is_refused_before_it_is_read_and_the_others_g
 ):
     path = picture(source / "huge.exr", 32)
     free(3 * GIGA)
-    monkeypatch.setattr("metamer.materials.formats.cost.samples_in", lambda path: 10**9)
+    monkeypatch.setattr("metamer.materials.formats.reading_cost.samples_in", lambda path: 10**9)
     read = []
-    whole = plan.read_with
+    whole = import_plan.read_with
     monkeypatch.setattr(
-        plan, "read_with", lambda reader, path, *words: (read.append(path.name), whole(reader, path, *words))[1]
+        import_plan, "read_with", lambda reader, path, *words: (read.append(path.name), whole(reader, path, *words))[1]
     )
     report = import_sources([source], tmp_path / "cat", jobs=1)
     (failed,) = (one for one in report.outcomes if one.status == "failed")
@@ -76,7 +75,7 @@ def test_what_memory_does_not_hold_is_refused_before_it_is_read_and_the_others_g
 def test_a_refusal_for_want_of_memory_is_not_remembered(source, tmp_path, free, monkeypatch):
     picture(source / "some.exr", 8)
     free(3 * GIGA)
-    monkeypatch.setattr("metamer.materials.formats.cost.samples_in", lambda path: 10**9)
+    monkeypatch.setattr("metamer.materials.formats.reading_cost.samples_in", lambda path: 10**9)
     assert import_sources([source], tmp_path / "cat", jobs=1).count("failed") == 1
     free(300 * GIGA)
     assert import_sources([source], tmp_path / "cat", jobs=1).count("failed") == 0
@@ -100,7 +99,7 @@ def test_small_materials_are_never_refused(free, size):
 def test_a_fit_that_is_refused_does_not_stop_the_others(source, tmp_path, free, monkeypatch):
     free(3 * GIGA)
     (source / "chart.csv").write_text(SPECTRA.replace("wavelength_nm,red", "wavelength_nm,reflectance of red"))
-    plain = cost.fit_too_large
+    plain = import_cost.fit_too_large
     monkeypatch.setattr(
         "metamer.materials.intake.importing.fit_too_large",
         lambda size, name, material_id: plain(GIGA if material_id == "grey/grey" else size, name, material_id),
@@ -130,7 +129,7 @@ def test_no_more_processes_than_materials(free):
 
 def test_reading_a_large_file_is_told_of_before(source, tmp_path, monkeypatch):
     (source / "gold.binary").write_bytes(b"no table")
-    monkeypatch.setattr(merl, "reading_cost", lambda path: cost.Cost(1000, 42.0))
+    monkeypatch.setattr(merl, "reading_cost", lambda path: import_cost.Cost(1000, 42.0))
     heard = []
     import_sources([source], tmp_path / "cat", jobs=1, doing=lambda name, doing: heard.append((name, doing.phase)))
     name, phase = heard[0]

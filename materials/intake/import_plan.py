@@ -13,14 +13,15 @@ from ...spectral.errors import InputError
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.memory import gigabytes
 from ..formats.registry import Format, guessed, label, not_a_source, recognised_files
+from ..input_file import InputFile
 from ..records.models import quantity_of
 from ..records.record_head import SCHEMA
+from ..source import MaterialSource, Rejected
 from .code_version import code_hash
-from .cost import TOLD_S, reading_too_large
 from .doing import Doing, in_words
-from .inputs import InputFile
+from .import_cost import TOLD_S, reading_too_large
 from .known import Known, Read, Reading
-from .sources import MaterialSource, Rejected, read_with
+from .sources import read_with
 
 Status = Literal["new", "skipped", "failed"]
 # Names that nothing but a measurement, or an archive of them, has.

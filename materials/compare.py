@@ -14,18 +14,18 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError, MetamerError
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import Observer, observer
-from ...spectral.processes import each_done, usable_cores
-from ...spectral.spectrum import Spectrum
-from ..catalogue import Catalogue
-from ..protocol import sphere_protocol
-from ..sphere_xyz import original_xyz, packs_xyz
-from .material import MaterialRecord
-from .query import Summary
-from .record import read_record
+from ..spectral.difference import delta_e_xyz
+from ..spectral.errors import InputError, MetamerError
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import Observer, observer
+from ..spectral.processes import each_done, usable_cores
+from ..spectral.spectrum import Spectrum
+from .catalogue import Catalogue
+from .protocol import sphere_protocol
+from .records.material import MaterialRecord
+from .records.query import Summary
+from .records.record import read_record
+from .records.sphere_xyz import original_xyz, packs_xyz
 
 Of = Literal["packs", "original"]
 Status = Literal["added", "removed", "same", "changed", "not comparable", "unusable"]
@@ -170,7 +170,7 @@ def _statistics(light: str, difference: Float[np.ndarray, " N"]) -> LightDiffere
 
 def _spectrum_xyz(record: MaterialRecord, lights: Sequence[Spectrum], eye: Observer) -> Float[np.ndarray, "lights 1 3"]:
     spectrum = record.spectrum()
-    if spectrum is None or spectrum.values.ndim != 1:
+    if spectrum is None or spectrum.samples.ndim != 1:
         raise InputError("no spectrum to compare", field=record.id, expected="wavelengths_nm and values in `original`")
     if spectrum.quantity == "emission":
         xyz = eye.sensitivity(spectrum.wavelengths_nm) @ spectrum.samples

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
+from metamer.materials.compare import compare_catalogues, compare_records
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.protocol import sphere_protocol
-from metamer.materials.records.compare import compare_catalogues, compare_records
 from metamer.materials.records.record import read_record
-from metamer.materials.sphere_xyz import original_xyz, packs_xyz
+from metamer.materials.records.sphere_xyz import original_xyz, packs_xyz
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant

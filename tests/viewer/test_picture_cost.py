@@ -10,14 +10,14 @@ from metamer.lighting import mesh_cost, scene_files, shapes
 from metamer.lighting.mesh_cost import MeshCost, file_cost
 from metamer.lighting.mesh_files import load_mesh
 from metamer.lighting.reference import reference_images
-from metamer.lighting.scene import load_scene
+from metamer.lighting.scene_files import load_scene
 from metamer.materials.analytic.lambert import Lambert
 from metamer.spectral.errors import InputError
 from metamer.spectral.image import ColourImage
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from metamer.viewer import cost
-from metamer.viewer.cost import picture_cost
+from metamer.viewer import picture_cost as cost
 from metamer.viewer.picture import display_for
+from metamer.viewer.picture_cost import picture_cost
 from metamer.viewer.png import write_png
 from metamer.viewer.software import SoftwareRenderer
 

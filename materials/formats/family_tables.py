@@ -129,8 +129,8 @@ def _in_fractions(spectrum: Spectrum, file: Path, column: str) -> Spectrum:
 
 def _colour_checker(chart: str, file: Path, name: str) -> dict[str, Spectrum]:
     """The patches of a chart of colour-science; a density in brackets is left out of the names."""
-    from ...spectral.tables import colour_science
-    from ..formats.naming import slug
+    from ...spectral.colour_library import colour_science
+    from .naming import slug
 
     charts = colour_science().SDS_COLOURCHECKERS
     if chart not in charts:
