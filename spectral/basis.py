@@ -68,17 +68,6 @@ class SpectralBasis:
             and (np.array_equal(self.synthesis, self.analysis))
         )
 
-    def same_as(self, other: SpectralBasis) -> bool:
-        """Whether coefficients in both bases mean the same."""
-        return self is other or (
-            np.array_equal(self.wavelengths_nm, other.wavelengths_nm)
-            and self.is_sampled == other.is_sampled
-            and (
-                self.is_sampled
-                or (np.array_equal(self.analysis, other.analysis) and np.array_equal(self.synthesis, other.synthesis))
-            )
-        )
-
     def truncated(self, size: int) -> SpectralBasis:
         """The basis of the first `size` coefficients: for "peercy" and "balanced" the best one of that size."""
         return SpectralBasis(self.name, self.wavelengths_nm, self.analysis[:, :size], self.synthesis[:, :size])

@@ -32,10 +32,6 @@ class FluorescentBasis(SpectralBasis):
         analysis = kept / max(float(np.sum(kept * kept)), np.finfo(float).tiny)
         return cls("fluorescent", bispectral.reflectance.wavelengths_nm, analysis, kept, bispectral)
 
-    def same_as(self, other: SpectralBasis) -> bool:
-        """Whether coefficients in both bases mean the same."""
-        return self is other or (isinstance(other, FluorescentBasis) and self.bispectral is other.bispectral)
-
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3 J"]:
         """XYZ of the surface under `light`, (3,1); Y of the perfect diffuser is 1."""
         return self.bispectral.fold(light, observer)[:, None]
