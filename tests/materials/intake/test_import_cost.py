@@ -5,6 +5,7 @@ import pytest
 from metamer.materials.catalogue import Catalogue, import_sources
 from metamer.materials.formats import merl
 from metamer.materials.formats.registry import format_for, reading_cost
+from metamer.materials.intake import import_cost, import_plan
 from metamer.materials.intake.import_cost import Jobs, fit_too_large, jobs_for
 from metamer.spectral.formats.exr import write_exr
 
