@@ -8,10 +8,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..materials.shipped import shipped_sources
 from ..spectral.errors import UsageError, visible
 from .catalogue_words import CATALOGUE_HELP, print_table, say
 from .import_progress import import_shown
-from .shared import positive_count, positive_delta_e, shipped_sources
+from .shared import positive_count, positive_delta_e
 
 if TYPE_CHECKING:
     from ..materials.intake.importing import ImportOutcome, ImportReport

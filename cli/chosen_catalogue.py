@@ -7,8 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..materials.shipped import shipped_sources
 from .import_progress import import_shown
-from .shared import shipped_sources
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue

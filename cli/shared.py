@@ -96,13 +96,6 @@ def shipped_scene(name: str = "sphere") -> Path:
     return Path(str(files("metamer.examples"))) / f"{name}.toml"
 
 
-def shipped_sources() -> Path:
-    """The folder of the materials that come with metamer."""
-    from importlib.resources import files
-
-    return Path(str(files("metamer.catalogs"))) / "shipped"
-
-
 def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
     """Whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
     return stream.isatty() and not os.environ.get("NO_COLOR")

@@ -65,10 +65,10 @@ def test_declared_packages_are_those_of_the_tree():
 
 
 def test_no_python_folder_is_left_undeclared():
-    """A folder with Python in it belongs to a package, or is tests, benchmarks or examples."""
+    """A folder with Python in it belongs to a package, or is tests."""
     tops = {path.parts[0] for path in tracked("*.py") if len(path.parts) > 1}
     packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}
-    assert tops - packages <= {"tests", "benchmarks", "examples"}
+    assert tops - packages <= {"tests"}
 
 
 def test_every_file_in_a_package_is_installed_with_it():
@@ -88,7 +88,7 @@ def test_every_file_in_a_package_is_installed_with_it():
 
 
 def test_packages_import_their_own_relatively():
-    """`from ..spectral.basis import ...` inside; `metamer.*` outside, in tests, benchmarks and examples."""
+    """`from ..spectral.basis import ...` inside; `metamer.*` outside, in tests and examples."""
     folders = "|".join(sorted({folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}))
     inside = re.compile(r"^\s*(?:from|import) metamer\b", re.M)
     outside = re.compile(rf"^\s*(?:from|import) (?:{folders})\b", re.M)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.calibration.basis_benchmark import stage
+from metamer.benchmarks.basis import stage
 from metamer.spectral.colour_library import colour_science
 
 

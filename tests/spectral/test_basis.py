@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from metamer.calibration.basis_benchmark import (
+from metamer.benchmarks.basis import (
     LIGHTS,
     Stage,
     basis_error,

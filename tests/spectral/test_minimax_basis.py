@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.calibration.basis_benchmark import basis_error, stage
+from metamer.benchmarks.basis import basis_error, stage
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.minimax_basis import minimax_basis

@@ -1,8 +1,8 @@
 """Every shader that ships compiles, and a compiler's message names files."""
 
 import pytest
+from metamer.benchmarks import shading
 from metamer.viewer import passes, shaders
-from metamer.viewer.benchmarks import shading
 
 PROGRAMS = (*passes.PROGRAMS, *shading.PROGRAMS)
 

@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ....materials.brdf import Brdf
-from ....materials.dbrdf import fit_distribution
-from ....materials.factors import FactorPack
-from ....materials.fitting.fit import Fit, Trial, fit
-from ....materials.fluorescent import FluorescentLambert
-from ....materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
-from ...headless import create_renderer
-from ...renderer import Renderer
+from ...materials.brdf import Brdf
+from ...materials.dbrdf import fit_distribution
+from ...materials.factors import FactorPack
+from ...materials.fitting.fit import Fit, Trial, fit
+from ...materials.fluorescent import FluorescentLambert
+from ...materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
+from ...viewer.headless import create_renderer
+from ...viewer.renderer import Renderer
 from .. import filtering
 from . import growth as decompositions
 from . import methods

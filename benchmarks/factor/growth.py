@@ -14,13 +14,13 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from ....calibration.basis_benchmark import stage
-from ....materials.axes import Axis
-from ....materials.brdf import Brdf
-from ....materials.fitting.decompose import METHODS, Method, decompose
-from ....materials.fitting.tabulated import tabulate
-from ....spectral.basis import SpectralBasis
-from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from ...materials.axes import Axis
+from ...materials.brdf import Brdf
+from ...materials.fitting.decompose import METHODS, Method, decompose
+from ...materials.fitting.tabulated import tabulate
+from ...spectral.basis import SpectralBasis
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from ..basis import stage
 
 #: The paper's table: theta_i, phi, theta_o, coefficients; and its decomposition.
 PAPER_SHAPE = (90, 180, 90, 8)

@@ -1,7 +1,7 @@
 """What the page of the factorisation benchmark draws, from made-up figures."""
 
 import pytest
-from metamer.calibration.factor_page import growth_plots, method_plots, polar_plots, scatter_plots, two_surface_plot
+from metamer.benchmarks.factor.page import growth_plots, method_plots, polar_plots, scatter_plots, two_surface_plot
 
 
 def point(kind, p99, **more):

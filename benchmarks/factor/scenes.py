@@ -8,19 +8,19 @@ from functools import cache
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ....lighting import shapes
-from ....lighting.camera import Camera
-from ....lighting.lights import DirectionalLight
-from ....lighting.reference import reference_images
-from ....lighting.scene import Part, Scene
-from ....materials.brdf import Brdf
-from ....materials.factors import FactorPack
-from ....materials.protocol import LIGHT_ANGLES_DEG
-from ....spectral.difference import delta_e_xyz
-from ....spectral.illuminants import illuminant
-from ....spectral.observers import observer
-from ....spectral.spectrum import Spectrum
-from ...renderer import Renderer
+from ...lighting import shapes
+from ...lighting.camera import Camera
+from ...lighting.lights import DirectionalLight
+from ...lighting.reference import reference_images
+from ...lighting.scene import Part, Scene
+from ...materials.brdf import Brdf
+from ...materials.factors import FactorPack
+from ...materials.protocol import LIGHT_ANGLES_DEG
+from ...spectral.difference import delta_e_xyz
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.spectrum import Spectrum
+from ...viewer.renderer import Renderer
 
 _MATERIAL = "material"
 # Of the light on the surface; as in the protocol, the last of the shade is not counted.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ....calibration.factor_page import render_factor_page
-from ....calibration.text_tables import TextTable, text_tables
+from ...calibration.text_tables import TextTable, text_tables
 from .figures import SCALE_DELTA_E
 from .fluorescence import WITHOUT
+from .page import render_factor_page
 
 _STATISTICS = ("mean", "p95", "p99", "max")
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.factor.memory import table_bytes, timed_and_weighed
 from metamer.materials.analytic import OrenNayar
 from metamer.materials.axes import Axis
 from metamer.materials.brdf import Brdf, Lobe
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.benchmarks.factor.memory import table_bytes, timed_and_weighed
 
 NM = np.arange(380.0, 781.0, 5.0)
 UP = np.array([[0.0, 0.0, 1.0]])

@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from ....materials.brdf import Brdf
-from ....materials.formats import bispectral
-from ....materials.formats.cornell import read_cornell
-from ....materials.formats.merl import read_merl
-from ....materials.formats.rgl import read_rgl
-from ....materials.measured.merl import MerlBrdf
-from ....materials.measured.rgl import RglBrdf
-from ....materials.measured.scattered import ScatteredBrdf
-from ....spectral.errors import InputError
-from ....spectral.private_folder import private_folder
+from ...materials.brdf import Brdf
+from ...materials.formats import bispectral
+from ...materials.formats.cornell import read_cornell
+from ...materials.formats.merl import read_merl
+from ...materials.formats.rgl import read_rgl
+from ...materials.measured.merl import MerlBrdf
+from ...materials.measured.rgl import RglBrdf
+from ...materials.measured.scattered import ScatteredBrdf
+from ...spectral.errors import InputError
+from ...spectral.private_folder import private_folder
 from .case import Case
 
 # Name, title, budget at p99, packs of the paper: figure 5 of Schwenk 2010 and two sharper ones.

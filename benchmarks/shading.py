@@ -8,20 +8,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...calibration.text_tables import TextTable, text_tables
-from ...lighting import shapes
-from ...lighting.camera import Camera
-from ...lighting.lights import DirectionalLight
-from ...lighting.scene import Part, Scene
-from ...materials.axes import Axis
-from ...materials.factors import FactorPack
-from ...spectral.basis import SpectralBasis
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
-from ..headless import GLRenderer
-from ..passes import Passes
-from ..resources import Owner, factor_texels, weight_texels
-from ..shaders import program
+from ..calibration.text_tables import TextTable, text_tables
+from ..lighting import shapes
+from ..lighting.camera import Camera
+from ..lighting.lights import DirectionalLight
+from ..lighting.scene import Part, Scene
+from ..materials.axes import Axis
+from ..materials.factors import FactorPack
+from ..spectral.basis import SpectralBasis
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+from ..viewer.headless import GLRenderer
+from ..viewer.passes import Passes
+from ..viewer.resources import Owner, factor_texels, weight_texels
+from ..viewer.shaders import program
 
 COEFFICIENTS, SAMPLES = 8, 61
 FOLDED, RGB = f"{COEFFICIENTS} coefficients, folded", "RGB only"

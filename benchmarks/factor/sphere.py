@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ....materials.brdf import Brdf
-from ....materials.factors import FactorPack, FitError, frame_angles
-from ....materials.protocol import SphereProtocol
+from ...materials.brdf import Brdf
+from ...materials.factors import FactorPack, FitError, frame_angles
+from ...materials.protocol import SphereProtocol
 
 _BLOCK = 8192
 

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....materials.axes import Axis, Frame
-from ....materials.brdf import Brdf
-from ....materials.factors import FactorPack
-from ....materials.fitting.decompose import METHODS, PACK, decompose_compressed
-from ....materials.fitting.grids import filled
-from ....materials.fitting.tabulated import node_directions, tabulate
-from ....materials.fitting.tucker import compressed
-from ....materials.protocol import sphere_protocol
-from ....spectral.basis import SpectralBasis
-from ....spectral.illuminants import illuminant
-from ....spectral.observers import observer
+from ...materials.axes import Axis, Frame
+from ...materials.brdf import Brdf
+from ...materials.factors import FactorPack
+from ...materials.fitting.decompose import METHODS, PACK, decompose_compressed
+from ...materials.fitting.grids import filled
+from ...materials.fitting.tabulated import node_directions, tabulate
+from ...materials.fitting.tucker import compressed
+from ...materials.protocol import sphere_protocol
+from ...spectral.basis import SpectralBasis
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
 from .sphere import brdf_xyz, pack_xyz, statistics, under
 from .timing import Stopwatch
 

@@ -8,20 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...calibration.statistics import delta_e_map, delta_e_statistics
-from ...lighting import shapes
-from ...lighting.camera import Camera
-from ...lighting.lights import DirectionalLight
-from ...lighting.mesh import Mesh
-from ...lighting.scene import Part, Scene
-from ...materials.analytic import AshikhminShirley
-from ...materials.factors import FactorPack
-from ...materials.fitting.fit import fit
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
-from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..renderer import Filtering, Renderer
+from ..calibration.statistics import delta_e_map, delta_e_statistics
+from ..lighting import shapes
+from ..lighting.camera import Camera
+from ..lighting.lights import DirectionalLight
+from ..lighting.mesh import Mesh
+from ..lighting.scene import Part, Scene
+from ..materials.analytic import AshikhminShirley
+from ..materials.factors import FactorPack
+from ..materials.fitting.fit import fit
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+from ..spectral.spectrum import Spectrum
+from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..viewer.renderer import Filtering, Renderer
 
 #: Samples along a side of a pixel, and how factors are filtered.
 CONFIGURATIONS: tuple[tuple[int, Filtering], ...] = (

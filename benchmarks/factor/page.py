@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import plots
-from .line_plots import MARKS, SIZE, LogScale, line_plot, merged_labels
-from .page import html_environment
+from ...calibration import plots
+from ...calibration.line_plots import MARKS, SIZE, LogScale, line_plot, merged_labels
+from ...calibration.page import html_environment
 
+_TEMPLATES = Path(__file__).with_name("templates")
 # Radius of a polar plot, SVG units.
 _POLAR = 130.0
 #: What a point is a configuration of; colour and mark say it, and points of the last kind have no number.
@@ -28,7 +30,7 @@ def render_factor_page(measured: dict[str, Any], scale_delta_e: float, verdict: 
     scale_delta_e : a third of the maps' scale.
     verdict : a sentence on the baseline.
     """
-    environment = html_environment()
+    environment = html_environment(_TEMPLATES)
     cards = [
         {
             **figure,

@@ -8,14 +8,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ....lighting import shapes
-from ....lighting.camera import Camera
-from ....lighting.lights import DirectionalLight
-from ....lighting.scene import Part, Scene
-from ....materials.factors import FactorPack
-from ....spectral.illuminants import illuminant
-from ....spectral.observers import observer
-from ...renderer import Renderer
+from ...lighting import shapes
+from ...lighting.camera import Camera
+from ...lighting.lights import DirectionalLight
+from ...lighting.scene import Part, Scene
+from ...materials.factors import FactorPack
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...viewer.renderer import Renderer
 
 
 class Stopwatch:

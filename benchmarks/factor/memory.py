@@ -11,10 +11,10 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from ....materials.brdf import Brdf, Lobe
-from ....materials.fitting.fit import Fit
-from ....materials.fitting.lobe_table import LobeTable
-from ....materials.protocol import sphere_protocol
+from ...materials.brdf import Brdf, Lobe
+from ...materials.fitting.fit import Fit
+from ...materials.fitting.lobe_table import LobeTable
+from ...materials.protocol import sphere_protocol
 
 T = TypeVar("T")
 

@@ -18,16 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ....calibration.fluorescence_benchmark import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
-from ....calibration.fluorescence_benchmark import lights as benchmark_lights
-from ....materials.factors import FactorPack
-from ....materials.fluorescent import FluorescentLambert
-from ....spectral.basis import SpectralBasis
-from ....spectral.bispectral import Bispectral
-from ....spectral.observers import observer
-from ....spectral.spectrum import Spectrum
-from ....spectral.upsampling import xyz_from_rgb
-from ...renderer import Renderer
+from ...materials.factors import FactorPack
+from ...materials.fluorescent import FluorescentLambert
+from ...spectral.basis import SpectralBasis
+from ...spectral.bispectral import Bispectral
+from ...spectral.observers import observer
+from ...spectral.spectrum import Spectrum
+from ...spectral.upsampling import xyz_from_rgb
+from ...viewer.renderer import Renderer
+from ..fluorescence import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
+from ..fluorescence import lights as benchmark_lights
 from .case import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .timing import Stopwatch

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ....calibration import plots
-from ....materials.brdf import Brdf
-from ....materials.directions import spherical
-from ....materials.factors import FactoredBrdf, FactorPack
-from ....materials.fluorescent import FluorescentLambert
-from ....materials.protocol import SphereProtocol
-from ....spectral.difference import delta_e_xyz
-from ....spectral.illuminants import illuminant
-from ....spectral.image import ColourImage
-from ....spectral.observers import observer
-from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...display import DisplayTransform
-from ...png import quantise
+from ...calibration import plots
+from ...materials.brdf import Brdf
+from ...materials.directions import spherical
+from ...materials.factors import FactoredBrdf, FactorPack
+from ...materials.fluorescent import FluorescentLambert
+from ...materials.protocol import SphereProtocol
+from ...spectral.difference import delta_e_xyz
+from ...spectral.illuminants import illuminant
+from ...spectral.image import ColourImage
+from ...spectral.observers import observer
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...viewer.display import DisplayTransform
+from ...viewer.png import quantise
 from .fluorescence import Drawn, row_lights
 from .scenes import lit_pixels
 from .sphere import brdf_xyz, pack_xyz, under

@@ -14,17 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ....calibration.basis_benchmark import point_sampled, stage
-from ....materials.axes import Frame
-from ....materials.brdf import Brdf
-from ....materials.factors import FactorPack
-from ....materials.fitting.fit import Fit, fit
-from ....materials.fitting.half import rounded_to_half
-from ....materials.protocol import SphereProtocol, sphere_protocol
-from ....spectral.basis import SpectralBasis
-from ....spectral.illuminants import illuminant
-from ....spectral.observers import observer
-from ....spectral.upsampling import xyz_from_rgb
+from ...materials.axes import Frame
+from ...materials.brdf import Brdf
+from ...materials.factors import FactorPack
+from ...materials.fitting.fit import Fit, fit
+from ...materials.fitting.half import rounded_to_half
+from ...materials.protocol import SphereProtocol, sphere_protocol
+from ...spectral.basis import SpectralBasis
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.upsampling import xyz_from_rgb
+from ..basis import point_sampled, stage
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .sphere import brdf_xyz, folded_xyz, folds, statistics, under
 from .timing import Stopwatch

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ....calibration.basis_benchmark import colour_checker
-from ....calibration.fluorescence_benchmark import made_up
-from ....materials.analytic import AshikhminShirley, OrenNayar
-from ....materials.brdf import Brdf
-from ....materials.fluorescent import FluorescentLambert
-from ....spectral.errors import InputError, UnknownNameError
-from ....spectral.spectrum import Spectrum
-from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...materials.analytic import AshikhminShirley, OrenNayar
+from ...materials.brdf import Brdf
+from ...materials.fluorescent import FluorescentLambert
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.spectrum import Spectrum
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..basis import colour_checker
+from ..fluorescence import made_up
 from .case import Case
 from .measured import PLACES, measured_cases
 

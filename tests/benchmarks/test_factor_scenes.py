@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
-from metamer.calibration.fluorescence_benchmark import made_up
+from metamer.benchmarks.factor import fluorescence
+from metamer.benchmarks.factor.cases import fluorescent_cases
+from metamer.benchmarks.factor.figures import fluorescent_figures
+from metamer.benchmarks.factor.scenes import lit_pixels, picture_statistics, reference_xyz, rendered_xyz
+from metamer.benchmarks.fluorescence import made_up
 from metamer.materials.analytic import OrenNayar
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fluorescent import FluorescentLambert
@@ -11,10 +15,6 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.benchmarks.factor import fluorescence
-from metamer.viewer.benchmarks.factor.cases import fluorescent_cases
-from metamer.viewer.benchmarks.factor.figures import fluorescent_figures
-from metamer.viewer.benchmarks.factor.scenes import lit_pixels, picture_statistics, reference_xyz, rendered_xyz
 from metamer.viewer.software import SoftwareRenderer
 
 NM = np.arange(380.0, 781.0, 5.0)
