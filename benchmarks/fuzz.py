@@ -289,7 +289,7 @@ def files_of(reader: str, data: Path | None) -> dict[str, bytes]:
 
 def main(words: list[str] | None = None) -> int:
     """Damage, read, tell; 1 where a reader failed."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("readers", nargs="*", choices=[*readers(), []], metavar="READER")
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--seed", type=int, default=1)

@@ -326,7 +326,7 @@ def not_deaf() -> None:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store; 1 where any run ended otherwise than it should."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--kills", type=int, default=5)
     parser.add_argument("--commands", default=",".join(COMMANDS))
