@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
-from .lights import DirectionalLight, Light, PointLight
+from .lights import Light
 from .mesh import Mesh
 from .vectors import Number
 
@@ -219,40 +219,3 @@ def held_off_notes(
                 f"illuminance it counts as {counted:.3g} off"
             )
     return tuple(notes)
-
-
-def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | None = None) -> Scene:
-    """Read `scene.toml`, whose format docs/scene.md describes.
-
-    Parameters
-    ----------
-    path : the file; meshes and measured spectra are looked up relative to it.
-    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
-        lights may name its emissions. None leaves materials unchecked.
-    say : called with a line before each long step: which large mesh is read, and what that will take.
-
-    Raises
-    ------
-    InputError, UnknownNameError : with the file, the key, and the nearest names there are.
-    """
-    from .scene_files import read_scene
-
-    return read_scene(Path(path), catalogue, say)
-
-
-__all__ = [
-    "Camera",
-    "DirectionalLight",
-    "Light",
-    "Mesh",
-    "Part",
-    "PointLight",
-    "Review",
-    "Scene",
-    "Viewing",
-    "bounds_of",
-    "framing_camera",
-    "held_off_notes",
-    "illuminances_lux",
-    "load_scene",
-]

@@ -40,8 +40,21 @@ from .scene_keys import (
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
 
 
-def read_scene(path: Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
-    """See `lighting.scene.load_scene`."""
+def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
+    """Read `scene.toml`, whose format docs/scene.md describes.
+
+    Parameters
+    ----------
+    path : the file; meshes and measured spectra are looked up relative to it.
+    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
+        lights may name its emissions. None leaves materials unchecked.
+    say : called with a line before each long step: which large mesh is read, and what that will take.
+
+    Raises
+    ------
+    InputError, UnknownNameError : with the file, the key, and the nearest names there are.
+    """
+    path = Path(path)
     try:
         document = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as reason:

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..lighting.vectors import dot, unit
-from ..materials.brdf import Frame
+from ..materials.axes import Frame
 from ..materials.directions import TAU, angles, azimuth_difference, half_difference
 from .geometry import LightGeometry
 from .raster import SUBSTEPS, WindowTriangles

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..lighting.vectors import dot, unit
-from ..materials.brdf import Frame
+from ..materials.axes import Frame
 from ..materials.factors import FactorPack, FrameAngles, frame_angles
 from .footprints import footprints
 from .geometry import LightGeometry

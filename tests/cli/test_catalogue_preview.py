@@ -131,7 +131,7 @@ def test_a_capital_delta_is_drawn_as_one():
 @pytest.fixture
 def load_sphere():
     from metamer.cli.shared import shipped_scene
-    from metamer.lighting.scene import load_scene
+    from metamer.lighting.scene_files import load_scene
 
     return load_scene(Path(shipped_scene()))
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from metamer.lighting import scene_keys
 from metamer.lighting.lights import LIGHTS, DirectionalLight, PointLight
-from metamer.lighting.scene import load_scene
+from metamer.lighting.scene_files import load_scene
 from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.benchmarks import filtering as benchmark
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer.benchmarks import filtering as benchmark
 from metamer.viewer.headless import GLRenderer, create_renderer
 from metamer.viewer.resources import Owner, factor_texels, texture_bytes
 from metamer.viewer.software import SoftwareRenderer
