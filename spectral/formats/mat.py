@@ -17,9 +17,8 @@ from ..errors import InputError
 from .answer import NO_ANSWER, Answer
 from .mat_quantity import decision_of, no_colour, response, scale_of
 from .mat_variables import Variable, is_hdf5, read_variables
-from .reading import SpectralFile
+from .reading import SpectralFile, names_its_file
 from .shared.gathering import MOST_SPECTRA, Gathering
-from .shared.signs import taken_as
 from .shared.text import shortened
 
 NAME = "MATLAB"
@@ -43,6 +42,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return is_hdf5(head) or first_matrix
 
 
+@names_its_file
 def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every array that is as long as the wavelengths.
 
@@ -56,17 +56,16 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     numbers = {name: value for name, value in variables.items() if isinstance(value, np.ndarray)}
     words = {name: value for name, value in variables.items() if isinstance(value, list) and not _NAMES.fullmatch(name)}
     said = "\n".join("\n".join(value) for value in words.values())[:8000]
-    axes = _axes(numbers, variables, path, gathering)
-    arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes, path)) is not None}
+    axes = _axes(numbers, variables, gathering)
+    arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes)) is not None}
     responses = {name: what for name in arrays if (what := response(name))}
     left = {name: axis for name, axis in arrays.items() if name not in responses and not _is_no_spectrum(name)}
     if not left:
         if responses:
-            raise no_colour(*next((what, name) for name, what in responses.items()), path)
+            raise no_colour(*next((what, name) for name, what in responses.items()))
         sizes = " or ".join(str(size) for size in sorted({grid.size for grid in axes.values()}))
         raise InputError(
             "no spectra beside the wavelengths",
-            file=path,
             field=next(iter(axes)),
             found=_listed(variables),
             expected=f"an array with {sizes} rows or columns",
@@ -76,11 +75,12 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
         gathering.note(f"{name} is left out: {responses.get(name, 'no spectrum, by its name')}")
     details = {name: shortened("; ".join(value), 400) for name, value in words.items()}
     for name, axis in left.items():
-        _gather(name, numbers[name], axes[axis], said, variables, len(left) > 1, gathering, path, answer)
+        stem = f"{path.stem} {name}" if len(left) > 1 else path.stem
+        _gather(name, numbers[name], axes[axis], said, variables, stem, gathering, answer)
     return gathering.finish(details)
 
 
-def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray], path: Path) -> str | None:
+def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray]) -> str | None:
     """Which of the wavelengths an array goes with: those of its own struct, else the only ones of its size."""
     vector = value.ndim == 2 and min(value.shape) == 1
     if name in axes or value.ndim != 2 or _AXIS.fullmatch(name):
@@ -94,7 +94,6 @@ def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray], path: Pa
     if any(not np.array_equal(axes[chosen[0]], axes[axis]) for axis in chosen[1:]):
         raise InputError(
             "two vectors of wavelengths",
-            file=path,
             field=name,
             found=" and ".join(chosen[:4]),
             expected="one vector of wavelengths beside the spectra, or one in each struct",
@@ -108,7 +107,7 @@ def _is_no_spectrum(name: str) -> bool:
 
 
 def _axes(
-    numbers: dict[str, np.ndarray], variables: dict[str, Variable], path: Path, gathering: Gathering
+    numbers: dict[str, np.ndarray], variables: dict[str, Variable], gathering: Gathering
 ) -> dict[str, np.ndarray]:
     """Every vector of wavelengths (L,), by name."""
     found = {
@@ -134,7 +133,6 @@ def _axes(
             return {name: flat}
     raise InputError(
         "no wavelengths in this MATLAB file",
-        file=path,
         found=_listed(variables),
         expected="a vector called wavelength, wave, wl or lambda, in nm",
         hint="save the wavelengths beside the spectra",
@@ -155,9 +153,8 @@ def _gather(
     grid: np.ndarray,
     said: str,
     variables: dict[str, Variable],
-    several: bool,
+    stem: str,
     gathering: Gathering,
-    path: Path,
     answer: Answer,
 ) -> None:
     if values.shape[0] == values.shape[1] == grid.size:
@@ -165,40 +162,25 @@ def _gather(
     spectra = values.T if values.shape[0] == grid.size else values
     if len(spectra) > MOST_SPECTRA:
         raise InputError(
-            "too many spectra in one file",
-            file=path,
-            field=name,
-            found=f"{len(spectra)}",
-            expected=f"at most {MOST_SPECTRA}",
+            "too many spectra in one file", field=name, found=f"{len(spectra)}", expected=f"at most {MOST_SPECTRA}"
         )
     try:
-        decision = decision_of(name, said, grid, spectra, answer, path)
-        scale = scale_of(name, said, grid, spectra, decision, answer, path)
+        decision = decision_of(name, said, grid, spectra, answer, gathering.path)
+        scale = scale_of(name, said, grid, spectra, decision, answer)
     except InputError as reason:
-        gathering.rejected.append((f"{path.stem} {name}" if several else path.stem, reason))
+        gathering.rejected.append((stem, reason))
         return
-    if scale and scale.note:
-        gathering.note(scale.note)
     labels = _labels(name, len(spectra), variables)
-    stem = f"{path.stem} {name}" if several else path.stem
-    for index, row in enumerate(spectra):
-        label = labels[index] if labels and labels[index] else f"{stem} {index + 1}" if len(spectra) > 1 else stem
-        gathering.add(
-            label,
-            grid,
-            row,
-            decision.quantity,
-            divisor=scale.by if scale else 1.0,
-            details={"variable": name, "column": str(index + 1)},
-            taken=taken_as(decision, scale),
-        )
+    for number, row in enumerate(spectra, 1):
+        label = labels[number - 1] or (f"{stem} {number}" if len(spectra) > 1 else stem)
+        gathering.take(label, grid, row, decision, scale, details={"variable": name, "column": str(number)})
 
 
-def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str] | None:
-    """As many words as there are spectra, of one those beside it in its struct."""
+def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str]:
+    """As many words as there are spectra, of one those beside it in its struct; "" where there are none."""
     struct = name.rpartition(".")[0]
     for key, value in variables.items():
         beside = struct and key.rpartition(".")[0] == struct and _NAMES.fullmatch(key)
         if isinstance(value, list) and len(value) == count and (count > 1 or beside):
             return value
-    return None
+    return [""] * count

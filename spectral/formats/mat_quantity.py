@@ -10,21 +10,8 @@ import numpy as np
 from ..errors import InputError
 from .answer import Answer
 from .shared.gathering import in_visible
-from .shared.resemblance import likenesses
 from .shared.scale import Divisor, Values, divisor_of
-from .shared.signs import (
-    Decision,
-    Sign,
-    contradicted,
-    decided,
-    is_sensitivity,
-    not_a_colour,
-    signs_beside,
-    signs_of_all,
-    signs_of_name,
-    speaks_against,
-    undecided,
-)
+from .shared.signs import Decision, Sign, decided, signs_beside, signs_of_all, signs_of_name, undecided
 from .shared.text import shortened
 from .shared.words import measured, quantity_in, quantity_in_lines, unit_in
 
@@ -59,10 +46,10 @@ def _response(words: str) -> str | None:
     )
 
 
-def no_colour(what: str, field: str, path: Path) -> InputError:
+def no_colour(what: str, field: str) -> InputError:
+    """The refusal of a variable that is called what is no colour."""
     return InputError(
         "not the spectrum of a colour",
-        file=path,
         field=field,
         found=f"{what}, by its name or comment",
         expected="reflectance, transmittance or emission",
@@ -78,41 +65,33 @@ def decision_of(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, ans
     InputError
         It is no spectrum of a colour, or nothing tells.
     """
-    alike = likenesses(grid, spectra)
-    if observers := [likeness for likeness in alike if likeness is not None and is_sensitivity(likeness)]:
-        raise not_a_colour(observers[0], path, name)
+    numbers = signs_of_all(grid, spectra, name)
     variable, comment = f"the variable {shortened(name, 40)!r}", f"the comment {shortened(said, 60)!r}"
     by_name, by_comment = _told(name), quantity_in_lines(said)[0]
     told = by_name or by_comment
     if told in ("absorbance", "index"):
         raise InputError(
-            f"{told} is not the spectrum of a colour",
-            file=path,
-            field=name,
-            expected="reflectance, transmittance or emission",
+            f"{told} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
         )
     if quantity := measured(told):
         signs = [Sign("words", quantity, variable if by_name else comment, True)]
     else:
         for words in (said, path.stem):
             if what := _response(words):
-                raise no_colour(what, name, path)
+                raise no_colour(what, name)
         signs = signs_of_name("file name", path.stem, "the file name") + signs_of_name("names", name, "the variable")
         if _ILLUM.search(name.replace(".", " ").replace("_", " ")):
             signs = [Sign("words", "emission", variable, True)]
         signs += signs_beside(said, "the comment", path)
-        signs += signs_of_all(grid, spectra, alike)
-    decision = decided(signs, answer, path, name)
+        signs += numbers
+    decision = decided(signs, numbers, answer, name)
     if decision is None:
-        raise undecided(signs, path, name, len(spectra))
-    numbers = signs_of_all(grid, spectra, alike)
-    if speaks_against(decision, numbers):
-        raise contradicted(decision, numbers, path, name)
+        raise undecided(signs, name, len(spectra))
     return decision
 
 
 def scale_of(
-    name: str, said: str, grid: np.ndarray, spectra: np.ndarray, decision: Decision, answer: Answer, path: Path
+    name: str, said: str, grid: np.ndarray, spectra: np.ndarray, decision: Decision, answer: Answer
 ) -> Divisor | None:
     """What the values of a variable are divided by; None for an emission, and where there are no values."""
     visible = spectra[:, in_visible(grid)] if in_visible(grid).any() else spectra
@@ -121,9 +100,8 @@ def scale_of(
         return None
     unit = unit_in(name) or unit_in(said)
     words = f"the variable {name!r}" if unit_in(name) else f"the comment {shortened(said, 60)!r}"
-    surface = decision.quantity != "transmittance"
-    values = Values(float(finite.min()), float(finite.max()), surface, decision.stated)
-    return divisor_of(values, unit, words if unit else "", answer.scale, path)
+    values = Values.of(finite, decision.quantity, decision.stated)
+    return divisor_of(values, unit, words if unit else "", answer.scale)
 
 
 def _told(name: str) -> str | None:

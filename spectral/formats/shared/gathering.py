@@ -12,6 +12,8 @@ from ...errors import InputError
 from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
 from ..reading import SpectralEntry, SpectralFile, StatedColour
+from .scale import Divisor
+from .signs import Decision, taken_as
 from .text import shortened
 
 #: Spectra in one file, and samples in all of them together.
@@ -91,7 +93,6 @@ class Gathering:
         if len(self.entries) + len(self.rejected) >= MOST_SPECTRA or self._samples > MOST_SAMPLES:
             raise InputError(
                 "too many spectra in one file",
-                file=self.path,
                 found=f"more than {MOST_SPECTRA} spectra or {MOST_SAMPLES} samples",
                 hint="split the file",
             )
@@ -104,6 +105,31 @@ class Gathering:
         if taken and spectrum.quantity != quantity:
             taken = f"{spectrum.quantity}, above 1; {taken}"
         self.entries.append(SpectralEntry(name, spectrum, stated, said, taken))
+
+    def take(
+        self,
+        name: str,
+        wavelengths_nm: object,
+        values: object,
+        decision: Decision,
+        scale: Divisor | None,
+        *,
+        stated: tuple[StatedColour, ...] = (),
+        details: Mapping[str, str] | None = None,
+    ) -> None:
+        """`add` one spectrum of what was decided, on its scale, which an emission has not."""
+        if scale and scale.note:
+            self.note(scale.note)
+        self.add(
+            name,
+            wavelengths_nm,
+            values,
+            decision.quantity,
+            divisor=scale.by if scale else 1.0,
+            stated=stated,
+            details=details,
+            taken=taken_as(decision, None if decision.quantity == "emission" else scale),
+        )
 
     def _spectrum(
         self, name: str, grid: np.ndarray, samples: np.ndarray, divisor: float, quantity: Quantity, said: dict[str, str]
@@ -123,21 +149,16 @@ class Gathering:
             grid, samples = grid[::-1], samples[::-1]
         if samples.size < 2:
             raise InputError(
-                "not a spectrum",
-                file=self.path,
-                field=name,
-                found=f"{samples.size} samples",
-                expected="two samples or more",
+                "not a spectrum", field=name, found=f"{samples.size} samples", expected="two samples or more"
             )
         if not (np.abs(samples) < _LARGEST).all():
             raise InputError(
                 "a value is out of range",
-                file=self.path,
                 field=name,
                 found=f"{samples[~(np.abs(samples) < _LARGEST)][0]:g}",
                 expected=f"less than {_LARGEST:g}",
             )
-        grid, samples = validated_wavelengths(grid, file=self.path, field=name), samples / divisor
+        grid, samples = validated_wavelengths(grid, field=name), samples / divisor
         grid, samples = self._without_noise(name, grid, samples, quantity, said)
         negative = samples < 0.0
         floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
@@ -152,7 +173,6 @@ class Gathering:
         if quantity == "reflectance" and samples.max() > _LARGEST_FACTOR:
             raise InputError(
                 "reflectance looks like percent",
-                file=self.path,
                 field=name,
                 found=f"{samples.max():g}" + (f", divided by {divisor:g} already" if divisor != 1.0 else ""),
                 expected=f"fractions of 1; radiance factors up to {_LARGEST_FACTOR:g}",
@@ -161,7 +181,7 @@ class Gathering:
         if quantity == "reflectance" and samples.max() > 1.0 + 1e-9 and samples.min() >= 0.0:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"
-        check_values(samples, grid, quantity, file=self.path, field=name)
+        check_values(samples, grid, quantity, field=name)
         return Spectrum(samples, self._basis(grid, name), quantity)
 
     def _without_noise(
@@ -189,7 +209,6 @@ class Gathering:
             if grid.size > _FINEST:
                 raise InputError(
                     "sampled too finely",
-                    file=self.path,
                     field=name,
                     found=f"{grid.size} samples",
                     expected=f"at most {_FINEST} samples a spectrum",
@@ -213,18 +232,18 @@ class Gathering:
                 first = self.rejected[0][1]
                 raise InputError(
                     f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}",
-                    file=self.path,
                     field=first.field,
                     found=first.found,
                     expected=first.expected,
                     hint=first.hint,
                 )
-            raise InputError("no spectra in this file", file=self.path, expected="at least one spectrum")
+            raise InputError("no spectra in this file", expected="at least one spectrum")
         names = [entry.name for entry in self.entries]
         if len(set(names)) < len(names):
             self.note("some spectra share a name; they stay apart, in the order of the file")
         notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())
-        return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, tuple(self.rejected))
+        rejected = tuple((name, reason.at(file=self.path)) for name, reason in self.rejected)
+        return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, rejected)
 
 
 def _sentence(sentence: str, names: list[str], everything: int) -> str:

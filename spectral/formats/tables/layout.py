@@ -13,6 +13,8 @@ from .dialect import Dialect
 
 #: A row of a table: line number in the file, and stripped cells.
 Row = tuple[int, list[str]]
+#: Which way the wavelengths of a table go.
+Way = Literal["down", "across"]
 
 _WAVELENGTH_WORD = re.compile(
     r"wave.?len|^wave$|^wl\b|lambda|λ|^\W*(?:nm|µm|μm|um|microns?|[åÅ]|angstroms?)\W*$|wellenl|longueur|longitud|lunghezza",
@@ -39,7 +41,7 @@ class Layout:
     axes : "down": columns that hold wavelengths; "across": columns whose header is a wavelength.
     """
 
-    way: Literal["down", "across"]
+    way: Way
     first: int
     header: int | None
     axes: tuple[int, ...]
@@ -191,13 +193,13 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     for header, (_, cells) in enumerate(rows[:-1]):
         if len(cells) < 3 and not (len(cells) == 2 and header == 0):
             continue
-        found = [dialect.wavelength(cell) for cell in cells]
-        run = _longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
+        run = wavelengths_across(cells, dialect)
         if len(run) < 2:
             continue
-        told = sum(bool(found[column] and found[column][1]) for column in run)  # type: ignore[index]
+        found = [dialect.wavelength(cell) for cell in cells]
+        told = all((found[column] or (0, False))[1] for column in run)
         worded = any(cell and pair is None for cell, pair in zip(cells, found, strict=True))
-        if len(run) < (2 if told == len(run) or len(cells) - len(run) <= 1 else 3 if worded else 5):
+        if len(run) < (2 if told or len(cells) - len(run) <= 1 else 3 if worded else 5):
             continue
         first = header + 1
         if first + 1 < len(rows) and is_units_row(rows[first][1]):
@@ -205,25 +207,23 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         below = rows[first][1]
         values = [dialect.number(below[column]) for column in run if column < len(below)]
         if 2 * sum(value == value for value in values) > len(run):
-            return Layout("across", first, header, tuple(run))
+            return Layout("across", first, header, run)
     return None
 
 
 def told_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
     """Columns of the wavelengths in a row that is a header of them, each with its unit or a word; () of any other."""
+    run = wavelengths_across(cells, dialect, told=True)
+    return run if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
+
+
+def wavelengths_across(cells: Sequence[str], dialect: Dialect, told: bool = False) -> tuple[int, ...]:
+    """Columns of the longest stretch of neighbours that are wavelengths, strictly ascending or strictly descending.
+
+    told : whether each must carry its unit or a word.
+    """
     found = [dialect.wavelength(cell) for cell in cells]
-    run = _longest_run([pair[0] if pair and pair[1] and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
-    return tuple(run) if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
-
-
-def plain_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
-    """Columns of the longest run of wavelengths in a header, whether or not they carry a unit."""
-    found = [dialect.wavelength(cell) for cell in cells]
-    return tuple(_longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found]))
-
-
-def _longest_run(values: Sequence[float | None]) -> list[int]:
-    """Columns of the longest stretch of neighbours with strictly ascending, or strictly descending, values."""
+    values = [pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 and (pair[1] or not told) else None for pair in found]
     best: list[int] = []
     for sign in (1.0, -1.0):
         run: list[int] = []
@@ -236,4 +236,4 @@ def _longest_run(values: Sequence[float | None]) -> list[int]:
             last = value
             if len(run) > len(best):
                 best = list(run)
-    return best
+    return tuple(best)
