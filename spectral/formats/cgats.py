@@ -34,6 +34,7 @@ SUFFIXES = (".txt", ".sp", ".cie", ".ti3", ".it8", ".ccss", ".cgats")
 _IDENTIFIER = re.compile(r"\s*(?:CGATS|ISO ?28178|IT8|CTI[123]|CCSS|CCMX|SPECT\b|CMF\b|CAL\b|LGOROWLENGTH|MPP\b)", re.I)
 _KEYWORD = re.compile(r"^\s*(?:BEGIN_DATA_FORMAT|BEGIN_DATA|NUMBER_OF_FIELDS|NUMBER_OF_SETS|KEYWORD\s+\")", re.M)
 _MARKED = {"PCT": 100.0, "DEC": 1.0}
+_SCALES: dict[float, Scale] = {100.0: "percent", 1.0: "fraction"}
 _NAMES = ("SAMPLE_NAME", "PATCH_NAME", "SAMPLE_LOC", "SAMPLE_ID", "SAMPLEID", "SAMPLENAME", "ID", "NAME", "STRING")
 _ILLUMINANT_KEYS = ("ILLUMINATION_NAME", "ILLUMINANT", "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER")
 _OBSERVER_KEYS = ("OBSERVER_ANGLE", "OBSERVER", "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER", "MEASUREMENT_SOURCE")
@@ -224,15 +225,13 @@ def _divisor(
     """What to divide by for fractions: the norm, else what the names of fields or the format say, else the values."""
     if decision.quantity == "emission":
         return Divisor(norm or 1.0, "fraction", "")
-    by_argyll = table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
-    if norm not in (None, 1.0, 100.0):
-        return Divisor(norm, "fraction", f"SPECTRAL_NORM {norm:g}")
     if norm is not None:
-        return divisor_of(values, "percent" if norm == 100.0 else "fraction", "SPECTRAL_NORM", answer.scale)
-    if "PCT" in marks or "DEC" in marks:
-        mark = "PCT" if "PCT" in marks else "DEC"
-        stated: Scale = "percent" if mark == "PCT" else "fraction"
-        return divisor_of(values, stated, f"fields called SPECTRAL_{mark}", answer.scale)
+        if norm not in _SCALES:
+            return Divisor(norm, "fraction", f"SPECTRAL_NORM {norm:g}")
+        return divisor_of(values, _SCALES[norm], "SPECTRAL_NORM", answer.scale)
+    if mark := next((mark for mark in _MARKED if mark in marks), None):
+        return divisor_of(values, _SCALES[_MARKED[mark]], f"fields called SPECTRAL_{mark}", answer.scale)
+    by_argyll = table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
     if table.identifier.upper().startswith("CTI") and (by_argyll or values.highest > _DARKEST_PERCENT):
         note = "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
         return divisor_of(values, "percent", "the format", answer.scale)._replace(note=note)

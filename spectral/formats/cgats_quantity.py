@@ -103,9 +103,7 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Told:
 
 
 def _by_words(keywords: dict[str, str]) -> Quantity | None:
-    by_mode: dict[str, Quantity] = {}
-    described: dict[str, Quantity] = {}
-    others: dict[str, Quantity] = {}
+    by_rank: tuple[dict[str, Quantity], ...] = ({}, {}, {})  # of mode, descriptions, any other
     for key, words in keywords.items():
         if key in _DESCRIPTIONS:
             told = None if _BOILERPLATE.search(words) else quantity_in(words)
@@ -119,13 +117,13 @@ def _by_words(keywords: dict[str, str]) -> Quantity | None:
                     hint=f"where it is another one, {_STATE}",
                 )
             if quantity := measured(told):
-                described[key] = quantity
+                by_rank[1][key] = quantity
         elif quantity := measured(quantity_in(words)) if "UNIT" in key else _one_of(words):
             if _MODE.search(key):
-                by_mode[key] = quantity
+                by_rank[0][key] = quantity
             elif key not in _ELSEWHERE:
-                others[key] = quantity
-    for found in (by_mode, described, others):
+                by_rank[2][key] = quantity
+    for found in by_rank:
         if len(set(found.values())) > 1:
             raise _contradiction(" and ".join(found), ", ".join(dict.fromkeys(found.values())))
         if found:

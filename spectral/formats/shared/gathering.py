@@ -137,13 +137,11 @@ class Gathering:
         deleted = samples <= DELETED
         if deleted.any():
             self.note("samples that the file flags as deleted (-1.23e34) are left out", name)
-            said["deleted samples"] = f"{np.count_nonzero(deleted)} of {deleted.size}"
-            grid, samples = grid[~deleted], samples[~deleted]
-        there = ~np.isnan(samples)
-        if not there.all():
+            grid, samples = _without(deleted, "deleted samples", grid, samples, said)
+        missing = np.isnan(samples)
+        if missing.any():
             self.note("samples without a value are left out", name)
-            said["missing samples"] = f"{np.count_nonzero(~there)} of {there.size}"
-            grid, samples = grid[there], samples[there]
+            grid, samples = _without(missing, "missing samples", grid, samples, said)
         if grid.size > 1 and (np.diff(grid) < 0).all():
             self.note("wavelengths descend in the file and are turned round", name)
             grid, samples = grid[::-1], samples[::-1]
@@ -151,11 +149,12 @@ class Gathering:
             raise InputError(
                 "not a spectrum", field=name, found=f"{samples.size} samples", expected="two samples or more"
             )
-        if not (np.abs(samples) < _LARGEST).all():
+        beyond = ~(np.abs(samples) < _LARGEST)
+        if beyond.any():
             raise InputError(
                 "a value is out of range",
                 field=name,
-                found=f"{samples[~(np.abs(samples) < _LARGEST)][0]:g}",
+                found=f"{samples[beyond][0]:g}",
                 expected=f"less than {_LARGEST:g}",
             )
         grid, samples = validated_wavelengths(grid, field=name), samples / divisor
@@ -226,24 +225,27 @@ class Gathering:
             No spectrum of it can be used: the reason of the first.
         """
         if not self.entries:
+            if not self.rejected:
+                raise InputError("no spectra in this file", expected="at least one spectrum")
+            first = self.rejected[0][1]
             if len(self.rejected) == 1:
-                raise self.rejected[0][1]
-            if self.rejected:
-                first = self.rejected[0][1]
-                raise InputError(
-                    f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}",
-                    field=first.field,
-                    found=first.found,
-                    expected=first.expected,
-                    hint=first.hint,
-                )
-            raise InputError("no spectra in this file", expected="at least one spectrum")
+                raise first
+            problem = f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}"
+            said = {"field": first.field, "found": first.found, "expected": first.expected, "hint": first.hint}
+            raise InputError(problem, **said)
         names = [entry.name for entry in self.entries]
         if len(set(names)) < len(names):
             self.note("some spectra share a name; they stay apart, in the order of the file")
         notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())
         rejected = tuple((name, reason.at(file=self.path)) for name, reason in self.rejected)
         return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, rejected)
+
+
+def _without(
+    wrong: np.ndarray, called: str, grid: np.ndarray, samples: np.ndarray, said: dict[str, str]
+) -> tuple[np.ndarray, np.ndarray]:
+    said[called] = f"{np.count_nonzero(wrong)} of {wrong.size}"
+    return grid[~wrong], samples[~wrong]
 
 
 def _sentence(sentence: str, names: list[str], everything: int) -> str:

@@ -22,10 +22,10 @@ from jaxtyping import Float
 from ...errors import InputError
 from ...spectrum import Quantity
 from ..answer import Answer, contradiction
-from .names import meant_by
 from .resemblance import Likeness, has_mercury_lines, likenesses
 from .scale import Divisor
 from .text import shortened
+from .words import meant_by
 
 # Percent of a fluorescent white stay below it, and so does every transmittance.
 _ABOVE_PERCENT = 200.0

@@ -70,7 +70,7 @@ def _has_colours(cells: Iterable[str]) -> bool:
 def _may_have_wavelengths(rows: Sequence[Row], dialect: Dialect) -> bool:
     if any(len(wavelengths_across(cells, dialect)) >= _FEW for _, cells in rows):
         return True
-    if any((found := dialect.wavelength(cell)) is not None and found[1] for _, cells in rows for cell in cells):
+    if any(dialect.told(cell) for _, cells in rows for cell in cells):
         return True
     down = [list(column) for column in zip(*(cells for _, cells in rows), strict=True)]
     # Where marks are damaged, a wavelength has its value in its cell.

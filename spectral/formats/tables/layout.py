@@ -83,7 +83,7 @@ def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         return down or across
     head = rows[across.header or 0][1]
     below = [dialect.wavelength(cells[0]) for _, cells in rows[across.first : across.first + 50] if cells]
-    told = sum(bool(found and found[1]) for found in (dialect.wavelength(head[column]) for column in across.axes))
+    told = sum(dialect.told(head[column]) for column in across.axes)
     listed = _plausible([found[0] for found in below if found])
     if down.first <= (across.header or 0) or (listed and is_wavelength_header(head[0])):
         return down
@@ -114,7 +114,7 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         return found
     for first in range(found.first + 1, len(rows) - 2):
         cells = rows[first][1]
-        if len(cells) > 1 and (pair := dialect.wavelength(cells[0])) is not None and pair[1]:
+        if len(cells) > 1 and dialect.told(cells[0]):
             later = _down_from(rows[: first + 6], first, dialect)
             if later is not None and later.first == first and _told(rows, later, dialect):
                 return later
@@ -125,8 +125,7 @@ def _told(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
     """Whether the first wavelengths of a layout carry a unit or a word."""
     axis = layout.axes[0]
     cells = [cells[axis] for _, cells in rows[layout.first : layout.first + 3] if axis < len(cells)]
-    pairs = [dialect.wavelength(cell) for cell in cells]
-    return len(pairs) > 1 and all(pair is not None and pair[1] for pair in pairs)
+    return len(cells) > 1 and all(map(dialect.told, cells))
 
 
 def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | None:
@@ -181,8 +180,7 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]):
         return index
-    first_cell = dialect.wavelength(rows[first][1][0])
-    keyed = first_cell is not None and first_cell[1]  # "380nm" needs no header, and what is above are keys and values
+    keyed = dialect.told(rows[first][1][0])  # "380nm" needs no header, and what is above are keys and values
     if keyed or any(dialect.number(cell) == dialect.number(cell) for cell in cells[1:]):
         return None
     return index
@@ -196,9 +194,8 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         run = wavelengths_across(cells, dialect)
         if len(run) < 2:
             continue
-        found = [dialect.wavelength(cell) for cell in cells]
-        told = all((found[column] or (0, False))[1] for column in run)
-        worded = any(cell and pair is None for cell, pair in zip(cells, found, strict=True))
+        told = all(dialect.told(cells[column]) for column in run)
+        worded = any(cell and dialect.wavelength(cell) is None for cell in cells)
         if len(run) < (2 if told or len(cells) - len(run) <= 1 else 3 if worded else 5):
             continue
         first = header + 1

@@ -11,9 +11,7 @@ from pathlib import Path
 from ...errors import InputError
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import quantity_in
-from .across import read_across
 from .dialect import Dialect, check_lengths, comment, dialect_of
-from .down import is_generic, read_down
 from .layout import (
     Layout,
     Row,
@@ -26,6 +24,7 @@ from .layout import (
     told_wavelengths,
     wavelengths_across,
 )
+from .rows import is_generic, read_across, read_down
 from .section import SHOWN_LINES, Column, Section, Text, trimmed
 
 # Rows of a further table, from its first, that say where its wavelengths are.
