@@ -234,7 +234,7 @@ def _heads(table: Section, remarks: Sequence[str]) -> list[str]:
     told = bool(heads) and bool(dialect.delimiter or is_wavelength_header(heads[0]))
     if layout.way == "down" and not told and (described := _described_header(table)):
         return described
-    if dialect.delimiter or layout.first >= len(shown):
+    if layout.way == "across" or dialect.delimiter:
         return heads
     # White space parts the names and stands in them. Of two columns, all words after the first and its unit in brackets
     # name the second; of more, none can be told.
