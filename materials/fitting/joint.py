@@ -18,7 +18,7 @@ from ...spectral.basis import SpectralBasis
 from ..brdf import Frame
 from ..factors import Axis, FactorPack, frame_angles
 from .axis_samples import AxisSamples
-from .cp import balanced, extrapolated
+from .cp import balanced, extrapolated_sweeps
 from .seen import FARTHEST, SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
@@ -255,7 +255,7 @@ def refined(
     what another light might show.
     """
     problem = JointProblem(packs, samples)
-    state, left = extrapolated(problem.swept, problem.start(), sweeps, 0.0, problem.balanced)
+    state, left = extrapolated_sweeps(problem.swept, problem.start(), sweeps, 0.0, problem.balanced)
     nothing = samples.cost(())
     return problem.packed(state), float(np.sqrt(left / nothing)) if nothing > 0 else 0.0
 
@@ -288,7 +288,7 @@ def added(
     spectra = generator.standard_normal((rank, len(samples.synthesis))) @ samples.synthesis
     problem = JointProblem((FactorPack(frame, axes, factors, spectra, SpectralBasis.sampled()),), rest)
     state = problem.with_best_spectra(problem.start())
-    state, left = extrapolated(problem.swept, state, sweeps, 0.0, problem.balanced)
+    state, left = extrapolated_sweeps(problem.swept, state, sweeps, 0.0, problem.balanced)
     return problem.packed(state)[0], left
 
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
+from tensorly.cp_tensor import CPTensor
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
@@ -15,7 +16,7 @@ from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Lobe
 from ..factors import Axis, FactorPack
-from .cp import CompressedTable, Factors, WeightedTable, weighted_cp
+from .cp import CompressedTable, WeightedTable, absorbed, weighted_cp
 from .decompose import decompose_compressed
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots
 from .smoothing import smoothed_pack
@@ -84,10 +85,10 @@ class LobeTable:
         pack is refined afterwards. "incremental", "refitted": packs of four terms, unweighted (`decompose`).
         """
         if self.black:
-            return self._packed([np.zeros((size, 1)) for size in self.values.shape]), 0.0
+            return self._packed(CPTensor((None, [np.zeros((size, 1)) for size in self.values.shape]))), 0.0
         if method in ("incremental", "refitted"):
             found = decompose_compressed(self._form, rank, method=method, seed=seed)
-            pack, relative = self._packed(list(found.factors)), found.relative_error
+            pack, relative = self._packed(found.cp), found.relative_error
         else:
             few = method == "joint" and self.weights.size * rank**2 > _LARGE
             start = self._compressed.decomposed(rank, seed)
@@ -95,13 +96,15 @@ class LobeTable:
                 others = (self._compressed.decomposed(rank, (seed, number)) for number in range(1, _STARTS))
                 begun = (weighted_cp(self._weighted, one, _FIRST_SWEEPS) for one in (start, *others))
                 start, _ = min(begun, key=lambda one: one[1])
-            factors, left = weighted_cp(self._weighted, start, _FEW_SWEEPS if few else _SWEEPS)
-            pack, relative = self._packed(factors), float(np.sqrt(max(left, 0.0) / self._weighted.energy))
+            found, left = weighted_cp(self._weighted, start, _FEW_SWEEPS if few else _SWEEPS)
+            pack, relative = self._packed(found), float(np.sqrt(max(left, 0.0) / self._weighted.energy))
         return (smoothed_pack(pack) if smooth else pack), relative
 
-    def _packed(self, factors: Factors) -> FactorPack:
-        spectral = factors[-1].T @ self.synthesis
-        return FactorPack(self.lobe.frame, self.axes, tuple(factors[:-1]), spectral, SpectralBasis.sampled())
+    def _packed(self, decomposition: CPTensor) -> FactorPack:
+        """The pack of a decomposition of `values`, its last mode written as spectra."""
+        *factors, coefficients = absorbed(decomposition)
+        spectral = coefficients.T @ self.synthesis
+        return FactorPack(self.lobe.frame, self.axes, tuple(factors), spectral, SpectralBasis.sampled())
 
     @cached_property
     def _weighted(self) -> WeightedTable:

@@ -25,8 +25,8 @@ _FIT, _COLOUR = "materials/intake/work", "materials/records/record_colour"
 _READERS = re.compile(r"materials/formats/\w+")
 # Materials come by here, as they were read; and of all models, a fit needs the one that it is told of.
 _PASSED_OVER = ("materials/intake/sources", "materials/analytic/__init__")
-# What gives numbers. Of numpy and scipy, releases of one series mend faults alone; colour-science holds tables.
-_LIBRARIES = (("numpy", 2), ("scipy", 2), ("colour-science", None))
+# What gives numbers. Of most, releases of one series mend faults alone; colour-science holds tables.
+_LIBRARIES = (("numpy", 2), ("scipy", 2), ("tensorly", 2), ("colour-science", None))
 _READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
 # Parsing all sources would take ten times as long. A test holds this to the parser.
 _IMPORT = re.compile(rb"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)

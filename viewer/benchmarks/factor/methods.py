@@ -15,6 +15,7 @@ import numpy as np
 
 from ....materials.brdf import Brdf, Frame
 from ....materials.factors import Axis, FactorPack
+from ....materials.fitting.cp import absorbed
 from ....materials.fitting.decompose import METHODS, PACK, decompose_compressed
 from ....materials.fitting.grids import filled
 from ....materials.fitting.tabulated import node_directions, tabulate
@@ -140,7 +141,7 @@ def _decomposed(
         for count in packs:
             start = time.perf_counter()
             found = decompose_compressed(form, PACK * count, method=method)
-            *factors, spectral = found.factors
+            *factors, spectral = absorbed(found.cp)
             pack = FactorPack(frame, axes, tuple(factors), spectral.T, basis)
             yield method, count, pack, shared + time.perf_counter() - start, found.relative_error
 
