@@ -28,20 +28,36 @@ METHODS: tuple[Method, ...] = ("joint", "weighted", "incremental", "refitted")
 
 # Energy of the seen, observer-weighted spectra that their basis may lose.
 _SPECTRAL_LOST = 1e-8
+# Nodes, about, whose spectra that basis is found from.
 _PILOT = 1500
+# Spectra count at each wavelength by what the observer sees there, and by this share of the most at least.
+_LEAST_OBSERVED = 0.05
+# Weighted sweeps over the table, at most.
 _SWEEPS = 40
-# Where packs are refined afterwards, large problems (nodes times squared rank) are only begun on the table.
-_LARGE, _FEW_SWEEPS = 10_000_000, 6
-# So many terms end in this or that local minimum, whatever rounding leads to: of some starts, the best after a few
-# sweeps goes on.
-_MANY_TERMS, _STARTS, _FIRST_SWEEPS = 6, 4, 8
-# Share of the energy that the packs of four may lose before they are looked for, and the most columns of a core.
-_LOST, _MOST = 1e-9, 112
+# Where packs are refined afterwards, problems larger than this (nodes times squared rank) are only begun on the table.
+_LARGE = 10_000_000
+# Weighted sweeps of such a beginning, at most.
+_FEW_SWEEPS = 6
+# So many terms or more end in this or that local minimum, whatever rounding leads to: several starts are tried.
+_MANY_TERMS = 6
+# Starts that are tried for many terms; the best goes on.
+_STARTS = 4
+# Weighted sweeps of each of those starts before they are compared.
+_FIRST_SWEEPS = 8
+# Share of the energy that compression may lose before packs of four are looked for.
+_LOST = 1e-9
+# Columns that a basis of the compressed table has at most.
+_MOST_COLUMNS = 112
 
 
 @dataclass(frozen=True, eq=False)
 class LobeTable:
-    """values (*grid, S) in the lobe's own spectra, `synthesis` (S,L) on the working wavelengths; weights of nodes."""
+    """A lobe on the grid of `axes`.
+
+    values : f_r cos(theta_i) in frame io, f_r in frame hd, as coefficients of the lobe's own S spectra.
+    weights : what the square of an error counts at each node.
+    synthesis : those spectra on the working wavelengths.
+    """
 
     lobe: Lobe
     axes: tuple[Axis, ...]
@@ -51,7 +67,10 @@ class LobeTable:
 
     @classmethod
     def of(cls, lobe: Lobe, observed: Float[np.ndarray, "L 3"], axes: tuple[Axis, ...] | None = None) -> LobeTable:
-        """Tabulate; `observed` (L,3) is light x observer at the lobe's wavelengths.
+        """Tabulate a lobe.
+
+        observed : light times observer at the lobe's own wavelengths, Y of the perfect diffuser = 1.
+        axes : the grid, in place of the lobe's own or the one that would be made for it.
 
         Raises
         ------
@@ -75,7 +94,7 @@ class LobeTable:
 
     @property
     def black(self) -> bool:
-        """No light at any node."""
+        """Whether there is no light at any node."""
         return not np.any(self.values)
 
     def pack(self, rank: int, seed: int, method: Method, smooth: bool = False) -> tuple[FactorPack, float]:
@@ -116,7 +135,7 @@ class LobeTable:
 
     @cached_property
     def _form(self) -> Tucker:
-        return compressed(self.values, _LOST, _MOST)
+        return compressed(self.values, _LOST, _MOST_COLUMNS)
 
 
 def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -128,9 +147,9 @@ def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> t
     rows = np.flatnonzero((wi[:, 2] > 1e-3) & (wo[:, 2] > 1e-3))
     rows = rows[:: max(1, len(rows) // _PILOT)]
     spectra = lobe.brdf.eval(wi[rows], wo[rows]) * np.sqrt(wi[rows, 2:] * wo[rows, 2:])
-    eye = np.linalg.norm(observed, axis=1)
-    eye = np.maximum(eye / eye.max(), 0.05)
-    _, singular, right = np.linalg.svd(spectra * eye, full_matrices=False)
+    bright = np.linalg.norm(observed, axis=1)
+    bright = np.maximum(bright / bright.max(), _LEAST_OBSERVED)
+    _, singular, right = np.linalg.svd(spectra * bright, full_matrices=False)
     energy = np.cumsum(singular[::-1] ** 2)[::-1]
     size = max(1, int(np.sum(energy > _SPECTRAL_LOST * energy[0]))) if energy[0] > 0 else 1
-    return eye[:, None] * right[:size].T, right[:size] / eye
+    return bright[:, None] * right[:size].T, right[:size] / bright
