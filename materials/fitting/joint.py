@@ -18,7 +18,7 @@ from ...spectral.basis import SpectralBasis
 from ..brdf import Frame
 from ..factors import Axis, FactorPack, frame_angles
 from .axis_samples import AxisSamples
-from .cp import balanced, extrapolated_sweeps
+from .cp import Factors, balanced, extrapolated_sweeps
 from .seen import SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
@@ -60,66 +60,65 @@ class JointProblem:
                 [AxisSamples.of(axis.position(at.angles[axis.name]), axis.size, axis.periodic) for axis in pack.axes]
             )
 
-    def factors(self) -> list[Float[np.ndarray, "_ _"]]:
+    def factors(self) -> Factors:
         """The packs' own factors, balanced."""
-        state = []
+        found: Factors = []
         for pack in self.packs:
-            state += balanced([*pack.factors, (pack.basis.reconstruct(pack.spectral) @ self.samples.analysis).T])
-        return state
+            found += balanced([*pack.factors, (pack.basis.reconstruct(pack.spectral) @ self.samples.analysis).T])
+        return found
 
-    def packs_of(self, state: list[Float[np.ndarray, "_ _"]]) -> tuple[FactorPack, ...]:
+    def packs_of(self, factors: Factors) -> tuple[FactorPack, ...]:
         """The packs of these factors."""
         found = []
-        for pack, (*factors, spectral) in zip(self.packs, self._split(state), strict=True):
-            samples = spectral.T @ self.samples.synthesis
+        for pack, (*along_axes, spectral) in zip(self.packs, self._split(factors), strict=True):
+            sampled = spectral.T @ self.samples.synthesis
             found.append(
-                replace(pack, factors=tuple(factors), spectral=samples, basis=SpectralBasis.sampled(), error=None)
+                replace(pack, factors=tuple(along_axes), spectral=sampled, basis=SpectralBasis.sampled(), error=None)
             )
         return tuple(found)
 
-    def _split(self, state: list[np.ndarray]) -> list[list[np.ndarray]]:
+    def _split(self, factors: Factors) -> list[Factors]:
+        """The factors of each pack."""
         parts, first = [], 0
         for pack in self.packs:
             count = len(pack.axes) + 1
-            parts.append(list(state[first : first + count]))
+            parts.append(list(factors[first : first + count]))
             first += count
         return parts
 
-    def terms(self, state: list[Float[np.ndarray, "_ _"]]) -> Float[np.ndarray, "N R"]:
+    def terms(self, factors: Factors) -> Float[np.ndarray, "N R"]:
         """Every term of all packs at every sample, without its spectrum."""
         return np.hstack(
             [
                 _product(scale, [grid.interpolated(factor) for grid, factor in zip(grids, part[:-1], strict=True)])
-                for scale, grids, part in zip(self._scales, self._grids, self._split(state), strict=True)
+                for scale, grids, part in zip(self._scales, self._grids, self._split(factors), strict=True)
             ]
         )
 
-    def spectra(self, state: list[Float[np.ndarray, "_ _"]]) -> Float[np.ndarray, "R S"]:
+    def spectra(self, factors: Factors) -> Float[np.ndarray, "R S"]:
         """The spectra of all terms."""
-        return np.hstack([part[-1] for part in self._split(state)]).T
+        return np.hstack([part[-1] for part in self._split(factors)]).T
 
-    def with_spectra(
-        self, state: list[Float[np.ndarray, "_ _"]], spectra: Float[np.ndarray, "R S"]
-    ) -> list[Float[np.ndarray, "_ _"]]:
+    def with_spectra(self, factors: Factors, spectra: Float[np.ndarray, "R S"]) -> Factors:
         """The same factors with other spectra."""
         rows = np.split(spectra, self._starts[1:-1])
-        parts = zip(self._split(state), rows, strict=True)
+        parts = zip(self._split(factors), rows, strict=True)
         return [factor for part, row in parts for factor in (*part[:-1], row.T)]
 
-    def with_best_spectra(self, state: list[Float[np.ndarray, "_ _"]]) -> list[Float[np.ndarray, "_ _"]]:
+    def with_best_spectra(self, factors: Factors) -> Factors:
         """The same factors with spectra found for them: a start whose lengths mean nothing yet."""
-        terms = self.terms(state)
+        terms = self.terms(factors)
         nothing = np.zeros((terms.shape[1], self.samples.targets.shape[1]))
         spectra, _ = self._spectra(terms, nothing, self.samples.targets.T.copy())
-        return self.balanced(self.with_spectra(state, spectra))
+        return self.balanced(self.with_spectra(factors, spectra))
 
-    def balanced(self, state: list[Float[np.ndarray, "_ _"]]) -> list[Float[np.ndarray, "_ _"]]:
+    def balanced(self, factors: Factors) -> Factors:
         """The same terms, each term's length shared equally among its factors."""
-        return [factor for part in self._split(state) for factor in balanced(part)]
+        return [factor for part in self._split(factors) for factor in balanced(part)]
 
-    def sweep(self, state: list[Float[np.ndarray, "_ _"]]) -> tuple[list[Float[np.ndarray, "_ _"]], float]:
+    def sweep(self, factors: Factors) -> tuple[Factors, float]:
         """Better factors, after one round over all packs and axes, then all spectra at once; and their objective."""
-        parts = self._split(state)
+        parts = self._split(factors)
         values = [
             [grid.interpolated(factor) for grid, factor in zip(grids, part[:-1], strict=True)]
             for grids, part in zip(self._grids, parts, strict=True)
@@ -141,9 +140,9 @@ class JointProblem:
                 value[mode] = grid.interpolated(part[mode])
             terms[number] = _product(self._scales[number], value)
             left = target - spectral @ terms[number].T
-        state = [factor for part in parts for factor in part]
-        spectra, left = self._spectra(np.hstack(terms), self.spectra(state), left)
-        return self.with_spectra(state, spectra), self.objective(left, np.hstack(terms), spectra)
+        factors = [factor for part in parts for factor in part]
+        spectra, left = self._spectra(np.hstack(terms), self.spectra(factors), left)
+        return self.with_spectra(factors, spectra), self.objective(left, np.hstack(terms), spectra)
 
     def objective(
         self, left: Float[np.ndarray, "S N"], terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"]
@@ -264,9 +263,9 @@ def refined(
     what another light might show. The second result is the square root of its ratio, 0 where there is no light.
     """
     problem = JointProblem(packs, samples)
-    state, left = extrapolated_sweeps(problem.sweep, problem.factors(), sweeps, 0.0, problem.balanced)
+    factors, left = extrapolated_sweeps(problem.sweep, problem.factors(), sweeps, 0.0, problem.balanced)
     nothing = samples.cost(())
-    return problem.packs_of(state), float(np.sqrt(left / nothing)) if nothing > 0 else 0.0
+    return problem.packs_of(factors), float(np.sqrt(left / nothing)) if nothing > 0 else 0.0
 
 
 def refined_without_extrapolation(
@@ -274,10 +273,10 @@ def refined_without_extrapolation(
 ) -> tuple[FactorPack, ...]:
     """The packs after some sweeps, none from a stretched point: they move no farther than their guards ask them to."""
     problem = JointProblem(packs, samples)
-    state = problem.factors()
+    factors = problem.factors()
     for _ in range(sweeps):
-        state, _ = problem.sweep(state)
-    return problem.packs_of(state)
+        factors, _ = problem.sweep(factors)
+    return problem.packs_of(factors)
 
 
 def new_terms(
@@ -298,9 +297,9 @@ def new_terms(
     factors = tuple(_smooth(axis, rank, generator) for axis in axes)
     spectra = generator.standard_normal((rank, len(samples.synthesis))) @ samples.synthesis
     problem = JointProblem((FactorPack(frame, axes, factors, spectra, SpectralBasis.sampled()),), rest)
-    state = problem.with_best_spectra(problem.factors())
-    state, left = extrapolated_sweeps(problem.sweep, state, sweeps, 0.0, problem.balanced)
-    return problem.packs_of(state)[0], left
+    factors = problem.with_best_spectra(problem.factors())
+    factors, left = extrapolated_sweeps(problem.sweep, factors, sweeps, 0.0, problem.balanced)
+    return problem.packs_of(factors)[0], left
 
 
 def _smooth(axis: Axis, rank: int, generator: np.random.Generator) -> Float[np.ndarray, "n R"]:

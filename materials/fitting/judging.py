@@ -135,6 +135,7 @@ class Judge:
         return Judgement(replace(self._error(seen), relative_error=relative), self._back(seen[1]))
 
     def _error(self, seen: list[np.ndarray]) -> FitError:
+        """The error from the front and in the highlight, under every light."""
         return self.front.compare_lights(self.references[0], seen[0], LIGHTS, self._highlights(seen))
 
     def _highlights(self, seen: list[np.ndarray]) -> list[float]:

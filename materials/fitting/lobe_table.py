@@ -127,14 +127,17 @@ class LobeTable:
 
     @cached_property
     def _weighted(self) -> WeightedTable:
+        """Laid out for sweeps with the nodes' true weights."""
         return WeightedTable(self.values, self.weights)
 
     @cached_property
     def _compressed(self) -> CompressedTable:
+        """Under separable weights: what starts are drawn from."""
         return CompressedTable.of(self.values, separable_roots(self.weights))
 
     @cached_property
     def _form(self) -> Tucker:
+        """Without weights: what packs of four are looked for in."""
         return compressed(self.values, _LOST, _MOST_COLUMNS)
 
 
