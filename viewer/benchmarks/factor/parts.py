@@ -1,6 +1,6 @@
-"""The parts of a decomposition, tensorly's and ours on the same input: by how much ours win, where they stay.
+"""The parts of a decomposition, tensorly's and ours on the same input: by how much ours win, which is why they stay.
 
-Where tensorly's are as good they are used themselves: `CPTensor` and `cp_to_tensor`.
+What tensorly does as well is used as it is: `CPTensor`, `cp_to_tensor`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def part_rows(table: np.ndarray, rank: int) -> list[dict[str, Any]]:
     """
     most = 2 * rank + _MARGIN
     seconds, form = _once(lambda: compressed(table, _LOST, most))
-    # One iteration: its start alone, which is as good.
+    # One iteration after its start: more would not be nearer.
     theirs, (core, _) = _once(lambda: tucker(table, list(form.core.shape), n_iter_max=1, init="svd"))
     errors = (_lost(form.energy, it) for it in (core, form.core))
     rows = [_row("Tucker compression of the table", theirs, seconds, *errors)]
