@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 from metamer.materials.catalogue import import_sources
-from metamer.materials.fitting.candidates import LAST_ROUNDS
 from metamer.materials.fitting.fit import RANKS
+from metamer.materials.fitting.growing import LAST_ROUNDS
 from metamer.materials.intake import doing
 from metamer.materials.intake.doing import Doing, Expected, share_done
 from metamer.materials.intake.sources import read_sources
