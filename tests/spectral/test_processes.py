@@ -205,3 +205,15 @@ def test_one_thread_of_blas_is_asked_for_before_numpy_comes_and_only_then():
     assert said("") == "1"
     assert said("", OPENBLAS_NUM_THREADS="4") == "4"
     assert said("import numpy\n") == "None"
+
+
+def _temporary():
+    import tempfile
+
+    return tempfile.tempdir
+
+
+def test_processes_know_the_temporary_folder_and_do_not_try_it():
+    import tempfile
+
+    assert [found for _, found in supervised(_temporary, [Task(0, ())], 1)] == [tempfile.gettempdir()]
