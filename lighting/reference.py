@@ -9,12 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from ..materials.brdf import Brdf
-from ..materials.fluorescent import FluorescentBrdf
 from ..spectral.errors import UnknownNameError
+from ..spectral.folding import Folding
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
 from .geometry import Tracer, VisibleGeometry, visible_geometry
-from .lights import Light
 from .scene import Scene
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
@@ -80,9 +79,12 @@ def reference_images(
     for part in scene.parts:
         if part.material_id not in brdfs:
             raise UnknownNameError("material", part.material_id, brdfs, file=scene.path, field=f"part {part.name}")
-    weights = _Weights(scene, illuminants)
+    foldings = [
+        Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
+        for light in scene.lights
+    ]
     if geometry is not None:
-        return ReferencePictures(_shade(scene, geometry, brdfs, weights, block), geometry.coverage)
+        return ReferencePictures(_shade(scene, geometry, brdfs, foldings, len(illuminants), block), geometry.coverage)
     say = progress or (lambda *_: None)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
@@ -90,69 +92,38 @@ def reference_images(
     xyz, coverage = [], []
     for start in range(0, camera.height_px, step):
         band = visible_geometry(scene, camera, slice(start, min(start + step, camera.height_px)), tracer)
-        xyz.append(_shade(scene, band, brdfs, weights, block))
+        xyz.append(_shade(scene, band, brdfs, foldings, len(illuminants), block))
         coverage.append(band.coverage)
         say(min(start + step, camera.height_px), camera.height_px, "tracing")
     return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage))
 
 
-class _Weights:
-    """(L, 3 M) matrices of each light for each grid of wavelengths, and (3 M,) emission, made once."""
-
-    def __init__(self, scene: Scene, illuminants: Sequence[Spectrum | None]) -> None:
-        self._scene, self._illuminants = scene, illuminants
-        self.count = len(illuminants)
-        self._made: dict[tuple[int, bytes], np.ndarray] = {}
-        self._emitted: dict[tuple[int, str], np.ndarray] = {}
-
-    def of(self, number: int, light: Light, wavelengths_nm: np.ndarray) -> np.ndarray:
-        key = (number, wavelengths_nm.tobytes())
-        if key not in self._made:
-            rows = [self._scene.observer.weights(spectrum, wavelengths_nm) for spectrum in self._spectra(light)]
-            self._made[key] = np.concatenate(rows).T
-        return self._made[key]
-
-    def emitted(self, number: int, light: Light, material_id: str, brdf: FluorescentBrdf) -> np.ndarray:
-        """XYZ of what a fluorescent material sends out at new wavelengths, at every one that the observer sees."""
-        key = (number, material_id)
-        if key not in self._emitted:
-            eye = self._scene.observer
-            parts = []
-            for spectrum in self._spectra(light):
-                sent = brdf.bispectral.emission(spectrum, eye.wavelengths_nm)
-                xyz = np.trapezoid(sent[:, None] * eye.cmfs, eye.wavelengths_nm, axis=0)
-                parts.append(xyz / eye.luminous(spectrum))
-            self._emitted[key] = np.concatenate(parts)
-        return self._emitted[key]
-
-    def _spectra(self, light: Light) -> list[Spectrum]:
-        return [light.spectrum if other is None else other for other in self._illuminants]
-
-
 def _shade(
-    scene: Scene, geometry: VisibleGeometry, brdfs: Mapping[str, Brdf], weights: _Weights, block: int
+    scene: Scene,
+    geometry: VisibleGeometry,
+    brdfs: Mapping[str, Brdf],
+    foldings: Sequence[Folding],
+    count: int,
+    block: int,
 ) -> Float[np.ndarray, "M H W 3"]:
-    """XYZ of one geometry under all spectra, box-filtered to pixels."""
-    total = np.zeros((geometry.rows * geometry.width, 3 * weights.count))
-    for number, (light, lit) in enumerate(zip(scene.lights, geometry.lit, strict=True)):
+    """XYZ of one geometry under `count` spectra in place of each light's, box-filtered to pixels."""
+    total = np.zeros((geometry.rows * geometry.width, 3 * count))
+    for folding, lit in zip(foldings, geometry.lit, strict=True):
         part_of = geometry.part[lit.sample]
         for index, part in enumerate(scene.parts):
             mine = np.flatnonzero(part_of == index)
             brdf = brdfs[part.material_id]
-            folding = weights.of(number, light, brdf.wavelengths_nm)
-            values = np.empty((len(mine), folding.shape[1]))
-            step = max(block * WORKING_WAVELENGTHS_NM.size // max(len(folding), WORKING_WAVELENGTHS_NM.size), 1)
+            values = np.empty((len(mine), 3 * count))
+            usual = WORKING_WAVELENGTHS_NM.size
+            step = max(block * usual // max(brdf.wavelengths_nm.size, usual), 1)
             for start in range(0, len(mine), step):
                 rows = mine[start : start + step]
                 wi, wo = lit.wi[rows], geometry.wo[lit.sample[rows]]
-                values[start : start + step] = brdf.eval(wi, wo) @ folding
-                if isinstance(brdf, FluorescentBrdf):
-                    emitted = weights.emitted(number, light, part.material_id, brdf)
-                    values[start : start + step] += brdf.emission_factor(wi, wo)[:, None] * emitted
+                values[start : start + step] = brdf.xyz(wi, wo, folding)
             scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
             values *= scale[:, None]
             pixel = geometry.pixel[lit.sample[mine]]
             for channel in range(values.shape[1]):
                 total[:, channel] += np.bincount(pixel, values[:, channel], minlength=len(total))
     total /= geometry.samples
-    return total.reshape(geometry.rows, geometry.width, weights.count, 3).transpose(2, 0, 1, 3)
+    return total.reshape(geometry.rows, geometry.width, count, 3).transpose(2, 0, 1, 3)

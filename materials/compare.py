@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import InputError, MetamerError
+from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import Observer, observer
 from ..spectral.processes import each_done, usable_cores
@@ -25,7 +26,6 @@ from .protocol import sphere_protocol
 from .records.material import MaterialRecord
 from .records.query import Summary
 from .records.record import read_record
-from .records.sphere_xyz import original_xyz, packs_xyz
 
 Of = Literal["packs", "original"]
 Status = Literal["added", "removed", "same", "changed", "not comparable", "unusable"]
@@ -146,8 +146,11 @@ def compare_records(
     if a.is_surface and b.is_surface:
         isotropic = not any(pack.anisotropic for record in (a, b) for pack in record.packs)
         sphere = sphere_protocol(_PIXELS, isotropic)
-        seen = packs_xyz if of == "packs" else original_xyz
-        reference, sample = (seen(record, sphere, lights, eye) for record in (a, b))
+        folding = Folding(eye, lights, np.pi)
+        reference, sample = (
+            sphere.packs_xyz(one.packs, folding) if of == "packs" else sphere.original_xyz(one.brdf(), folding)
+            for one in (a, b)
+        )
     elif a.quantity == b.quantity:
         reference, sample = (_spectrum_xyz(record, lights, eye) for record in (a, b))
         if a.quantity == "emission":

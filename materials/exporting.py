@@ -205,7 +205,6 @@ def _notes(record: MaterialRecord, entry: SpectralEntry) -> list[str]:
 
 def _exr(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     from ..spectral.formats.spectral_exr import write_bispectral_exr, write_spectral_exr
-    from .fluorescent import FluorescentBrdf
 
     (record,) = records
     attributes = {f"metamer_{name.replace(' ', '_')}": text for name, text in provenance_tags(record).items()}
@@ -213,9 +212,9 @@ def _exr(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
         return _texture(path, record, attributes)
     with _of(record):
         if record.quantity == "bispectral":
-            brdf = record.brdf()
-            assert isinstance(brdf, FluorescentBrdf)
-            write_bispectral_exr(path, brdf.bispectral, _FLUORESCENT_SWATCH, attributes)
+            surface = record.brdf().bispectral
+            assert surface is not None
+            write_bispectral_exr(path, surface, _FLUORESCENT_SWATCH, attributes)
             return ("values are float32, as the layout has them",)
         entry = exported_spectrum(record)
         spectrum = entry.spectrum

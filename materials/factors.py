@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from ..spectral.basis import SpectralBasis
 from ..spectral.errors import InputError
+from ..spectral.folding import Folding
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
@@ -201,6 +202,10 @@ class FactorPack:
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "R 3"]:
         """XYZ of each term under one light: the spectral dimension is gone from here on."""
         return self.spectral @ self.basis.fold(light, observer).T
+
+    def folded(self, folding: Folding) -> Float[np.ndarray, "R M3"]:
+        """XYZ of each term under each of several lights, from the spectra at every wavelength of their basis."""
+        return self.basis.reconstruct(self.spectral) @ folding.weights(self.basis.wavelengths_nm)
 
     def in_basis(self, basis: SpectralBasis) -> FactorPack:
         """The same pack with its spectra projected into another basis, through the wavelengths of that basis."""

@@ -14,8 +14,7 @@ from ..spectral.basis import SpectralBasis
 from ..spectral.bispectral import Bispectral
 from ..spectral.errors import InputError
 from ..spectral.fluorescent_basis import FluorescentBasis
-from ..spectral.illuminants import illuminant
-from ..spectral.observers import observer
+from ..spectral.folding import Folding
 from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
 from .factors import FactorPack, FitError
@@ -32,7 +31,13 @@ class FluorescentBrdf(Brdf):
     the light: the reference adds it up at every wavelength.
     """
 
-    bispectral: Bispectral
+    bispectral: Bispectral  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    def xyz(
+        self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"], folding: Folding
+    ) -> Float[np.ndarray, "N M3"]:
+        """What keeps its wavelength, and the emission."""
+        return super().xyz(wi, wo, folding) + self.emission_factor(wi, wo)[:, None] * folding.emitted(self.bispectral)
 
     @abc.abstractmethod
     def emission_factor(
@@ -106,24 +111,19 @@ class FluorescentLambert(FluorescentBrdf):
     def measured_packs(self, pixels: int = 64) -> tuple[tuple[FactorPack, ...], FitError]:
         """`packs`, and how far they are from every wavelength of the matrix, in ΔE94 on the sphere of `protocol`."""
         sphere = sphere_protocol(pixels)
-        eye, lights = observer(sphere.observer), [illuminant(name) for name in LIGHTS]
-        nm, cosine = eye.wavelengths_nm, sphere.wi[:, 2:]
-        sent = [
-            np.trapezoid(self.bispectral.emission(light, nm)[:, None] * eye.cmfs, nm, axis=0) / eye.luminous(light)
-            for light in lights
-        ]
-        spread = np.pi * cosine * self.emission_factor(sphere.wi, sphere.wo)[:, None]
-        references = sphere.references(self, LIGHTS) + np.stack([spread * one for one in sent])
         (pack,) = self.packs()
-        geometry = np.pi * pack.geometry(sphere.wi, sphere.wo)
-        samples = np.stack([geometry @ pack.fold(light, eye) for light in lights])
-        error = sphere.compare_lights(references, samples, LIGHTS)
+        error = sphere.compare_lights(sphere.references(self, LIGHTS), sphere.samples((pack,), LIGHTS), LIGHTS)
         return (replace(pack, error=error),), error
 
 
 @dataclass(frozen=True)
 class FluorescentPack(FactorPack):
     """A pack in a `FluorescentBasis`, which no basis of reflectances can stand in for."""
+
+    def folded(self, folding: Folding) -> Float[np.ndarray, "R M3"]:
+        """The full matrix, under each light."""
+        each = [self.fold(light, folding.observer) for light in folding.lights]
+        return folding.scale * np.concatenate(each, axis=1)
 
     def in_basis(self, basis: SpectralBasis) -> FactorPack:
         """This pack as it is: it already folds into three numbers a light."""

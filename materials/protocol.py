@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..spectral.difference import delta_e_xyz
+from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
@@ -80,12 +81,7 @@ class SphereProtocol:
 
     def references(self, brdf: Brdf, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
         """XYZ of every sample under M lights; the BRDF is evaluated once."""
-        weights = np.hstack([np.pi * self.under(light).weights(brdf.wavelengths_nm) for light in lights])
-        xyz = np.empty((len(self.wi), 3 * len(lights)))
-        for start in range(0, len(xyz), _BLOCK):
-            rows = slice(start, start + _BLOCK)
-            xyz[rows] = brdf.eval(self.wi[rows], self.wo[rows]) @ weights * self.wi[rows, 2:]
-        return _by_light(xyz)
+        return self.original_xyz(brdf, _folding(tuple(lights), self.observer))
 
     def sample(self, packs: tuple[FactorPack, ...]) -> Float[np.ndarray, "N 3"]:
         """XYZ of every sample from packs folded with the light."""
@@ -93,11 +89,21 @@ class SphereProtocol:
 
     def samples(self, packs: tuple[FactorPack, ...], lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
         """XYZ of every sample from packs folded with each of M lights; the factors are looked up once."""
-        xyz = np.zeros((len(self.wi), 3 * len(lights)))
+        return self.packs_xyz(packs, _folding(tuple(lights), self.observer))
+
+    def original_xyz(self, brdf: Brdf, folding: Folding) -> Float[np.ndarray, "M N 3"]:
+        """`references` under lights and an observer of any kind; the scale of `folding` is pi."""
+        xyz = np.empty((len(self.wi), 3 * len(folding.lights)))
+        for start in range(0, len(xyz), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            xyz[rows] = brdf.xyz(self.wi[rows], self.wo[rows], folding) * self.wi[rows, 2:]
+        return _by_light(xyz)
+
+    def packs_xyz(self, packs: tuple[FactorPack, ...], folding: Folding) -> Float[np.ndarray, "M N 3"]:
+        """`samples` under lights and an observer of any kind; the scale of `folding` is pi."""
+        xyz = np.zeros((len(self.wi), 3 * len(folding.lights)))
         for pack in packs:
-            weights = np.hstack([np.pi * self.under(light).weights(pack.basis.wavelengths_nm) for light in lights])
-            folded = pack.basis.reconstruct(pack.spectral) @ weights
-            xyz += pack.geometry_at(self.angles[pack.frame, pack.anisotropic]) @ folded
+            xyz += pack.geometry_at(self.angles[pack.frame, pack.anisotropic]) @ pack.folded(folding)
         return _by_light(xyz)
 
     def compare(self, reference_xyz: Float[np.ndarray, "N 3"], sample_xyz: Float[np.ndarray, "N 3"]) -> FitError:
@@ -140,6 +146,11 @@ class SphereProtocol:
 def _by_light(xyz: Float[np.ndarray, "N M3"]) -> Float[np.ndarray, "M N 3"]:
     """Columns of three a light, as one picture a light."""
     return np.ascontiguousarray(xyz.reshape(len(xyz), -1, 3).transpose(1, 0, 2))
+
+
+@lru_cache(maxsize=64)
+def _folding(lights: tuple[str, ...], observer_name: str) -> Folding:
+    return Folding(observer(observer_name), [illuminant(light) for light in lights], np.pi)
 
 
 @lru_cache(maxsize=64)

@@ -14,7 +14,6 @@ from ...spectral.observers import observer
 from ...spectral.upsampling import PRIMARIES, xyz_from_rgb
 from ..brdf import Brdf
 from ..directions import io_from_half_difference
-from ..fluorescent import FluorescentBrdf
 from ..measured.merl import SHAPE, MerlBrdf, node_angles
 from ..measured.rgl import RglBrdf
 from .merl import SCALES
@@ -37,7 +36,7 @@ def merl_table(brdf: Brdf) -> tuple[Float[np.ndarray, "90 90 180 3"], tuple[str,
     InputError
         Anisotropic or fluorescent: the layout has room for neither.
     """
-    if isinstance(brdf, FluorescentBrdf) or not brdf.isotropic:
+    if brdf.bispectral or not brdf.isotropic:
         kind = "anisotropic" if not brdf.isotropic else "fluorescent"
         raise InputError(
             f"a MERL table cannot hold an {kind} surface"

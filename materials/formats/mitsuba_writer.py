@@ -24,7 +24,6 @@ from ...spectral.observers import observer
 from ...spectral.saturated import spectra_of
 from ..analytic import CookTorrance, Lambert
 from ..brdf import Brdf
-from ..fluorescent import FluorescentBrdf
 from ..measured.rgl import RglBrdf
 from ..measured.rgl_measurement import RglMeasurement
 from ..measured.rgl_table import rgl_fields
@@ -100,7 +99,7 @@ def _table(brdf: Brdf, comment: str) -> tuple[dict[str, np.ndarray], tuple[str, 
     """Fields of the file for `measured`, and how far they are from the BRDF."""
     if isinstance(brdf, RglBrdf) and not brdf.isotropic:
         return _as_read(brdf)
-    exchanged = brdf if isinstance(brdf, FluorescentBrdf) else _Exchanged(brdf)
+    exchanged = brdf if brdf.bispectral else _Exchanged(brdf)
     sphere = sphere_protocol(_JUDGED, brdf.isotropic)
     fields = rgl_fields(exchanged, comment)
     error = sphere.compare(sphere.reference(exchanged), sphere.reference(RglBrdf(RglMeasurement("", fields))))

@@ -18,7 +18,6 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ..brdf import Brdf
 from ..directions import TAU, io_from_half_difference, spherical
-from ..fluorescent import FluorescentBrdf
 
 # Beyond, f_r over the light's cosine says nothing any more.
 _LAST_LIGHT = np.radians(89.9)
@@ -94,7 +93,7 @@ def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
 
 
 def _grid(brdf: Brdf) -> _Grid:
-    fluorescent = isinstance(brdf, FluorescentBrdf)
+    fluorescent = brdf.bispectral is not None
     if fluorescent or not (brdf.isotropic or _mirrored(brdf)):
         raise InputError(
             f"{'a fluorescent surface' if fluorescent else 'a surface without mirror planes'} has no table",

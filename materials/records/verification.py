@@ -15,17 +15,13 @@ from pathlib import Path
 
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.files import half_written
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
 from ...spectral.processes import each_done, usable_cores
 from ..factors import FitError
-from ..fluorescent import FluorescentBrdf
 from ..protocol import sphere_protocol
 from .material import MaterialRecord
 from .query import material_files
 from .record import SUFFIX, read_record
 from .record_head import IMPORT_AGAIN, other_material
-from .sphere_xyz import original_xyz, packs_xyz
 
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
@@ -111,15 +107,12 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     if declared is None or size is None:
         return None
     brdf, pixels = record.brdf(), int(size[1])
-    alone = isinstance(brdf, FluorescentBrdf)
-    isotropic = brdf.isotropic if alone else all(lobe.brdf.isotropic for lobe in brdf.lobes())
+    isotropic = brdf.isotropic if brdf.bispectral else all(lobe.brdf.isotropic for lobe in brdf.lobes())
     sphere = sphere_protocol(pixels, isotropic, light=declared.light)
     if (sphere.text, sphere.observer) != (declared.protocol, declared.observer):
         return None
     names = [one.light for one in declared.lights] or [declared.light]
-    lights, eye = [illuminant(name) for name in names], observer(sphere.observer)
-    original, packs = (xyz(record, sphere, lights, eye) for xyz in (original_xyz, packs_xyz))
-    return sphere.compare_lights(original, packs, names)
+    return sphere.compare_lights(sphere.references(brdf, names), sphere.samples(record.packs, names), names)
 
 
 def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:

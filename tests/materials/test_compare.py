@@ -7,9 +7,9 @@ from metamer.materials.compare import compare_catalogues, compare_records
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.protocol import sphere_protocol
 from metamer.materials.records.record import read_record
-from metamer.materials.records.sphere_xyz import original_xyz, packs_xyz
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
@@ -146,6 +146,7 @@ def test_fluorescent_original_and_packs_agree(tmp_path, write_matt):
     record = read_record(write_matt(tmp_path, "x/f", **changes))
     sphere, eye = sphere_protocol(32), observer("1931_2")
     lights = [illuminant("D65"), illuminant("A")]
-    fast, slow = (seen(record, sphere, lights, eye) for seen in (packs_xyz, original_xyz))
+    folding = Folding(eye, lights, np.pi)
+    fast, slow = sphere.packs_xyz(record.packs, folding), sphere.original_xyz(record.brdf(), folding)
     np.testing.assert_allclose(fast, slow, atol=2e-3)
     assert np.abs(fast[0] - fast[1]).max() > 0.05

@@ -1,0 +1,43 @@
+"""Lights and an observer, ready to be folded with what surfaces make of light."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from .bispectral import Bispectral
+from .observers import Observer
+from .spectrum import Spectrum
+
+
+class Folding:
+    """M lights, each folded with one observer; what it takes is worked out once a grid and once a Donaldson matrix.
+
+    XYZ are in columns of three a light. Y of what `scale` times the perfect diffuser reflects is `scale` under each.
+    """
+
+    def __init__(self, observer: Observer, lights: Sequence[Spectrum], scale: float = 1.0) -> None:
+        self.observer, self.lights, self.scale = observer, tuple(lights), scale
+        self._weights: dict[bytes, np.ndarray] = {}
+        self._emitted: dict[int, tuple[Bispectral, np.ndarray]] = {}
+
+    def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L M3"]:
+        """XYZ = spectrum (..., L) @ weights, for what keeps its wavelength."""
+        key = wavelengths_nm.tobytes()
+        if key not in self._weights:
+            each = [self.scale * self.observer.weights(light, wavelengths_nm).T for light in self.lights]
+            self._weights[key] = np.hstack(each)
+        return self._weights[key]
+
+    def emitted(self, surface: Bispectral) -> Float[np.ndarray, " M3"]:
+        """XYZ of what a surface sends out at new wavelengths, at every one that the observer sees."""
+        if id(surface) not in self._emitted:
+            nm, cmfs = self.observer.wavelengths_nm, self.observer.cmfs
+            each = [
+                np.trapezoid(surface.emission(light, nm)[:, None] * cmfs, nm, axis=0) / self.observer.luminous(light)
+                for light in self.lights
+            ]
+            self._emitted[id(surface)] = surface, self.scale * np.concatenate(each)
+        return self._emitted[id(surface)][1]
