@@ -80,11 +80,9 @@ def add_renderer_option(command: argparse.ArgumentParser) -> None:
 
 def renderer_for(choice: str) -> Renderer:
     """The renderer asked for; "auto" falls back to software and says why."""
-    from ..viewer.headless import GLRenderer, SoftwareRenderer, create_renderer
+    from ..viewer.script import renderer_named
 
-    if choice != "auto":
-        return GLRenderer() if choice == "gl" else SoftwareRenderer()
-    renderer, reason = create_renderer()
+    renderer, reason = renderer_named(choice)
     if reason is not None:
         print(f"No OpenGL here, so the software path renders. {reason}")
     return renderer
@@ -98,13 +96,6 @@ def warned(line: str) -> None:
 def told(line: str) -> None:
     """Say on standard error, at once, which long step begins."""
     print(f"metamer: {line}", file=sys.stderr, flush=True)
-
-
-def shipped_scene(name: str = "sphere") -> Path:
-    """A scene that comes with Metamer."""
-    from importlib.resources import files
-
-    return Path(str(files("metamer.examples"))) / f"{name}.toml"
 
 
 def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:

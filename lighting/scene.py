@@ -259,6 +259,20 @@ def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | No
     return read_scene(Path(path), catalogue, say)
 
 
+def shipped_scene(name: str = "sphere") -> Path:
+    """The file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there are.
+
+    >>> shipped_scene("speed_shape").name
+    'speed_shape.toml'
+    """
+    from importlib.resources import files
+
+    path = Path(str(files("metamer.examples"))) / f"{name}.toml"
+    if not path.is_file():
+        raise UnknownNameError("scene", name, sorted(scene.stem for scene in path.parent.glob("*.toml")))
+    return path
+
+
 __all__ = [
     "Camera",
     "DirectionalLight",
@@ -274,4 +288,5 @@ __all__ = [
     "held_off_notes",
     "illuminances_lux",
     "load_scene",
+    "shipped_scene",
 ]

@@ -21,6 +21,7 @@ from ..lighting.plan import ScenePlan, plan_scene
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
 from ..materials.factors import FactorPack
+from ..materials.reading import GEOMETRY, Reading
 from ..materials.records.material import MaterialRecord
 from ..spectral.difference import lab_from_xyz
 from ..spectral.ending import clearing, saying
@@ -32,7 +33,7 @@ from .display import DisplayTransform
 from .display_gl import DisplayPass
 from .picture import Warn, display_for, display_pass, picture_words, say_if_clipped, unheard
 from .png import quantise
-from .reading import GEOMETRY, Reading, swatch
+from .reading import swatch, xyz_in
 from .references import Reference, references
 from .renderer import Renderer
 from .review_files import picture_name, write_row
@@ -302,7 +303,7 @@ def _rows(
             timer.lap("write")
             timer.seconds["write"] += timer.seconds["encode"]
             reading = readings[material_id]
-            xyz = reading.xyz(lit)
+            xyz = xyz_in(lit, reading)
             yield review_row(
                 **said,
                 statistics=statistics,
