@@ -73,21 +73,23 @@ _HOMES = {
 __all__ = ["__version__", *_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
-def __getattr__(name: str) -> object:
-    """What a name stands for; from then on it is an attribute like any other."""
-    if name == "__version__":
-        from importlib.metadata import version
+if not TYPE_CHECKING:  # who checks types shall hear of a name that there is not
 
-        found: object = version("metamer")
-    elif name in _HOMES:
-        from importlib import import_module
+    def __getattr__(name: str) -> object:
+        """What a name stands for; from then on it is an attribute like any other."""
+        if name == "__version__":
+            from importlib.metadata import version
 
-        module, _, attribute = _HOMES[name].rpartition(".")
-        found = getattr(import_module(f".{module}", __name__), attribute)
-    else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = found
-    return found
+            found: object = version("metamer")
+        elif name in _HOMES:
+            from importlib import import_module
+
+            module, _, attribute = _HOMES[name].rpartition(".")
+            found = getattr(import_module(f".{module}", __name__), attribute)
+        else:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = found
+        return found
 
 
 def __dir__() -> list[str]:

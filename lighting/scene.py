@@ -71,11 +71,16 @@ class Review:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A mesh in world coordinates and the id of its material."""
+    """A mesh in world coordinates (`Mesh.placed` puts it there) and the id of its material."""
 
     name: str
     mesh: Mesh
-    material_id: str
+    material: str
+
+    @property
+    def material_id(self) -> str:
+        """`material`, beside which renderers have the materials themselves."""
+        return self.material
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +148,7 @@ class Scene:
     @property
     def material_ids(self) -> tuple[str, ...]:
         """Ids of the materials on the parts, each once, in the order of the parts."""
-        return tuple(dict.fromkeys(part.material_id for part in self.parts))
+        return tuple(dict.fromkeys(part.material for part in self.parts))
 
     @property
     def reviewed_part(self) -> str:
@@ -158,7 +163,7 @@ class Scene:
     def with_material(self, part: str, material_id: str) -> Scene:
         """The scene with another material on one part; meshes are shared, so geometry caches stay good."""
         self.part(part)
-        parts = tuple(replace(p, material_id=material_id) if p.name == part else p for p in self.parts)
+        parts = tuple(replace(p, material=material_id) if p.name == part else p for p in self.parts)
         return replace(self, parts=parts)
 
     def with_illuminant(self, spectrum: Spectrum, name: str = "") -> Scene:

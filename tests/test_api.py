@@ -43,7 +43,7 @@ def test_every_name_is_what_its_module_has():
 
 
 def test_type_checkers_see_the_same_names_in_the_same_modules():
-    (block,) = (node for node in TREE.body if isinstance(node, ast.If))
+    block = next(node for node in TREE.body if isinstance(node, ast.If))
     seen = {
         alias.asname: f"{node.module}.{alias.name}"
         for node in block.body
