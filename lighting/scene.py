@@ -258,6 +258,9 @@ def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | No
     Raises
     ------
     InputError, UnknownNameError : with the file, the key, and the nearest names there are.
+
+    >>> [part.name for part in load_scene(shipped_scene("patches")).parts]
+    ['chips/1', 'chips/2', 'chips/3', 'chips/4', 'chips/5', 'chips/6']
     """
     from .scene_files import read_scene
 
