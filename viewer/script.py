@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
 from ..spectral.errors import UnknownNameError, UsageError
+from ..spectral.processes import usable_cores
 from .context import NoGL
 from .cost import picture_cost
 from .headless import GLRenderer, SoftwareRenderer, create_renderer
@@ -86,7 +87,7 @@ def review(
     budget: float = 1.0,
     camera: str | None = None,
     renderer: RendererName | Renderer = "auto",
-    jobs: int = 1,
+    jobs: int | None = None,
     again: bool = False,
     progress: Progress | None = None,
 ) -> ReviewResult:
@@ -104,7 +105,7 @@ def review(
     budget : ΔE94 that the 99th percentile of each row is held against.
     camera : its name in the scene; default: the first.
     renderer : as of `render`.
-    jobs : processes; more than one need a `__main__` that can be imported again (see `multiprocessing`).
+    jobs : processes that compute references; default: one a core.
     again : draw every row, also those that are there.
     progress : called with (rows done, rows in all, material).
 
@@ -116,6 +117,7 @@ def review(
     from .review import review as review_into
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
+    jobs = jobs or usable_cores()
     lights = illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))
     view = scene.camera(camera)
     picture_cost(scene, view, "review", spectra=len(lights), jobs=jobs).check_room(scene, view)
