@@ -83,7 +83,7 @@ class Part:
         return self.material
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Everything that a picture depends on.
 
@@ -128,6 +128,9 @@ class Scene:
                 )
         if self.review is not None:
             self.part(self.review.on)
+
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: parts {len(self.parts)}, lights {len(self.lights)}, cameras {len(self.cameras)}>"
 
     def part(self, name: str) -> Part:
         """The part called `name`; UnknownNameError gives the nearest."""

@@ -30,7 +30,7 @@ Quantity = Literal["reflectance", "transmittance", "radiance factor", "emission"
 _UNBOUNDED = ("radiance factor", "emission")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
     """Coefficients (...,J) in a basis, and what they measure.
 
@@ -45,6 +45,8 @@ class Spectrum:
     Examples
     --------
     >>> grey = Spectrum.sampled([400.0, 700.0], [0.5, 0.5], "reflectance")
+    >>> grey
+    <Spectrum of reflectance, 400 to 700 nm: 2 values>
     >>> grey.resampled(np.array([380.0, 550.0])).values
     array([0.5, 0.5])
     """
@@ -72,6 +74,11 @@ class Spectrum:
             )
         if self.basis.is_sampled:
             check_values(values, self.basis.wavelengths_nm, self.quantity)
+
+    def __repr__(self) -> str:
+        low, high = self.wavelengths_nm[[0, -1]]
+        shape = " x ".join(map(str, self.values.shape))
+        return f"<Spectrum of {self.quantity}, {low:g} to {high:g} nm: {shape} values>"
 
     @classmethod
     def sampled(cls, wavelengths_nm: object, values: object, quantity: Quantity = "reflectance") -> Spectrum:

@@ -172,6 +172,8 @@ def test_a_picture_has_its_arrays_and_writes_what_the_command_writes(scene, cata
     assert isinstance(picture, metamer.Picture)
     assert picture.xyz.shape == (16, 24, 3) and picture.coverage.shape == (16, 24)
     np.testing.assert_array_equal(picture.white, metamer.observer("1931_2").white(metamer.illuminant("A")))
+    assert repr(scene) == "<Scene ball: parts 1, lights 1, cameras 2>"
+    assert repr(picture) == "<Picture of ball, near: 24 x 16>"
     assert picture.lab().shape == (16, 24, 3) and picture.rgb().dtype == np.uint8
     command = ["render", scene.path, "--catalogue", catalogue.folder, "--illuminant", "A", "--renderer", "software"]
     for name in ("a.exr", "a.png"):

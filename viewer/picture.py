@@ -46,7 +46,7 @@ def unheard(_line: str) -> None:
     """Where nobody listens to warnings."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Picture:
     """A scene as a camera of it sees it.
 
@@ -63,6 +63,9 @@ class Picture:
     xyz: Float[np.ndarray, "H W 3"]
     coverage: Float[np.ndarray, "H W"]
     made_by: str
+
+    def __repr__(self) -> str:
+        return f"<Picture of {self.scene.name}, {self.view.name}: {self.view.width} x {self.view.height_px}>"
 
     @cached_property
     def white(self) -> Float[np.ndarray, "3"]:
