@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from .lighting.lights import PointLight as PointLight
     from .lighting.scene import Part as Part
     from .lighting.scene import Scene as Scene
-    from .lighting.scene import load_scene as load_scene
-    from .lighting.scene import shipped_scene as shipped_scene
+    from .lighting.scene_files import load_scene as load_scene
+    from .lighting.scene_files import shipped_scene as shipped_scene
     from .materials.catalogue import Catalogue as Catalogue
-    from .materials.catalogue import import_sources as import_sources
+    from .materials.intake.importing import import_sources as import_sources
     from .materials.material import Material as Material
     from .materials.records.query import Query as Query
     from .spectral.difference import delta_e as delta_e
@@ -63,12 +63,12 @@ _HOMES = {
     "Spectrum": "spectral.spectrum.Spectrum",
     "delta_e": "spectral.difference.delta_e",
     "illuminant": "spectral.illuminants.illuminant",
-    "import_sources": "materials.catalogue.import_sources",
-    "load_scene": "lighting.scene.load_scene",
+    "import_sources": "materials.intake.importing.import_sources",
+    "load_scene": "lighting.scene_files.load_scene",
     "observer": "spectral.observers.observer",
     "render": "viewer.script.render",
     "review": "viewer.script.review",
-    "shipped_scene": "lighting.scene.shipped_scene",
+    "shipped_scene": "lighting.scene_files.shipped_scene",
 }
 __all__ = ["__version__", *_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
 

@@ -1,6 +1,6 @@
 """What fits come to whatever rounds: terms, error, bounds and CPU time of materials under several kernels of OpenBLAS.
 
-    python -m benchmarks.fits [FILE ...] [--kernels Haswell,SkylakeX,Zen,Prescott] [--budget 0.5] [--json OUT.json]
+    python -m metamer.benchmarks.fits [FILE ...] [--kernels Haswell,SkylakeX,Zen,Prescott] [--budget 0.5] [--json F]
 
 FILE is whatever an import takes (folders, zip files, measurements); without one, the materials that are shipped. Each
 kernel works in a process of its own, one thread, one after the other: kernels add up in different orders, so that paths
@@ -22,16 +22,17 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from metamer.spectral.processes import one_thread
+from ..spectral.processes import one_thread
 
 KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
 
 
 def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """A row for each material of `sources` that has a surface."""
-    from metamer.materials.fitting.fit import fit
-    from metamer.materials.intake.sources import MaterialSource, read_sources
-    from metamer.materials.records.models import SPECTRA, rebuild
+    from ..materials.fitting.fit import fit
+    from ..materials.intake.sources import read_sources
+    from ..materials.records.models import SPECTRA, rebuild
+    from ..materials.source import MaterialSource
 
     for source in sources:
         for material in read_sources(source):
@@ -56,7 +57,7 @@ def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
 
 def under(kernel: str, sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """The rows of `fitted` from a process that adds up as `kernel` does."""
-    command = [sys.executable, __file__, *map(str, sources), "--budget", str(budget), "--worker"]
+    command = [sys.executable, "-m", "metamer.benchmarks.fits", *map(str, sources), "--budget", str(budget), "--worker"]
     environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -101,8 +102,8 @@ def main(words: Sequence[str] | None = None) -> int:
         for row in fitted(args.sources, args.budget):
             print(json.dumps(row), flush=True)
         return 0
-    from metamer.cli.catalogue_import import shipped_sources
-    from metamer.materials.fitting.bounds import Extremes
+    from ..materials.fitting.bounds import Extremes
+    from ..materials.shipped import shipped_sources
 
     rows = []
     for kernel in args.kernels:

@@ -1,6 +1,6 @@
 """Damaged files, thousands for every reader: each is read, or refused by an `InputError`; nothing else may happen.
 
-    python -m benchmarks.fuzz [READER ...] [--count 10000] [--seed 1] [--data DIR] [--keep DIR] [--json OUT.json]
+    python -m metamer.benchmarks.fuzz [READER ...] [--count 10000] [--seed 1] [--data DIR] [--keep DIR] [--json F]
 
 Readers are those of both lists of formats. The files that are damaged are small ones written here (`fuzz_seeds`) and,
 with `--data`, those of a folder that the reader recognises. A reader works in a process of its own, with a limit on
@@ -30,12 +30,11 @@ from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from metamer.materials.formats import registry
-from metamer.materials.intake.sources import Rejected
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats import reading
-
-from benchmarks.fuzz_seeds import seeds
+from ..materials.formats import registry
+from ..materials.source import Rejected
+from ..spectral.errors import InputError
+from ..spectral.formats import reading
+from .fuzz_seeds import seeds
 
 SECONDS_A_FILE = 10.0
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
@@ -290,7 +289,7 @@ def files_of(reader: str, data: Path | None) -> dict[str, bytes]:
 
 def main(words: list[str] | None = None) -> int:
     """Damage, read, tell; 1 where a reader failed."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("readers", nargs="*", choices=[*readers(), []], metavar="READER")
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,6 +1,6 @@
 """How fast a folder of materials is imported, what a second import costs, and whether kills do any harm.
 
-    python -m benchmarks.importing [--materials 200] [--jobs 2] [--kills 50] [--json OUT.json]
+    python -m metamer.benchmarks.importing [--materials 200] [--jobs 2] [--kills 50] [--json OUT.json]
 
 The materials are generated: smooth reflectances in one CSV table, and descriptions that make diffuse, rough and glossy
 surfaces of them. `peak` is the high-water mark of resident memory (VmHWM) of the command and of its largest worker. A
@@ -27,10 +27,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.intake import known
-from metamer.materials.records.record import MARKER
-from metamer.spectral.files import half_written
+
+from ..materials.catalogue import Catalogue
+from ..materials.intake import known
+from ..materials.records.record import MARKER
+from ..spectral.files import half_written
 
 TABLES = """
 [chart]
@@ -245,7 +246,7 @@ def measured(materials: int, jobs: int, folder: Path) -> dict:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--materials", type=int, default=200)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--kills", type=int, default=0)

@@ -1,6 +1,6 @@
 """Do `review`, `fit` and `import` end as they should, at whatever moment a signal comes?
 
-    python -m benchmarks.interrupts [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
+    python -m metamer.benchmarks.interrupts [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
 
 Each run is hit once, at a random moment between its start and the end of an undisturbed one: by SIGINT to all of its
 processes, as a terminal sends it, by SIGTERM to the command alone, as `kill` does, or by SIGKILL. After SIGINT and
@@ -32,13 +32,10 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from metamer.materials.catalogue import Catalogue
-from metamer.spectral.files import half_written
-
-# Also as a test loads it, from its file alone.
-sys.path.insert(0, str(Path(__file__).parent))
-from importing import command as import_command
-from importing import contents, generated
+from ..materials.catalogue import Catalogue
+from ..spectral.files import half_written
+from .importing import command as import_command
+from .importing import contents, generated
 
 LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.
@@ -329,7 +326,7 @@ def not_deaf() -> None:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store; 1 where any run ended otherwise than it should."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--kills", type=int, default=5)
     parser.add_argument("--commands", default=",".join(COMMANDS))

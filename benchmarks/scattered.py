@@ -1,6 +1,6 @@
 """How well measured spectral BRDFs are interpolated: a tenth of the direction pairs is left out and predicted.
 
-    python -m benchmarks.scattered [FILE.brdf ...] [--json OUT.json]
+    python -m metamer.benchmarks.scattered [FILE.brdf ...] [--json OUT.json]
 
 Two tests. "tenth": ten folds drawn at random; a pair, its duplicates, its mirror image and its exchange share a fold.
 "incidence": every pair of one theta_i is left out, for each theta_i but the first and last, which is what a grid
@@ -20,12 +20,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from metamer.materials.directions import io_angles
-from metamer.materials.formats.cornell import read_cornell
-from metamer.materials.measured.scattered import ScatteredBrdf, ScatteredMeasurement
-from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.illuminants import illuminant
-from metamer.spectral.observers import observer
+
+from ..materials.directions import io_angles
+from ..materials.formats.cornell import read_cornell
+from ..materials.measured.scattered import ScatteredBrdf, ScatteredMeasurement
+from ..spectral.difference import delta_e_xyz
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
 
 LIGHT, OBSERVER = "D65", "1931_2"
 # A predictor gives (K,L) at the pairs (wi, wo), and how many of them it had to take from the nearest neighbour.

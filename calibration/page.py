@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import coded_map, plots
+from .row import ReviewRow
 from .statistics import beside, verdict
 
 if TYPE_CHECKING:
     import jinja2
     from markupsafe import Markup
-
-    from .report import ReviewRow
 
 TEMPLATES = Path(__file__).with_name("templates")
 SHOWN_WORST = 6
@@ -31,12 +30,12 @@ _VERDICTS = {
 }
 
 
-def html_environment(**filters: Callable[..., Any]) -> jinja2.Environment:
-    """Templates of the pages: escaped, strict about names, with `de` for a ΔE and the filters given."""
+def html_environment(*folders: Path, **filters: Callable[..., Any]) -> jinja2.Environment:
+    """Templates of the pages, and in `folders`: escaped, strict about names, with `de` for a ΔE and `filters`."""
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
+        loader=jinja2.FileSystemLoader([*folders, TEMPLATES]),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..spectral.files import written_whole
-from .report import ReviewRow, RowColour
+from .row import ReviewRow, RowColour
 from .statistics import DeltaEStatistics, SelfCheck
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -187,8 +186,3 @@ def beside(value: float, *limits: float) -> str:
         if all((float(text) > limit) == (value > limit) for limit in limits):
             return text
     return repr(value)
-
-
-def worst(statistics: Sequence[DeltaEStatistics]) -> int:
-    """Index of the row with missing numbers, else of the row with the largest p99."""
-    return max(range(len(statistics)), key=lambda index: (statistics[index].undefined > 0, statistics[index].p99))

@@ -63,12 +63,12 @@ def run(args: argparse.Namespace) -> int:
         return _factor(args)
     figures = {}
     if args.what in ("basis", "all"):
-        from ..calibration import basis_benchmark
+        from ..benchmarks import basis
 
-        figures["basis"] = basis_benchmark.run()
-        print(basis_benchmark.report(figures["basis"]))
+        figures["basis"] = basis.run()
+        print(basis.report(figures["basis"]))
     if args.what in ("shading", "all"):
-        from ..viewer.benchmarks import shading
+        from ..benchmarks import shading
 
         figures["shading"] = shading.run()
         print(shading.report(figures["shading"]))
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _factor(args: argparse.Namespace) -> int:
-    from ..viewer.benchmarks.factor import benchmark, report
+    from ..benchmarks.factor import benchmark, report
 
     data = args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
     measured = benchmark.run(

@@ -10,7 +10,7 @@ from .catalogue_words import columns, opened
 from .shared import comma_separated, positive_count, positive_delta_e, progress_bar
 
 if TYPE_CHECKING:
-    from ..materials.records.compare import Comparison
+    from ..materials.compare import Comparison
     from ..materials.records.material import MaterialRecord
 
 
@@ -66,7 +66,7 @@ def _is_folder(text: str) -> bool:
 
 
 def _catalogues(args: argparse.Namespace) -> Comparison:
-    from ..materials.records.compare import compare_catalogues
+    from ..materials.compare import compare_catalogues
 
     a, b = opened(Path(args.a)), opened(Path(args.b))
     with progress_bar("Comparing", quiet=args.json) as progress:
@@ -82,7 +82,7 @@ def _catalogues(args: argparse.Namespace) -> Comparison:
 
 
 def _materials(args: argparse.Namespace) -> Comparison:
-    from ..materials.records.compare import Comparison, compare_records
+    from ..materials.compare import Comparison, compare_records
     from ..spectral.errors import UsageError
 
     for side in (args.a, args.b):

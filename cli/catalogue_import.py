@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..materials.shipped import shipped_sources
 from ..spectral.errors import UsageError, visible
 from .catalogue_words import CATALOGUE_HELP, print_table, say
 from .import_progress import import_shown
@@ -119,13 +120,6 @@ def _answer(args: argparse.Namespace) -> Answer:
     if args.quantity == "emission" and args.scale is not None:
         raise UsageError("an emission has no scale: leave --scale out")
     return Answer("radiance factor" if args.quantity == "radiance-factor" else args.quantity, args.scale)
-
-
-def shipped_sources() -> Path:
-    """The folder of the materials that come with metamer."""
-    from importlib.resources import files
-
-    return Path(str(files("metamer.catalogs"))) / "shipped"
 
 
 def _family(text: str) -> str:

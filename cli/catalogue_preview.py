@@ -39,7 +39,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Draw; 0, or 4 where a file could not be used or nothing fits."""
-    from ..lighting.scene import load_scene, shipped_scene
+    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.errors import InputError
     from ..spectral.files import check_writable, written_whole
     from ..viewer.picture import lit_by

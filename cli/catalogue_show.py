@@ -122,9 +122,9 @@ def _stated(record: MaterialRecord) -> str:
 
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
-    from ..lighting.scene import load_scene, shipped_scene
+    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.files import written_whole
-    from ..viewer.material_page import material_page
+    from ..viewer.material_facts import material_page
 
     if record.is_surface:
         with renderer_for(renderer) as drawing:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.doing import share_done
 from ..spectral.ending import saying
+from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .fit_progress import FitProgress
-from .shared import add_catalogue_option, catalogue_for, counted, positive_count, positive_delta_e
+from .shared import counted, positive_count, positive_delta_e
 
 if TYPE_CHECKING:
     from ..materials.factors import FitError, LightError

@@ -15,9 +15,9 @@ from .progress import Ticker, left_column, say_line
 from .shared import counted, shortened, shows_bars
 
 if TYPE_CHECKING:
-    from ..materials.intake.cost import Jobs
+    from ..materials.intake.import_cost import Jobs
+    from ..materials.intake.import_plan import PlannedMaterial
     from ..materials.intake.importing import ImportOutcome
-    from ..materials.intake.plan import PlannedMaterial
 
 # Cells of a name, and of what is done to it, beside bar, count and times.
 _NAME, _PHASE = 28, 32

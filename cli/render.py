@@ -6,16 +6,8 @@ import argparse
 from pathlib import Path
 
 from ..spectral.errors import UsageError
-from .shared import (
-    add_catalogue_option,
-    add_renderer_option,
-    catalogue_for,
-    positive_count,
-    progress_bar,
-    renderer_for,
-    told,
-    warned,
-)
+from .chosen_catalogue import add_catalogue_option, catalogue_for
+from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, told, warned
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -48,9 +40,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
-    from ..lighting.scene import load_scene
-    from ..viewer.cost import SAID_FROM_SECONDS, picture_cost
+    from ..lighting.scene_files import load_scene
     from ..viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
+    from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
 
     if args.reference and args.spectral:
         raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")

@@ -6,10 +6,9 @@ import argparse
 import time
 from pathlib import Path
 
+from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import (
-    add_catalogue_option,
     add_renderer_option,
-    catalogue_for,
     comma_separated,
     counted,
     positive_count,
@@ -55,9 +54,9 @@ def run(args: argparse.Namespace) -> int:
     from importlib.metadata import version
 
     from ..calibration.statistics import beside
-    from ..lighting.scene import load_scene, shipped_scene
+    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.processes import usable_cores
-    from ..viewer.cost import SAID_FROM_SECONDS, picture_cost
+    from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.review import review
 
     start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""What several subcommands share: options, the catalogue to use, and progress."""
+"""What several subcommands share: options, what ships, and progress."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
-    from ..materials.catalogue import Catalogue
     from ..viewer.renderer import Renderer
 
 
@@ -58,16 +56,6 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def add_catalogue_option(command: argparse.ArgumentParser) -> None:
-    """`--catalogue`."""
-    command.add_argument(
-        "--catalogue",
-        type=Path,
-        metavar="CAT",
-        help="default: $METAMER_CATALOGUE, or ./metamer-catalogue, made from the shipped materials where missing",
-    )
-
-
 def add_renderer_option(command: argparse.ArgumentParser) -> None:
     """`--renderer`."""
     command.add_argument(
@@ -96,27 +84,6 @@ def warned(line: str) -> None:
 def told(line: str) -> None:
     """Say on standard error, at once, which long step begins."""
     print(f"metamer: {line}", file=sys.stderr, flush=True)
-
-
-def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
-    """The catalogue asked for; the default one is first made from the shipped materials where it is missing."""
-    from ..materials.catalogue import Catalogue, default_catalogue
-
-    if folder is None:
-        folder = default_catalogue()
-        if not folder.exists():
-            from ..materials.intake.importing import import_sources
-            from ..spectral.ending import saying
-            from .catalogue_import import shipped_sources
-            from .import_progress import import_shown
-
-            print(f"No catalogue at {folder} yet: importing the shipped materials.", flush=True)
-            with ExitStack() as stack:
-                stack.enter_context(saying(lambda: "`metamer catalogue import` completes the catalogue."))
-                shown = import_shown(stack, [shipped_sources()])
-                told = {"looked_at": shown.looked_at, "begins": shown.begins, "doing": shown.doing}
-                import_sources([shipped_sources()], folder, jobs=jobs, progress=shown.progress, **told)
-    return Catalogue.open(folder)
 
 
 def shows_bars(stream: io.TextIOBase | TextIO) -> bool:

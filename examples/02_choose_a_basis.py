@@ -4,7 +4,7 @@ Both are linear and of the same cost. Peercy's keeps the spectra; the balanced o
 """
 
 import numpy as np
-from metamer.calibration.basis_benchmark import LIGHTS, basis_error, stage
+from metamer.benchmarks.basis import LIGHTS, basis_error, stage
 from metamer.spectral.basis import SpectralBasis
 
 SIZES = (3, 4, 5, 6, 8, 10, 12)

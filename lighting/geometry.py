@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .camera import Camera
-from .lights import DirectionalLight, Light
+from .lights import Light
 from .scene import Scene
 from .vectors import dot, facing_viewer, orthonormal_frame, unit
 
@@ -117,20 +117,16 @@ class Tracer:
         light: Light,
         points: Float[np.ndarray, "n 3"],
         normals: Float[np.ndarray, "n 3"],
-        to_light: Float[np.ndarray, "n 3"],
     ) -> Bool[np.ndarray, " n"]:
         """Whether nothing lies between each point (with its geometric normal towards the light) and the light."""
         start = points + SHADOW_OFFSET * self.radius * normals
-        if isinstance(light, DirectionalLight):
-            return self.first(start, to_light, again=False) < 0
-        offset = light.position - start
-        distance = np.linalg.norm(offset, axis=1)
-        directions = offset / distance[:, None]
+        arriving = light.arrivals(start)
+        directions = np.ascontiguousarray(arriving.directions)
         face = self.first(start, directions, again=False)
-        hit = np.flatnonzero(face >= 0)
-        where, _ = self.on_triangle(face[hit], start[hit], directions[hit])
         free = face < 0
-        free[hit] = where >= distance[hit]
+        near = np.flatnonzero(~free & np.isfinite(arriving.distance))
+        where, _ = self.on_triangle(face[near], start[near], directions[near])
+        free[near] = where >= arriving.distance[near]
         return free
 
 
@@ -163,9 +159,10 @@ def visible_geometry(
 
     lit = []
     for light in scene.lights:
-        to_light, illuminance = light.incident(position)
+        arriving = light.arrivals(position)
+        to_light, illuminance = arriving.directions, arriving.illuminance_lux
         above = np.flatnonzero((dot(geometric, to_light) > 0.0) & (dot(shading, to_light) > 0.0))
-        free = tracer.reaches(light, position[above], geometric[above], np.ascontiguousarray(to_light[above]))
+        free = tracer.reaches(light, position[above], geometric[above])
         which = above[free]
         lit.append(
             LitSamples(which, np.einsum("nij,nj->ni", frame[which], to_light[which]), np.array(illuminance[which]))

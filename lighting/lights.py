@@ -1,8 +1,14 @@
-"""Lights of no size: a far one and a near one, each a spectrum and a photometric strength."""
+"""Lights: what arrives from them where, each a spectrum and a photometric strength.
+
+A new light is a class here and a line in `LIGHTS`; scene files, rays and both renderers take it as it is.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from jaxtyping import Float
@@ -10,6 +16,66 @@ from jaxtyping import Float
 from ..spectral.errors import InputError
 from ..spectral.spectrum import Spectrum, as_float
 from .vectors import Number, VectorLike, finite_vector
+
+#: A point light nearer to the middle of a scene than this share of its radius counts as if it stood that far off.
+LEAST_SHARE = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Arrivals:
+    """Light that arrives at points.
+
+    directions (..., 3) : unit, towards the light. illuminance_lux (...) : on a surface that faces it. distance (...) :
+    to where it comes from, world units; infinite where its rays are parallel.
+    """
+
+    directions: Float[np.ndarray, "*n 3"]
+    illuminance_lux: Float[np.ndarray, "*n"]
+    distance: Float[np.ndarray, "*n"]
+
+
+class Light(ABC):
+    """What every light is: a relative emission `spectrum`, and where and how strongly it arrives.
+
+    KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
+    (`scene_keys`), those of them that must be there, and what stands for some that need not.
+    """
+
+    KIND: ClassVar[str]
+    KEYS: ClassVar[Mapping[str, str]]
+    REQUIRED: ClassVar[tuple[str, ...]] = ()
+    DEFAULTS: ClassVar[Mapping[str, Any]] = {}
+
+    spectrum: Spectrum
+    name: str
+    spectrum_name: str
+
+    @property
+    def place(self) -> Float[np.ndarray, "3"] | None:
+        """Where the light stands, world; None where it is infinitely far off."""
+        return None
+
+    @abstractmethod
+    def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
+        """What arrives at each point of the world (..., 3), were nothing in between."""
+
+    @abstractmethod
+    def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
+        """The light as renderers take it, in lengths of `radius` about `centre`.
+
+        Returns (x, y, z, w) and E (lx): at a point p the light lies towards (x, y, z) - w p, and gives a surface that
+        faces it E over the squared length of that.
+        """
+
+    @abstractmethod
+    def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+        """What the light gives a surface that faces it in the middle of the box from `low` to `high`, lx; how far off
+        it stands; and how far off it counts as standing for that (`LEAST_SHARE`).
+        """
+
+    def with_spectrum(self, spectrum: Spectrum, name: str = "") -> Light:
+        """The same light with another spectrum at the same strength."""
+        return replace(cast(Any, self), spectrum=spectrum, spectrum_name=name)
 
 
 def _strength(value: Number, field: str, unit: str) -> float:
@@ -25,7 +91,7 @@ def _check_spectrum(spectrum: Spectrum) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class DirectionalLight:
+class DirectionalLight(Light):
     """Parallel light, as from the sun.
 
     Parameters
@@ -39,6 +105,10 @@ class DirectionalLight:
     ------
     InputError : no power, no direction, or a spectrum that is not an emission.
     """
+
+    KIND = "directional"
+    KEYS: ClassVar = {"direction_to_light": "vector", "illuminance_lux": "number"}
+    DEFAULTS: ClassVar = {"direction_to_light": (-0.5, 0.6, 1.0)}
 
     direction_to_light: VectorLike
     spectrum: Spectrum
@@ -60,20 +130,26 @@ class DirectionalLight:
         _check_spectrum(self.spectrum)
         object.__setattr__(self, "illuminance_lux", _strength(self.illuminance_lux, "illuminance_lux", "lx"))
 
-    def incident(self, points: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n 3"], Float[np.ndarray, "*n"]]:
-        """Unit directions to the light and the illuminance (lx) on a surface that faces it, at each point."""
-        return (
+    def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
+        """The same everywhere."""
+        whole = points.shape[:-1]
+        return Arrivals(
             np.broadcast_to(self.direction_to_light, points.shape),
-            np.broadcast_to(np.float64(self.illuminance_lux), points.shape[:-1]),
+            np.broadcast_to(np.float64(self.illuminance_lux), whole),
+            np.broadcast_to(np.inf, whole),
         )
 
-    def with_spectrum(self, spectrum: Spectrum, name: str = "") -> DirectionalLight:
-        """The same light with another spectrum at the same illuminance."""
-        return replace(self, spectrum=spectrum, spectrum_name=name)
+    def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
+        """w = 0: infinitely far off."""
+        return np.append(self.direction_to_light, 0.0), float(self.illuminance_lux)
+
+    def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+        """Its illuminance, from infinitely far off."""
+        return float(self.illuminance_lux), np.inf, np.inf
 
 
 @dataclass(frozen=True, eq=False)
-class PointLight:
+class PointLight(Light):
     """Light from one point, equal in all directions: illuminance falls with the square of the distance (E = I / d^2).
 
     Parameters
@@ -88,6 +164,10 @@ class PointLight:
     InputError : no power, or a spectrum that is not an emission.
     """
 
+    KIND = "point"
+    KEYS: ClassVar = {"position": "vector", "intensity_cd": "number"}
+    REQUIRED = ("position", "intensity_cd")
+
     position: VectorLike
     spectrum: Spectrum
     intensity_cd: Number = 1000.0
@@ -99,17 +179,35 @@ class PointLight:
         _check_spectrum(self.spectrum)
         object.__setattr__(self, "intensity_cd", _strength(self.intensity_cd, "intensity_cd", "cd"))
 
-    def incident(self, points: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n 3"], Float[np.ndarray, "*n"]]:
-        """Unit directions to the light and the illuminance (lx) on a surface that faces it, at each point."""
+    @property
+    def place(self) -> Float[np.ndarray, "3"]:
+        """`position`."""
+        return self.position
+
+    def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
+        """By the inverse square law; nothing at the very point where the light stands."""
         offset = self.position - points
         squared = np.sum(offset * offset, axis=-1)
         apart = squared > 0.0
         safe = np.where(apart, squared, 1.0)
-        return offset / np.sqrt(safe)[..., None], np.where(apart, self.intensity_cd / safe, 0.0)
+        distance = np.sqrt(safe)
+        lux = np.where(apart, self.intensity_cd / safe, 0.0)
+        return Arrivals(offset / distance[..., None], lux, np.where(apart, distance, 0.0))
 
-    def with_spectrum(self, spectrum: Spectrum, name: str = "") -> PointLight:
-        """The same light with another spectrum at the same intensity."""
-        return replace(self, spectrum=spectrum, spectrum_name=name)
+    def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
+        """w = 1: where it stands."""
+        return np.append((self.position - centre) / radius, 1.0), self.intensity_cd / radius**2
+
+    def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+        """The inverse square law of one point says nothing of what surfaces about it receive, and there is none near
+        the middle of a room: a light that is nearer than `LEAST_SHARE` of the box's half diagonal counts from there.
+        """
+        distance = float(np.linalg.norm(self.position - 0.5 * (low + high)))
+        counted = max(distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low)))
+        return self.intensity_cd / counted**2, distance, counted
 
 
-Light = DirectionalLight | PointLight
+#: Every kind of light by the name that scene files give it.
+LIGHTS: dict[str, type[DirectionalLight] | type[PointLight]] = {
+    light.KIND: light for light in (DirectionalLight, PointLight)
+}

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError, UnknownNameError
-from .vectors import Number, VectorLike, dot, orthonormal_frame, stated_tangents, unit, welded
+from .vectors import Number, VectorLike, dot, orthonormal_frame, stated_tangents, unit
 
 # A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
 THINNEST = 1e-10
@@ -122,14 +122,6 @@ class Mesh:
         """Lowest and highest corner of the box around the vertices that triangles use."""
         used = self.vertices[np.unique(self.faces)]
         return used.min(axis=0), used.max(axis=0)
-
-    @cached_property
-    def watertight(self) -> bool:
-        """Whether every edge, found by position, belongs to two triangles that run along it in opposite senses."""
-        corners = welded(self.vertices)[1][self.faces]
-        edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
-        there = {(a, b) for a, b in edges.tolist()}
-        return len(there) == len(edges) and all((b, a) in there for a, b in there)
 
     def transformed(self, matrix: Float[np.ndarray, "4 4"]) -> Mesh:
         """The mesh under an affine `matrix`; normals go by the inverse transpose, a mirror turns the winding."""

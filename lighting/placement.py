@@ -13,7 +13,6 @@ from jaxtyping import Float
 
 from .camera import Camera
 from .geometry import VisibleGeometry, visible_geometry
-from .lights import PointLight
 from .mesh import Mesh
 from .scene import Scene
 
@@ -39,9 +38,9 @@ def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str,
     """
     camera = scene.camera() if camera is None else camera
     near = ON_SURFACE * 0.5 * float(np.linalg.norm(np.subtract(*scene.bounds)))
-    lamps = [light for light in scene.lights if isinstance(light, PointLight)]
+    lamps = [(light.name, light.place) for light in scene.lights if light.place is not None]
     around_camera = _bodies(scene, camera.position)
-    around = [_bodies(scene, lamp.position) for lamp in lamps]
+    around = [_bodies(scene, place) for _, place in lamps]
     warnings: list[str] = []
     dark = [part for part in around_camera if not any(part in bodies for bodies in around)]
     if dark:
@@ -49,17 +48,17 @@ def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str,
             f'camera "{camera.name}" stands inside {_named("part", dark)}, and no light does: it sees nothing but dark '
             "walls; move the camera out, or put a light in"
         )
-    for lamp, bodies in zip(lamps, around, strict=True):
-        touched = [part.name for part in scene.parts if _touches(part.mesh, lamp.position, near)]
+    for (name, place), bodies in zip(lamps, around, strict=True):
+        touched = [part.name for part in scene.parts if _touches(part.mesh, place, near)]
         shut = [part for part in bodies if part not in touched and part not in around_camera]
         if touched:
             warnings.append(
-                f'light "{lamp.name}" stands on the surface of {_named("part", touched)}, less than {near:.2g} away: '
+                f'light "{name}" stands on the surface of {_named("part", touched)}, less than {near:.2g} away: '
                 "of that surface it lights a spot or nothing; move the light off it"
             )
         if shut:
             warnings.append(
-                f'light "{lamp.name}" stands inside {_named("part", shut)}: it lights nothing that camera '
+                f'light "{name}" stands inside {_named("part", shut)}: it lights nothing that camera '
                 f'"{camera.name}" sees; move the light out'
             )
     return tuple(warnings)

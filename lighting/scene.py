@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -15,12 +15,9 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
-from .lights import DirectionalLight, Light, PointLight
+from .lights import Light
 from .mesh import Mesh
 from .vectors import Number
-
-# A lamp in the very middle of a room must not make its reference illuminance infinite.
-LEAST_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -212,18 +209,9 @@ def illuminances_lux(
 ) -> Float[np.ndarray, "_"]:
     """What each light gives a surface that faces it in the middle of the box from `low` to `high`, lx.
 
-    A point light nearer to the middle than `LEAST_SHARE` of the box's half diagonal counts as if it stood that far off;
-    `held_off_notes` says of which lights that is so. There is a surface nowhere near the middle of a room, and the
-    inverse square law of one point says nothing of what the room's surfaces receive.
+    A light that stands near the middle counts from farther off (`Light.counted_from`); `held_off_notes` says which.
     """
-    return np.array(
-        [
-            light.intensity_cd / max(_off_middle(light, low, high)) ** 2
-            if isinstance(light, PointLight)
-            else light.illuminance_lux
-            for light in lights
-        ]
-    )
+    return np.array([light.counted_from(low, high)[0] for light in lights])
 
 
 def held_off_notes(
@@ -232,72 +220,10 @@ def held_off_notes(
     """A sentence for each light that `illuminances_lux` counts from farther off than it stands."""
     notes = []
     for light in lights:
-        if isinstance(light, PointLight):
-            distance, least = _off_middle(light, low, high)
-            if distance < least:
-                notes.append(
-                    f"{light.name} stands {distance:.3g} from the middle of the scene; for the white and the reference "
-                    f"illuminance it counts as {least:.3g} off"
-                )
+        _, distance, counted = light.counted_from(low, high)
+        if distance < counted:
+            notes.append(
+                f"{light.name} stands {distance:.3g} from the middle of the scene; for the white and the reference "
+                f"illuminance it counts as {counted:.3g} off"
+            )
     return tuple(notes)
-
-
-def _off_middle(light: PointLight, low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
-    """How far a light is from the middle of a box, and the least distance that it counts from."""
-    distance = float(np.linalg.norm(light.position - 0.5 * (low + high)))
-    return distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low))
-
-
-def load_scene(path: str | Path, catalogue=None, say: Callable[[str], None] | None = None) -> Scene:
-    """Read `scene.toml`, whose format docs/scene.md describes.
-
-    Parameters
-    ----------
-    path : the file; meshes and measured spectra are looked up relative to it.
-    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
-        lights may name its emissions. None leaves materials unchecked.
-    say : called with a line before each long step: which large mesh is read, and what that will take.
-
-    Raises
-    ------
-    InputError, UnknownNameError : with the file, the key, and the nearest names there are.
-
-    >>> [part.name for part in load_scene(shipped_scene("patches")).parts]
-    ['chips/1', 'chips/2', 'chips/3', 'chips/4', 'chips/5', 'chips/6']
-    """
-    from .scene_files import read_scene
-
-    return read_scene(Path(path), catalogue, say)
-
-
-def shipped_scene(name: str = "sphere") -> Path:
-    """The file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there are.
-
-    >>> shipped_scene("speed_shape").name
-    'speed_shape.toml'
-    """
-    from importlib.resources import files
-
-    path = Path(str(files("metamer.examples"))) / f"{name}.toml"
-    if not path.is_file():
-        raise UnknownNameError("scene", name, sorted(scene.stem for scene in path.parent.glob("*.toml")))
-    return path
-
-
-__all__ = [
-    "Camera",
-    "DirectionalLight",
-    "Light",
-    "Mesh",
-    "Part",
-    "PointLight",
-    "Review",
-    "Scene",
-    "Viewing",
-    "bounds_of",
-    "framing_camera",
-    "held_off_notes",
-    "illuminances_lux",
-    "load_scene",
-    "shipped_scene",
-]

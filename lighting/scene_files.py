@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..spectral.observers import Observer, observer
 from . import shapes
 from .camera import Camera
 from .lamps import lamp
-from .lights import DirectionalLight, Light, PointLight
+from .lights import LIGHTS, DirectionalLight, Light
 from .mesh import Mesh
 from .mesh_cost import SAID_FROM_SECONDS, MeshCost, file_cost
 from .mesh_files import SUFFIXES, load_mesh
@@ -27,7 +28,6 @@ from .scene_keys import (
     CAMERA,
     EXPECTED,
     LIGHT,
-    LIGHT_KINDS,
     PART,
     REVIEW,
     SCENE,
@@ -39,11 +39,26 @@ from .scene_keys import (
 )
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
-DEFAULT_DIRECTION = (-0.5, 0.6, 1.0)
 
 
-def read_scene(path: Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
-    """See `lighting.scene.load_scene`."""
+def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
+    """Read `scene.toml`, whose format docs/scene.md describes.
+
+    Parameters
+    ----------
+    path : the file; meshes and measured spectra are looked up relative to it.
+    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
+        lights may name its emissions. None leaves materials unchecked.
+    say : called with a line before each long step: which large mesh is read, and what that will take.
+
+    Raises
+    ------
+    InputError, UnknownNameError : with the file, the key, and the nearest names there are.
+
+    >>> [part.name for part in load_scene(shipped_scene("patches")).parts]
+    ['chips/1', 'chips/2', 'chips/3', 'chips/4', 'chips/5', 'chips/6']
+    """
+    path = Path(path)
     try:
         document = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as reason:
@@ -69,7 +84,7 @@ def read_scene(path: Path, catalogue: Any = None, say: Callable[[str], None] | N
     notes = [note for part in parts for note in part.mesh.notes]
     lights = [_light(table, k, path, seen_by, notes, catalogue) for k, table in enumerate(document.get("light", []), 1)]
     if not lights:
-        lights = [DirectionalLight(DEFAULT_DIRECTION, illuminant("D65"), 1000.0, spectrum_name="D65")]
+        lights = [DirectionalLight(**DirectionalLight.DEFAULTS, spectrum=illuminant("D65"), spectrum_name="D65")]
         notes.append("no light given: one directional light, D65, 1000 lx, from the upper left front")
     notes += held_off_notes(lights, low, high)
     cameras = [_camera(table, k, path, low, high) for k, table in enumerate(document.get("camera", []), 1)]
@@ -151,9 +166,10 @@ def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[
     """One light, usable by this observer; what its spectrum leaves to be assumed is added to `notes`."""
     where = _where("light", number, table)
     kind = table.get("kind", "point" if "position" in table else "directional")
-    if kind not in LIGHT_KINDS:
-        raise UnknownNameError("kind of light", str(kind), LIGHT_KINDS, file=path, field=f"{where}.kind")
-    got = taken(table, LIGHT | LIGHT_KINDS[kind], path, where)
+    if kind not in LIGHTS:
+        raise UnknownNameError("kind of light", str(kind), LIGHTS, file=path, field=f"{where}.kind")
+    made = LIGHTS[kind]
+    got = taken(table, LIGHT | dict(made.KEYS), path, where)
     named = got.get("spectrum", "D65")
     if "entry" in got and "spectrum_column" in got:
         field = f"{where}.spectrum_column"
@@ -169,15 +185,11 @@ def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[
     notes += [f"{where}: {one}" for one in said]
     common = {"name": got.get("name", f"light {number}"), "spectrum_name": called}
     with placed(path, where):
-        if kind == "directional":
-            direction = got.get("direction_to_light", np.array(DEFAULT_DIRECTION))
-            light: Light = DirectionalLight(direction, spectrum, got.get("illuminance_lux", 1000.0), **common)
-        else:
-            for key in ("position", "intensity_cd"):
-                if key not in got:
-                    expected = EXPECTED[LIGHT_KINDS[kind][key]]
-                    raise InputError("a point light needs this key", field=key, expected=expected)
-            light = PointLight(got["position"], spectrum, got["intensity_cd"], **common)
+        for key in made.REQUIRED:
+            if key not in got:
+                raise InputError(f"a {kind} light needs this key", field=key, expected=EXPECTED[made.KEYS[key]])
+        own = {key: got[key] for key in made.KEYS if key in got}
+        light = made(**{**made.DEFAULTS, **own}, spectrum=spectrum, **common)
     if not (spectrum.samples > 0.0).any():
         raise InputError(
             "a light of no power", file=path, field=f"{where}.spectrum", found=named, expected="some power"
@@ -230,3 +242,15 @@ def _review(table: dict, path: Path, parts: list[str], known_ids: tuple[str, ...
 def _where(kind: str, number: int, table: Mapping[str, Any]) -> str:
     name = table.get("name")
     return f"{kind} {number} ({name})" if isinstance(name, str) else f"{kind} {number}"
+
+
+def shipped_scene(name: str = "sphere") -> Path:
+    """The file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there are.
+
+    >>> shipped_scene("speed_shape").name
+    'speed_shape.toml'
+    """
+    path = Path(str(files("metamer.examples"))) / f"{name}.toml"
+    if not path.is_file():
+        raise UnknownNameError("scene", name, sorted(scene.stem for scene in path.parent.glob("*.toml")))
+    return path

@@ -42,10 +42,6 @@ SHAPES = {
     "patches": {"gap": "number", "tilt_deg": "number"},
 }
 LIGHT = {"name": "text", "kind": "text", "spectrum": "text", "entry": "entry", "spectrum_column": "text"}
-LIGHT_KINDS = {
-    "directional": {"direction_to_light": "vector", "illuminance_lux": "number"},
-    "point": {"position": "vector", "intensity_cd": "number"},
-}
 CAMERA = {
     "name": "text",
     "position": "vector",

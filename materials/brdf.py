@@ -5,15 +5,11 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from jaxtyping import Float
 
-if TYPE_CHECKING:
-    from .factors import Axis
-
-Frame = Literal["io", "hd"]
+from .axes import Axis, Frame
 
 # Rows evaluated at once: a block of 2048 x 81 float64 is 1.3 MB, so that a model's temporaries stay in cache.
 _BLOCK = 2048

@@ -7,7 +7,6 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import InputError, UnknownNameError
 from .material import Material
@@ -16,27 +15,7 @@ from .records.query import Query, Summary, material_files, summary
 from .records.record import MARKER, SUFFIX, check_marker, read_record
 from .records.record_head import other_material
 
-if TYPE_CHECKING:
-    from .intake.importing import ImportOutcome, ImportReport, import_sources
-
-__all__ = [
-    "Catalogue",
-    "ImportOutcome",
-    "ImportReport",
-    "Query",
-    "Summary",
-    "default_catalogue",
-    "import_sources",
-]
-
-
-def __getattr__(name: str) -> Any:
-    """What makes a catalogue brings every reader and the fit along; who only looks into one does not wait for them."""
-    if name in ("ImportOutcome", "ImportReport", "import_sources"):
-        from .intake import importing
-
-        return getattr(importing, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
 
 
 def default_catalogue() -> Path:

@@ -15,9 +15,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ..spectral.errors import InputError, UnknownNameError
+from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
 from .directions import angles, spherical
-from .factors import Axis
 from .fitting.grids import lightness_slope
 from .protocol import sphere_protocol
 

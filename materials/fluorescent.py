@@ -16,8 +16,9 @@ from ..spectral.errors import InputError
 from ..spectral.fluorescent_basis import FluorescentBasis
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
+from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
-from .factors import Axis, FactorPack, FitError
+from .factors import FactorPack, FitError
 from .protocol import LIGHTS, sphere_protocol
 
 # Last nodes of theta_h, theta_d and phi_d.

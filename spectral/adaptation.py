@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from .axis_letters import Matrix3, White
 from .errors import InputError, UnknownNameError
-from .shapes import XYZ, Matrix3, White
 
 Method = Literal["Bradford", "CAT02", "CAT16"]
 
@@ -47,8 +47,3 @@ def adaptation_matrix(white_from_xyz: White, white_to_xyz: White, method: Method
                 hint="the light is too narrow in spectrum to adapt to; adapt to a broader one",
             )
     return np.linalg.solve(cones, (response_to / response_from)[:, None] * cones)
-
-
-def adapt(xyz: XYZ, white_from_xyz: White, white_to_xyz: White, method: Method = "Bradford") -> XYZ:
-    """XYZ (...,3) seen under one white, as corresponding XYZ under another."""
-    return np.asarray(xyz, dtype=np.float64) @ adaptation_matrix(white_from_xyz, white_to_xyz, method).T

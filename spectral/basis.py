@@ -8,18 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .errors import InputError
-from .shapes import Wavelengths
+from .observers import Observer
+from .spectrum import Spectrum
 from .wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix, validated_wavelengths
-
-if TYPE_CHECKING:
-    from .observers import Observer
-    from .spectrum import Spectrum
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,17 +66,6 @@ class SpectralBasis:
             self.size == self.wavelengths_nm.size
             and np.array_equal(self.analysis, np.eye(self.size))
             and (np.array_equal(self.synthesis, self.analysis))
-        )
-
-    def same_as(self, other: SpectralBasis) -> bool:
-        """Whether coefficients in both bases mean the same."""
-        return self is other or (
-            np.array_equal(self.wavelengths_nm, other.wavelengths_nm)
-            and self.is_sampled == other.is_sampled
-            and (
-                self.is_sampled
-                or (np.array_equal(self.analysis, other.analysis) and np.array_equal(self.synthesis, other.synthesis))
-            )
         )
 
     def truncated(self, size: int) -> SpectralBasis:

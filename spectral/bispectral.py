@@ -22,9 +22,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .errors import InputError
 from .observers import Observer
-from .shapes import Wavelengths
 from .spectrum import Spectrum, check_values
 from .wavelengths import interpolation_matrix, validated_wavelengths
 
@@ -112,11 +112,11 @@ class Bispectral:
     def diagonal(cls, reflectance: Spectrum) -> Bispectral:
         """An ordinary surface as a Donaldson matrix: nothing changes its wavelength."""
         grid = reflectance.wavelengths_nm
-        if reflectance.quantity != "reflectance" or reflectance.values.ndim != 1:
+        if reflectance.quantity != "reflectance" or reflectance.samples.ndim != 1:
             raise InputError(
                 "not one reflectance",
                 field="reflectance",
-                found=f"{reflectance.quantity} of shape {reflectance.values.shape}",
+                found=f"{reflectance.quantity} of shape {reflectance.samples.shape}",
                 expected="one reflectance spectrum",
             )
         return cls(grid, grid, np.diag(reflectance.samples))
@@ -168,7 +168,7 @@ class Bispectral:
         The light is linear between its samples and held beyond them, as everywhere: a lamp that sends no ultraviolet
         needs zeros there, not an early end.
         """
-        if light.quantity != "emission" or light.values.ndim != 1:
+        if light.quantity != "emission" or light.samples.ndim != 1:
             raise InputError("not a light", field="light", found=light.quantity, expected="one emission spectrum")
         source, into = light.wavelengths_nm, self.wavelengths_in_nm
         ends = _outer_edges(into)

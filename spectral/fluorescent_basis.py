@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .basis import SpectralBasis
 from .bispectral import Bispectral
 from .observers import Observer
-from .shapes import Wavelengths
 from .spectrum import Spectrum
 
 
@@ -31,10 +31,6 @@ class FluorescentBasis(SpectralBasis):
         # Black all through, it has no analysis.
         analysis = kept / max(float(np.sum(kept * kept)), np.finfo(float).tiny)
         return cls("fluorescent", bispectral.reflectance.wavelengths_nm, analysis, kept, bispectral)
-
-    def same_as(self, other: SpectralBasis) -> bool:
-        """Whether coefficients in both bases mean the same."""
-        return self is other or (isinstance(other, FluorescentBasis) and self.bispectral is other.bispectral)
 
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3 J"]:
         """XYZ of the surface under `light`, (3,1); Y of the perfect diffuser is 1."""

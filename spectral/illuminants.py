@@ -14,7 +14,7 @@ _ALIASES = {f"f{number}": f"FL{number}" for number in range(1, 13)}
 @cache
 def _tables() -> dict:
     """Every light of colour-science by folded name: CIE illuminants first, then measured light sources."""
-    from .tables import colour_science
+    from .colour_library import colour_science
 
     colour = colour_science()
     lights = {}
@@ -25,14 +25,14 @@ def _tables() -> dict:
 
 def illuminant_names() -> tuple[str, ...]:
     """Names of the CIE and ISO illuminants that colour-science tabulates, in its order."""
-    from .tables import colour_science
+    from .colour_library import colour_science
 
     return tuple(colour_science().SDS_ILLUMINANTS)
 
 
 def light_source_names() -> tuple[str, ...]:
     """Names of the measured light sources that colour-science tabulates, in its order."""
-    from .tables import colour_science
+    from .colour_library import colour_science
 
     return tuple(colour_science().SDS_LIGHT_SOURCES)
 

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths, White
 from .errors import InputError, UnknownNameError
-from .shapes import Wavelengths, White
 from .spectrum import Spectrum
 from .wavelengths import interpolation_matrix, is_finer, times_interpolation
 
@@ -52,11 +52,11 @@ class Observer:
             The light is no emission spectrum, has a single sample, is not known anywhere that the observer sees, or
             sends nothing to this observer.
         """
-        if light.quantity != "emission" or light.values.ndim != 1:
+        if light.quantity != "emission" or light.samples.ndim != 1:
             raise InputError(
                 "not a light",
                 field="light",
-                found=f"{light.quantity} of shape {light.values.shape}",
+                found=f"{light.quantity} of shape {light.samples.shape}",
                 expected="one emission spectrum",
             )
         if light.wavelengths_nm.size < 2:
@@ -137,7 +137,7 @@ def observer(name: str) -> Observer:
     key = OBSERVERS.get(name) or by_key.get(name.casefold())
     if key is None:
         raise UnknownNameError("observer", name, [*OBSERVERS, *OBSERVERS.values()])
-    from .tables import colour_science
+    from .colour_library import colour_science
 
     table = colour_science().MSDS_CMFS[key]
     return Observer(key, np.array(table.wavelengths, dtype=np.float64), np.array(table.values, dtype=np.float64))

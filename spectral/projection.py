@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
-from .shapes import Wavelengths
+from .axis_letters import Wavelengths
 from .wavelengths import (
     WORKING_WAVELENGTHS_NM,
     interpolation_matrix,

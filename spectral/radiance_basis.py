@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .basis import SpectralBasis
-from .shapes import Wavelengths
 
 # Radiances, and views of them, that a basis is made from: more say nothing new and cost an SVD.
 _MOST = 4096

@@ -10,10 +10,9 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from .basis import SpectralBasis
+from .axis_letters import Wavelengths
 from .errors import InputError
 from .projection import projected, tent_means
-from .shapes import Wavelengths
 from .wavelengths import (
     WORKING_WAVELENGTHS_NM,
     Extrapolation,
@@ -32,32 +31,32 @@ _UNBOUNDED = ("radiance factor", "emission")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
-    """Coefficients (...,J) in a basis, and what they measure.
+    """Samples over wavelengths, and what they measure.
 
     Parameters
     ----------
-    values : (...,J) float64, finite. Sampled reflectance and transmittance lie in [0, 1]; sampled emission is not
-        negative, in W.nm^-1 times whatever area or solid angle the owner states; nor is a radiance factor, which
-        relates to the perfect diffuser and may exceed 1.
-    basis : where the wavelengths are.
+    samples : (...,L) float64, finite. Reflectance and transmittance lie in [0, 1]; emission is not negative, in W.nm^-1
+        times whatever area or solid angle the owner states; nor is a radiance factor, which relates to the perfect
+        diffuser and may exceed 1.
+    wavelengths_nm : (L,) nm, ascending, as `validated_wavelengths` gives them; spectra may share the array.
     quantity : "reflectance", "transmittance", "radiance factor" or "emission"; quantities never mix silently.
 
     Examples
     --------
     >>> grey = Spectrum.sampled([400.0, 700.0], [0.5, 0.5], "reflectance")
     >>> grey
-    <Spectrum of reflectance, 400 to 700 nm: 2 values>
-    >>> grey.resampled(np.array([380.0, 550.0])).values
+    <Spectrum of reflectance, 400 to 700 nm: 2 samples>
+    >>> grey.resampled(np.array([380.0, 550.0])).samples
     array([0.5, 0.5])
     """
 
-    values: Float[np.ndarray, "*batch J"]
-    basis: SpectralBasis
+    samples: Float[np.ndarray, "..."]
+    wavelengths_nm: Wavelengths
     quantity: Quantity
 
     def __post_init__(self) -> None:
-        values = np.asarray(self.values, dtype=np.float64)
-        object.__setattr__(self, "values", values)
+        samples = np.asarray(self.samples, dtype=np.float64)
+        object.__setattr__(self, "samples", samples)
         if self.quantity not in get_args(Quantity):
             raise InputError(
                 "unknown quantity",
@@ -65,38 +64,24 @@ class Spectrum:
                 found=repr(self.quantity),
                 expected=", ".join(get_args(Quantity)),
             )
-        if values.ndim == 0 or values.shape[-1] != self.basis.size:
+        if samples.ndim == 0 or samples.shape[-1] != self.wavelengths_nm.size:
             raise InputError(
                 "values do not fit the wavelengths",
                 field="values",
-                found=f"shape {values.shape}",
-                expected=f"(..., {self.basis.size})",
+                found=f"shape {samples.shape}",
+                expected=f"(..., {self.wavelengths_nm.size})",
             )
-        if self.basis.is_sampled:
-            check_values(values, self.basis.wavelengths_nm, self.quantity)
+        check_values(samples, self.wavelengths_nm, self.quantity)
 
     def __repr__(self) -> str:
         low, high = self.wavelengths_nm[[0, -1]]
-        shape = " x ".join(map(str, self.values.shape))
-        return f"<Spectrum of {self.quantity}, {low:g} to {high:g} nm: {shape} values>"
+        shape = " x ".join(map(str, self.samples.shape))
+        return f"<Spectrum of {self.quantity}, {low:g} to {high:g} nm: {shape} samples>"
 
     @classmethod
     def sampled(cls, wavelengths_nm: object, values: object, quantity: Quantity = "reflectance") -> Spectrum:
         """Spectrum from samples: `wavelengths_nm` (L,) ascending nm, `values` (...,L)."""
-        return cls(
-            np.asarray(values, dtype=np.float64),
-            SpectralBasis.sampled(validated_wavelengths(wavelengths_nm)),
-            quantity,
-        )
-
-    @property
-    def wavelengths_nm(self) -> Wavelengths:
-        return self.basis.wavelengths_nm
-
-    @property
-    def samples(self) -> Float[np.ndarray, "*batch L"]:
-        """Values at `wavelengths_nm`, whatever the basis."""
-        return self.basis.reconstruct(self.values)
+        return cls(np.asarray(values, dtype=np.float64), validated_wavelengths(wavelengths_nm), quantity)
 
     def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
         """The same spectrum sampled elsewhere; `projected` is for a coarser grid, which would lose what lies between.
@@ -109,7 +94,7 @@ class Spectrum:
         ----------
         extrapolation : beyond the measured range: hold the nearest value, "zero", or "error". `range_note` words it.
         """
-        if np.array_equal(wavelengths_nm, self.wavelengths_nm) and self.basis.is_sampled:
+        if np.array_equal(wavelengths_nm, self.wavelengths_nm):
             return self
         grid = self.wavelengths_nm
         linear = interpolation_matrix(grid, wavelengths_nm, extrapolation, "linear")

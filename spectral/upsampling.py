@@ -111,7 +111,7 @@ def upsampling(method: str = DEFAULT_METHOD) -> Upsampling:
 
 
 def _mallett_yuksel() -> Float[np.ndarray, "3 L"]:
-    from .tables import colour_science
+    from .colour_library import colour_science
 
     table = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
     columns = [np.interp(WORKING_WAVELENGTHS_NM, table.wavelengths, column) for column in table.values.T]
@@ -119,7 +119,7 @@ def _mallett_yuksel() -> Float[np.ndarray, "3 L"]:
 
 
 def _smits() -> Float[np.ndarray, "7 L"]:
-    from .tables import colour_science
+    from .colour_library import colour_science
 
     tables = colour_science().recovery.SDS_SMITS1999
     # Ten samples of piecewise-constant spectra: linear between them, the ends held, as colour-science has it.

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from .axis_letters import Wavelengths
 from .errors import InputError
-from .shapes import Wavelengths
 
 Extrapolation = Literal["hold", "zero", "error"]
 

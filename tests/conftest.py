@@ -106,7 +106,8 @@ def gl():
 def write_matt():
     """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
     import numpy as np
-    from metamer.materials.factors import Axis, FactorPack
+    from metamer.materials.axes import Axis
+    from metamer.materials.factors import FactorPack
     from metamer.materials.protocol import sphere_protocol
     from metamer.materials.records.material import MaterialRecord, Provenance
     from metamer.materials.records.record import MARKER, write_record

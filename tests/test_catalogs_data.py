@@ -6,12 +6,13 @@ import tomllib
 
 import numpy as np
 import pytest
-from metamer.cli.catalogue_import import shipped_sources
 from metamer.materials.analytic import MODELS
-from metamer.materials.intake.sources import Rejected, read_sources
-from metamer.materials.intake.tables import tables_from
+from metamer.materials.formats.family_tables import tables_from
+from metamer.materials.intake.sources import read_sources
+from metamer.materials.shipped import shipped_sources
+from metamer.materials.source import Rejected
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.formats.csv import read_csv_spectra
-from metamer.spectral.tables import colour_science
 
 SHIPPED = shipped_sources()
 MANIFEST = SHIPPED / "sources.toml"

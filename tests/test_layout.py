@@ -67,10 +67,10 @@ def test_declared_packages_are_those_of_the_tree():
 
 
 def test_no_python_folder_is_left_undeclared():
-    """A folder with Python in it belongs to a package, or is tests, benchmarks or examples."""
+    """A folder with Python in it belongs to a package, or is tests."""
     tops = {path.parts[0] for path in tracked("*.py") if len(path.parts) > 1}
     packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}
-    assert tops - packages <= {"tests", "benchmarks", "examples"}
+    assert tops - packages <= {"tests"}
 
 
 def test_every_file_in_a_package_is_installed_with_it():
@@ -90,7 +90,7 @@ def test_every_file_in_a_package_is_installed_with_it():
 
 
 def test_packages_import_their_own_relatively():
-    """`from ..spectral.basis import ...` inside; `metamer.*` outside, in tests, benchmarks and examples."""
+    """`from ..spectral.basis import ...` inside; `metamer.*` outside, in tests and examples."""
     folders = "|".join(sorted({folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}))
     inside = re.compile(r"^\s*(?:from|import) metamer\b", re.M)
     outside = re.compile(rf"^\s*(?:from|import) (?:{folders})\b", re.M)
@@ -175,7 +175,7 @@ def test_every_package_with_code_is_under_the_import_contract():
         for name, folder in FOLDERS.items()
         if name.count(".") == 1 and any(path.stem.isidentifier() for path in folder.glob("[!_]*.py"))
     }
-    assert layers == roots
+    assert layers == roots == set(lint["contracts"][1]["ancestors"])
 
 
 def test_the_import_contract_bites(tmp_path):
@@ -191,6 +191,39 @@ def test_the_import_contract_bites(tmp_path):
     command = [tool("lint-imports"), "--no-cache", "--no-logo", "--config", str(config)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 1 and "is not allowed to import" in done.stdout, done.stdout + done.stderr
+
+
+def test_the_contract_against_circles_sees_imports_in_functions_and_for_types(tmp_path):
+    (tmp_path / "round").mkdir()
+    (tmp_path / "round" / "__init__.py").touch()
+    (tmp_path / "round" / "a.py").write_text(
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from .b import B\n"
+    )
+    (tmp_path / "round" / "b.py").write_text("B = 1\ndef f():\n    from . import a\n")
+    config = tmp_path / "circles.ini"
+    kind = PROJECT["tool"]["importlinter"]["contracts"][1]["type"]
+    config.write_text(
+        f"[importlinter]\nroot_package = round\n\n"
+        f"[importlinter:contract:1]\nname = no circles\ntype = {kind}\nancestors =\n    round\n"
+    )
+    command = [tool("lint-imports"), "--no-cache", "--no-logo", "--config", str(config)]
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 1 and "No cycles are allowed in round" in done.stdout, done.stdout + done.stderr
+
+
+def test_no_module_imports_from_the_folder_that_holds_it():
+    """The circle that the contract does not see: a folder's `__init__` gives out what the modules in it hold."""
+    wrong = []
+    for path in tracked("*.py"):
+        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
+            if not (isinstance(node, ast.ImportFrom) and node.level):
+                continue
+            folder = (ROOT / path).parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            modules = {entry.stem for entry in folder.iterdir()} if folder in (ROOT / path).parents else set()
+            if modules and not {name.name for name in node.names} <= modules:
+                wrong.append(f"{path}:{node.lineno}")
+    assert not wrong, wrong
 
 
 # Style, where the tools are installed.

@@ -9,9 +9,10 @@ of the same configuration maps that white to about 0.7, which is why the view is
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -19,9 +20,6 @@ from jaxtyping import Float
 from ..spectral.adaptation import Method, adaptation_matrix
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.image import ColourImage
-
-if TYPE_CHECKING:
-    from .display_gl import DisplayPass
 
 # Pinned by its full name: what "default" and "latest" mean moves between releases of OpenColorIO.
 PINNED_CONFIG = "ocio://cg-config-v2.2.0_aces-v1.3_ocio-v2.4"
@@ -146,7 +144,7 @@ class DisplayTransform:
         image: ColourImage,
         coverage: Float[np.ndarray, "H W"] | None = None,
         background_xyz: Float[np.ndarray, "3"] | None = None,
-        on: DisplayPass | None = None,
+        on: Callable[[np.ndarray], np.ndarray] | None = None,
     ) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
         """Display-encoded RGB in [0, 1] and what has to be said about it.
 
@@ -155,7 +153,7 @@ class DisplayTransform:
         image : relative XYZ (Y = 1: perfect diffuser) with the white it is seen under; "xyz_d65" is not adapted again.
         coverage : share of each pixel that the scene covers, 0 to 1; the image is taken as already multiplied by it.
         background_xyz : what stands behind the scene, under the same white; laid in by coverage, in linear light.
-        on : a `DisplayPass` to encode on the GPU; None encodes on the CPU.
+        on : what encodes (H, W, 3) in place of `apply`, such as a `DisplayPass` on the GPU.
 
         Returns
         -------
@@ -172,7 +170,7 @@ class DisplayTransform:
         xyz_d65 = xyz.astype(np.float32)
         undefined = ~np.isfinite(xyz_d65).all(axis=-1)
         xyz_d65[undefined] = 0.0
-        rgb = self.apply(xyz_d65) if on is None else on.apply(xyz_d65)
+        rgb = (on or self.apply)(xyz_d65)
         undefined = np.logical_or(undefined, ~np.isfinite(rgb).all(axis=-1))
         notes = _notes(rgb, undefined, self.display)
         rgb = np.clip(rgb, 0.0, 1.0)

@@ -19,11 +19,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..lighting.vectors import dot, unit
-from ..materials.brdf import Frame
+from ..materials.axes import Frame
 from ..materials.directions import TAU, angles, azimuth_difference, half_difference
-from .geometry import LightGeometry, SceneGeometry
+from .geometry import LightGeometry
 from .raster import SUBSTEPS, WindowTriangles
 from .surfaces import Surface, interpolated
+from .view import View
 
 # A side of a sample is used where the depth there is less than this many times that of the middle.
 DEEPEST = 10.0
@@ -48,7 +49,7 @@ class _Directions:
 
 
 def footprints(
-    geometry: SceneGeometry,
+    view: View,
     light: LightGeometry,
     triangles: WindowTriangles,
     surface: Surface,
@@ -56,12 +57,12 @@ def footprints(
 ) -> dict[Frame, Float[np.ndarray, "K 4"]]:
     """By frame, what the samples `which` of a surface span of each angle in `factors.AXIS_NAMES`, radians."""
     number, point = surface.number[which], surface.point[which]
-    here = _directions(geometry, light, triangles, number, point)
+    here = _directions(view, light, triangles, number, point)
     along, apart, around = np.zeros((3, len(which), 4))
     for axis in range(2):
         step = np.zeros(2, dtype=np.int64)
         step[axis] = SUBSTEPS // 2
-        ends = [_directions(geometry, light, triangles, number, point + side * step) for side in (1, -1)]
+        ends = [_directions(view, light, triangles, number, point + side * step) for side in (1, -1)]
         usable = [(DEEPEST * end.whole * here.whole > here.whole**2) & end.met for end in ends]
         # One side alone counts twice; where there is neither, the differences are zero.
         scale = np.where(usable[0] & usable[1], 1.0, 2.0)[:, None]
@@ -92,16 +93,14 @@ def footprints(
 
 
 def _directions(
-    geometry: SceneGeometry,
+    view: View,
     light: LightGeometry,
     triangles: WindowTriangles,
     number: Int[np.ndarray, " K"],
     point: Int[np.ndarray, "K 2"],
 ) -> _Directions:
-    at = interpolated(geometry, triangles, number, point)
-    to_light = np.broadcast_to(light.vector, at.position.shape)
-    if not light.directional:
-        to_light = unit(light.vector - at.position)
+    at = interpolated(view, triangles, number, point)
+    to_light = unit(light.towards(at.position))
     middle = to_light + at.to_viewer
     normal, half = at.frame[:, 2], unit(middle)
     wi, wo = (np.einsum("nij,nj->ni", at.frame, direction) for direction in (to_light, at.to_viewer))

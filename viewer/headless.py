@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,11 @@ from jaxtyping import Float, Int
 from ..materials.factors import FactorPack
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
-from .geometry import SceneGeometry
-from .passes import MOST_SPECTRA, Passes
+from .geometry import LightGeometry
+from .keeping import Layer, Piece, Terms, Tile
+from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
-from .renderer import Filtering, Layer, Renderer, Tile
+from .renderer import Filtering, Renderer
 from .resources import (
     MOST_TRIANGLES,
     TRIANGLE_TEXELS,
@@ -27,6 +28,7 @@ from .resources import (
     weight_texels,
 )
 from .software import SoftwareRenderer
+from .view import View
 
 if TYPE_CHECKING:
     import moderngl
@@ -62,21 +64,35 @@ class GLTile(Tile):
     owner: Owner
 
 
+@dataclass(eq=False)
+class GLTerms(Terms):
+    """Terms on the GPU: a texture for every four of them, of the pixels of `box` (x, y, width, height)."""
+
+    box: tuple[int, int, int, int]
+    quads: tuple[moderngl.Texture, ...]
+    owner: Owner
+
+
 class GLRenderer(Renderer):
     """Renders with OpenGL 4.10 core, headless.
 
     Parameters
     ----------
     context : a context to share; without it one is made, and released with the renderer.
-    filtering : see `Renderer`.
+    filtering, keeps_terms : see `Renderer`.
 
     Raises
     ------
     NoGL : no context can be made.
     """
 
-    def __init__(self, context: moderngl.Context | None = None, filtering: Filtering = "linear") -> None:
-        super().__init__(filtering)
+    def __init__(
+        self,
+        context: moderngl.Context | None = None,
+        filtering: Filtering = "linear",
+        keeps_terms: bool = False,
+    ) -> None:
+        super().__init__(filtering, keeps_terms)
         self._owns_context = context is None
         self.context = create_context() if context is None else context
         self.name = describe(self.context)
@@ -89,80 +105,127 @@ class GLRenderer(Renderer):
         if self._owns_context:
             self.context.release()
 
-    def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> GLTile:
-        if max(len(triangles.parent), len(geometry.lit)) >= MOST_TRIANGLES:
-            raise InputError("too many triangles", found=len(geometry.lit), expected=f"below {MOST_TRIANGLES}")
-        side = geometry.camera.samples
+    def _keep_lights(self, lights: Sequence[LightGeometry]) -> None:
+        self._passes.keep_shadows(lights)
+
+    def _tile(self, view: View, window: Window, triangles: WindowTriangles) -> GLTile:
+        scene = view.scene
+        if max(len(triangles.parent), len(scene.corners)) >= MOST_TRIANGLES:
+            raise InputError("too many triangles", found=len(scene.corners), expected=f"below {MOST_TRIANGLES}")
+        side = view.camera.samples
         owner, scratch = Owner(self.context), Owner(self.context)
         try:
             seen = self._passes.visibility(owner, window, triangles)
-            table = scratch.table(triangle_texels(geometry, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
-            numbers = range(len(geometry.lights))
+            table = scratch.table(triangle_texels(view, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
             mipmapped = self.filtering == "mipmapped"
-            lights = tuple(self._passes.light(owner, geometry, number, seen, table, mipmapped) for number in numbers)
+            lights = tuple(
+                self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped)
+                for light in scene.lights
+            )
             coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
             raise
         finally:
             scratch.release()
-        place = window.left // side, window.top // side
-        parts = _places(triangles, geometry.first_face, side, coverage.shape[::-1])
-        return GLTile(*place, coverage, parts, side, seen, lights, owner)
+        parts = _places(triangles, scene.first_face, side, coverage.shape[::-1])
+        return GLTile(coverage, parts, side, seen, lights, owner)
 
     def _discard(self, tile: GLTile) -> None:
         tile.owner.release()
 
-    def _shade(self, tile: GLTile, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        out = np.zeros((count, *tile.coverage.shape, 3), dtype=np.float32)
-        scratch = Owner(self.context)
-        try:
-            tables = {id(layer.pack): self._factors(scratch, layer.pack) for layer in layers}
-            for start in range(0, count, MOST_SPECTRA):
-                stop = min(start + MOST_SPECTRA, count)
-                out[start:stop] = self._shade_some(tile, layers, tables, start, stop)
-        finally:
-            scratch.release()
-        return out
+    def _discard_terms(self, terms: GLTerms) -> None:
+        terms.owner.release()
 
     def _factors(self, owner: Owner, pack: FactorPack) -> tuple[FactorTexels, moderngl.Texture]:
         made = factor_texels(pack, self.filtering == "mipmapped")
         return made, made.texture(owner)
 
-    def _shade_some(self, tile: GLTile, layers: Sequence[Layer], tables: dict, start: int, stop: int) -> np.ndarray:
-        """Pictures of the spectra `start` to `stop`, which share the look-ups."""
-        height, width = tile.coverage.shape
+    def _add(
+        self,
+        target: moderngl.Framebuffer,
+        tile: GLTile,
+        layer: Layer,
+        factors: tuple[FactorTexels, moderngl.Texture],
+        written: Mapping[str, int],
+        values: Mapping[str, object],
+        weights: moderngl.Texture | None = None,
+    ) -> None:
+        """A layer under each of its lights: folded with `weights` where there are some, else its terms."""
+        place = tile.parts[layer.part]
+        assert place is not None
+        numbers, box = place
+        made, table = factors
+        in_io = layer.pack.frame == "io"
+        for light in layer.lights:
+            io, hd, azimuth, *spans = tile.lights[light]
+            samplers = {"seen": tile.seen, "angles": io if in_io else hd, "azimuth": azimuth, "factors": table}
+            if spans:
+                samplers["spans"] = spans[0 if in_io else 1]
+            if weights is not None:
+                samplers["weights"] = weights
+            channel = 0 if in_io else 1
+            given = {"part": numbers, "samples": tile.samples, "azimuth_channel": channel, **made.values, **values}
+            scissor = None if weights is None else box
+            self._passes.shade(target, scissor, written, made.axes, samplers, given, bool(spans))
+
+    def _terms(self, tile: GLTile, layer: Layer) -> GLTerms | None:
+        place = tile.parts[layer.part]
+        if place is None:
+            return None
+        _, box = place
+        owner, scratch = Owner(self.context), Owner(self.context)
+        try:
+            factors = self._factors(scratch, layer.pack)
+            quads = tuple(owner.texture(box[2:], 4) for _ in factors[0].texels)
+            for start in range(0, len(quads), MOST_QUADS):
+                some = quads[start : start + MOST_QUADS]
+                target = scratch.keep(self.context.framebuffer(some))
+                target.clear()
+                values = {"origin": box[:2], "first_row": start}
+                self._add(target, tile, layer, factors, {"QUADS": len(some)}, values)
+        except BaseException:
+            owner.release()
+            raise
+        finally:
+            scratch.release()
+        return GLTerms(layer.pack, 16 * box[2] * box[3] * len(quads), box, quads, owner)
+
+    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+        coverage = piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
+        out = np.zeros((count, *coverage.shape, 3), dtype=np.float32)
+        # Terms that serve one draw call are folded in it; more calls look factors up once.
+        kept = self.keeps_terms or count > MOST_SPECTRA
+        for start in range(0, count, MOST_SPECTRA):
+            stop = min(start + MOST_SPECTRA, count)
+            out[start:stop] = self._shade_some(piece, layers, start, stop, kept)
+        if not self.keeps_terms:
+            self._keep_terms(piece, ())
+        return out
+
+    def _shade_some(self, piece: Piece, layers: Sequence[Layer], start: int, stop: int, kept: bool) -> np.ndarray:
+        """Pictures of the spectra `start` to `stop`, through kept terms or at once."""
+        assert piece.coverage is not None
+        height, width = piece.coverage.shape
         owner = Owner(self.context)
         try:
             pictures = [owner.texture((width, height), 4) for _ in range(start, stop)]
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
-            for layer in layers:
-                place = tile.parts[layer.part]
-                if place is None:
+            some = stop - start
+            for layer, terms in self._with_terms(piece, layers, True) if kept else ((one, None) for one in layers):
+                texels = weight_texels(layer.weights[:, 3 * start : 3 * stop])
+                weights = owner.texture(texels.shape[1::-1], 4, texels.tobytes())
+                if terms is None:
+                    tile = self._tile_of(piece)
+                    if tile.parts[layer.part] is None:
+                        continue
+                    factors = self._factors(owner, layer.pack)
+                    self._add(target, tile, layer, factors, {"SPECTRA": some}, {"rows": len(texels)}, weights)
                     continue
-                numbers, box = place
-                weights = weight_texels(layer.weights[:, 3 * start : 3 * stop])
-                made, table = tables[id(layer.pack)]
-                io, hd, azimuth, *spans = tile.lights[layer.light]
-                in_io = layer.pack.frame == "io"
-                samplers = {
-                    "seen": tile.seen,
-                    "angles": io if in_io else hd,
-                    "azimuth": azimuth,
-                    "factors": table,
-                    "weights": owner.texture(weights.shape[1::-1], 4, weights.tobytes()),
-                }
-                if spans:
-                    samplers["spans"] = spans[0 if in_io else 1]
-                values = {
-                    "part": numbers,
-                    "samples": tile.samples,
-                    "rows": len(weights),
-                    "azimuth_channel": 0 if in_io else 1,
-                    **made.values,
-                }
-                self._passes.shade(target, box, stop - start, made.axes, samplers, values, bool(spans))
+                for row in range(0, len(texels), MOST_QUADS):
+                    quads = terms.quads[row : row + MOST_QUADS]
+                    self._passes.fold(target, terms.box, some, quads, row, weights)
             return np.stack([_read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()

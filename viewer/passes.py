@@ -10,17 +10,21 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Int
 
 from . import pyramids, resources, shadows
-from .geometry import SceneGeometry
+from .geometry import LightGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .shaders import program
+from .view import View
 
 if TYPE_CHECKING:
     import moderngl
 
 # Spectra that one draw call writes: OpenGL 4.1 promises eight targets, four keep the shader's registers.
 MOST_SPECTRA = 4
+# Four terms each that one draw call writes, for the same reason.
+MOST_QUADS = 4
 
 _GEOMETRY_SIZES: dict[str, int | float] = {
     "SUBSTEPS": float(SUBSTEPS),
@@ -32,19 +36,22 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
     "CONTACT": shadows.CONTACT,
     "ROUNDING": shadows.ROUNDING,
 }
+_FOLDED = tuple({"SPECTRA": count} for count in range(1, MOST_SPECTRA + 1))
+_KEPT = tuple({"QUADS": count} for count in range(1, MOST_QUADS + 1))
 PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     ("visibility.vert", "visibility.frag", {}),
     *(
         ("fullscreen.vert", "light.frag", {**kind, **mipmapped, **_GEOMETRY_SIZES})
         for mipmapped in ({}, {"MIPMAPPED": 1})
-        for kind in ({"DIRECTIONAL": d, "PARALLEL": p} for d, p in ((0, 0), (0, 1), (1, 1)))
+        for kind in ({"PARALLEL": 0}, {"PARALLEL": 1})
     ),
     *(
-        ("fullscreen.vert", "shade.frag", {"AXES": axes, "SPECTRA": spectra, **mipmapped})
+        ("fullscreen.vert", "shade.frag", {"AXES": axes, **kind, **mipmapped})
         for mipmapped in ({}, {"MIPMAPPED": 1, "MOST_LEVELS": pyramids.MOST_LEVELS})
         for axes in (3, 4)
-        for spectra in range(1, MOST_SPECTRA + 1)
+        for kind in (*_FOLDED, *_KEPT)
     ),
+    *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in _KEPT for folded in _FOLDED),
 )
 
 
@@ -56,11 +63,13 @@ class Passes:
         self.owner = resources.Owner(context)
         self._program = lru_cache(maxsize=None)(self._compiled)
         self._everywhere: dict[moderngl.Program, moderngl.VertexArray] = {}
+        self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
 
     def release(self) -> None:
         """Free the programs."""
         self._program.cache_clear()
         self._everywhere.clear()
+        self.keep_shadows(())
         self.owner.release()
 
     def visibility(self, owner: resources.Owner, window: Window, triangles: WindowTriangles) -> moderngl.Texture:
@@ -88,40 +97,42 @@ class Passes:
     def light(
         self,
         owner: resources.Owner,
-        geometry: SceneGeometry,
-        number: int,
+        view: View,
+        light: LightGeometry,
         seen: moderngl.Texture,
         triangles: moderngl.Texture,
+        numbers: Int[np.ndarray, " T"],
         mipmapped: bool = False,
     ) -> tuple[moderngl.Texture, ...]:
         """Angles and irradiance of one light at every sample (io, hd, azimuths), kept by `owner`.
 
+        triangles, numbers : `triangle_texels`, and which of the scene's triangles they are.
         `mipmapped` adds what samples span of the angles (io, hd).
         """
-        context, light = self.context, geometry.lights[number]
+        context = self.context
         made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
         outputs = tuple(owner.texture(seen.size, components) for components in made_of)
         scratch = resources.Owner(context)
         try:
-            tables = _shadow_tables(scratch, light.shadows)
+            tables = self._shadow_tables(light)
+            lit = scratch.table(view.lit(light)[numbers].astype(np.float32), resources.ROW_LENGTH)
             self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
             context.enable_only(context.NOTHING)
-            kind = {"DIRECTIONAL": int(light.directional), "PARALLEL": int(light.shadows.parallel)}
+            kind = {"PARALLEL": int(light.shadows.parallel)}
             kind |= {"MIPMAPPED": 1} if mipmapped else {}
             made, everywhere = self._full_screen("light.frag", **kind)
             values = {
-                "eye": tuple(geometry.eye),
-                "perspective": geometry.perspective,
+                "eye": tuple(view.eye),
+                "perspective": view.perspective,
                 "resolution": light.shadows.resolution,
                 # Column by column.
                 "view_from_world": tuple(light.shadows.basis.T.reshape(-1)),
                 "view_origin": tuple(light.shadows.origin),
                 "convergence": light.shadows.convergence,
-                "light_number": number,
                 "light": tuple(light.vector),
-                "irradiance": light.irradiance / geometry.camera.samples**2,
+                "irradiance": light.irradiance / view.camera.samples**2,
             }
-            _set(made, values, {"seen": seen, "triangles": triangles, **tables})
+            _set(made, values, {"seen": seen, "triangles": triangles, "lit": lit, **tables})
             everywhere.render(context.TRIANGLES, vertices=3)
         finally:
             scratch.release()
@@ -130,24 +141,43 @@ class Passes:
     def shade(
         self,
         target: moderngl.Framebuffer,
-        scissor: tuple[int, int, int, int],
-        spectra: int,
+        scissor: tuple[int, int, int, int] | None,
+        written: Mapping[str, int],
         axes: Sequence[tuple[float, ...]],
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
         mipmapped: bool = False,
     ) -> None:
-        """Add one layer to `target`, whose attachments are a picture each."""
+        """Add one pack under one light to `target`, whose attachments are, as `written` says, {"SPECTRA": n} pictures
+        or {"QUADS": n} times four terms.
+        """
         kind = {"MIPMAPPED": 1} if mipmapped else {}
-        made, everywhere = self._full_screen("shade.frag", AXES=len(axes), SPECTRA=spectra, **kind)
+        made, everywhere = self._full_screen("shade.frag", AXES=len(axes), **written, **kind)
         self.draw_layer(made, everywhere, target, scissor, axes, samplers, values)
+
+    def fold(
+        self,
+        target: moderngl.Framebuffer,
+        box: tuple[int, int, int, int],
+        spectra: int,
+        quads: Sequence[moderngl.Texture],
+        first_row: int,
+        weights: moderngl.Texture,
+    ) -> None:
+        """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each."""
+        made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
+        for unit, quad in enumerate(quads, 1):
+            quad.use(unit)
+        units: object = 1 if len(quads) == 1 else list(range(1, len(quads) + 1))
+        values = {"terms": units, "origin": box[:2], "first_row": first_row}
+        self.draw_layer(made, everywhere, target, box, (), {"weights": weights}, values)
 
     def draw_layer(
         self,
         made: moderngl.Program,
         everywhere: moderngl.VertexArray,
         target: moderngl.Framebuffer,
-        scissor: tuple[int, int, int, int],
+        scissor: tuple[int, int, int, int] | None,
         axes: Sequence[tuple[float, ...]],
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
@@ -168,6 +198,25 @@ class Passes:
         target.scissor = None
         target.viewport = (0, 0, *size)
 
+    def keep_shadows(self, lights: Sequence[LightGeometry]) -> None:
+        """Free the shadow tables of all lights but these."""
+        for key in [key for key, (light, _, _) in self._shadows.items() if light not in lights]:
+            self._shadows.pop(key)[1].release()
+
+    def _shadow_tables(self, light: LightGeometry) -> dict[str, moderngl.Texture]:
+        """What `shadows.glsl` reads, kept for other cameras."""
+        if id(light) not in self._shadows:
+            grid, owner = light.shadows, resources.Owner(self.context)
+            starts = grid.starts.astype(np.float32).view(np.int32)
+            entries = np.stack([grid.entries.astype(np.int32), starts], axis=1)
+            tables = {
+                "occluders": owner.table(grid.corners.astype(np.float32), resources.OCCLUDERS_A_ROW, 3),
+                "cells": owner.table(grid.first.astype(np.int32), resources.ROW_LENGTH),
+                "entries": owner.table(entries, resources.ROW_LENGTH),
+            }
+            self._shadows[id(light)] = light, owner, tables
+        return self._shadows[id(light)][2]
+
     def _full_screen(self, fragment: str, **sizes: int) -> tuple[moderngl.Program, moderngl.VertexArray]:
         """A program that runs at every pixel of its target, and its vertex array without buffers."""
         made = self._program("fullscreen.vert", fragment, **sizes)
@@ -181,16 +230,6 @@ class Passes:
             if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
                 return self.owner.keep(program(self.context, *names))
         raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
-
-
-def _shadow_tables(owner: resources.Owner, grid: shadows.ShadowGrid) -> dict[str, moderngl.Texture]:
-    starts = grid.starts.astype(np.float32).view(np.int32)
-    entries = np.stack([grid.entries.astype(np.int32), starts], axis=1)
-    return {
-        "occluders": owner.table(grid.corners.astype(np.float32), resources.OCCLUDERS_A_ROW, 3),
-        "cells": owner.table(grid.first.astype(np.int32), resources.ROW_LENGTH),
-        "entries": owner.table(entries, resources.ROW_LENGTH),
-    }
 
 
 def _set(

@@ -24,7 +24,8 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..materials.factors import Axis, FactorPack, FrameAngles
+from ..materials.axes import Axis
+from ..materials.factors import FactorPack, FrameAngles
 
 # Nodes that a level keeps to each width that it averages over, where the axis has as many.
 NODES_A_WIDTH = 4

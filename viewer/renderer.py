@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal, cast, get_args
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, cast, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -18,69 +18,44 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
-from .geometry import SceneGeometry, geometry_key, scene_geometry, window_count
-from .raster import Window, WindowTriangles
+from .keeping import Keeping, Layer, Piece
+from .view import window_count
 
 #: How factors are looked up between samples: as they are, or averaged over what a sample spans.
 Filtering = Literal["linear", "mipmapped"]
 Picture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
-# Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
-KEPT_SAMPLES = 8_000_000
 # Folded bases that are kept: each costs an integral over the observer's wavelengths.
 _KEPT_FOLDS = 256
 # Wavelengths that are drawn at once, a multiple of three: bounds the memory of spectral pictures.
 _SPECTRAL_CHUNK = 24
 
 
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """One pack of one part's material under one light: `weights` (R, 3 M) are its terms' XYZ under M spectra."""
-
-    part: int
-    light: int
-    pack: FactorPack
-    weights: Float[np.ndarray, "R M3"]
-
-
-@dataclass(eq=False)
-class Tile:
-    """What is worked out once for a window of the picture: renderers add to it.
-
-    left, top : its first pixel. coverage (h, w) : float32, of its pixels.
-    """
-
-    left: int
-    top: int
-    coverage: Float[np.ndarray, "h w"]
-
-
-class Renderer(ABC):
+class Renderer(Keeping):
     """Makes pictures of a scene whose materials are factor packs.
 
     A picture is (xyz, coverage): float32 XYZ (H, W, 3), row 0 on top, Y = 1 for a perfect diffuser that receives the
     scene's reference illuminance, premultiplied by coverage; coverage float32 (H, W) is the share of a pixel's sample
     points that meet a surface. Nothing is clipped: a fit that is negative somewhere shows as negative XYZ.
 
-    What depends on meshes, camera and the places of lights alone is worked out once and kept for the next call. Use
-    it as a context manager, or call `release`.
+    What does not change from call to call is kept for the next: what depends on meshes and places of lights (another
+    camera is cheap), and on the camera too (other materials are cheap). Use it as a context manager, or call `release`.
 
     Parameters
     ----------
     filtering : "linear" reads factors off at each sample. "mipmapped" takes each factor's mean over what the sample
         spans (`pyramids`): a highlight that is smaller than a sample neither sparkles nor is missed, at the price of a
         product of means in place of a mean of products.
+    keeps_terms : the materials' terms at every pixel are kept, too: the same scene in other spectra
+        (`render_many`) costs a fold. For windows and many illuminants; a single picture is some tenths slower.
     """
 
     name: str
 
-    def __init__(self, filtering: Filtering = "linear") -> None:
-        self._key: tuple | None = None
-        self._scene: Scene | None = None
-        self._geometry: SceneGeometry | None = None
-        self._tiles: list[Any] = []
+    def __init__(self, filtering: Filtering = "linear", keeps_terms: bool = False) -> None:
+        self.keeps_terms = keeps_terms
+        super().__init__()
         self._folds: dict[tuple[int, int, int], tuple[object, np.ndarray]] = {}
-        self._filtering: Filtering = "linear"
-        self.filtering = filtering
+        self._filtering: Filtering = _known(filtering)
         #: Called with (tiles done, tiles in all, what is done) where somebody sets it: large pictures take minutes.
         self.progress: Callable[[int, int, str], None] | None = None
 
@@ -96,11 +71,9 @@ class Renderer(ABC):
 
     @filtering.setter
     def filtering(self, value: str) -> None:
-        if value not in get_args(Filtering):
-            raise UnknownNameError("filtering", value, get_args(Filtering))
-        if value != self._filtering:
+        if _known(value) != self._filtering:
             self.release()
-        self._filtering = cast(Filtering, value)
+        self._filtering = _known(value)
 
     def render(
         self,
@@ -202,9 +175,9 @@ class Renderer(ABC):
             if part.material_id not in packs:
                 raise UnknownNameError("material", part.material_id, packs, file=scene.path, field=f"part {part.name}")
         layers = [
-            Layer(number, index, pack, weights(light, pack))
+            Layer(number, lights, pack, weights(scene.lights[lights[0]], pack))
             for number, part in enumerate(scene.parts)
-            for index, light in enumerate(scene.lights)
+            for lights in _by_spectrum(scene.lights)
             for pack in packs[part.material_id]
         ]
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
@@ -213,11 +186,13 @@ class Renderer(ABC):
         self._say(
             step[0] * tiles, step[1] * tiles, f"sorting {sum(len(p.mesh.faces) for p in scene.parts):,} triangles"
         )
-        for number, tile in enumerate(self.tiles(scene, camera), 1):
-            height, width = tile.coverage.shape
-            place = slice(tile.top, tile.top + height), slice(tile.left, tile.left + width)
-            xyz[:, *place] = self._shade(tile, layers, count)
-            coverage[place] = tile.coverage
+        for number, piece in enumerate(self._pieces(scene, camera), 1):
+            shaded = self._shade(piece, layers, count)
+            assert piece.coverage is not None
+            height, width = piece.coverage.shape
+            place = slice(piece.top, piece.top + height), slice(piece.left, piece.left + width)
+            xyz[:, *place] = shaded
+            coverage[place] = piece.coverage
             self._say(step[0] * tiles + number, step[1] * tiles, "drawing")
         return xyz, coverage
 
@@ -228,47 +203,11 @@ class Renderer(ABC):
     def coverage(self, scene: Scene, camera: Camera) -> Float[np.ndarray, "H W"]:
         """The share of each pixel's sample points that meet a surface, float32."""
         found = np.zeros((camera.height_px, camera.width), dtype=np.float32)
-        for tile in self.tiles(scene, camera):
-            height, width = tile.coverage.shape
-            found[tile.top : tile.top + height, tile.left : tile.left + width] = tile.coverage
+        for piece in self._pieces(scene, camera):
+            known = piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
+            height, width = known.shape
+            found[piece.top : piece.top + height, piece.left : piece.left + width] = known
         return found
-
-    def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
-        """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
-        key = geometry_key(scene, camera)
-        if key != self._key:
-            self.release()
-            self._geometry = scene_geometry(scene, camera)
-            # Meshes are told apart by identity, which is theirs only while they live.
-            self._key, self._scene = key, scene
-        if self._tiles:
-            yield from self._tiles
-            return
-        geometry = self._geometry
-        assert geometry is not None
-        keep = geometry.size[0] * geometry.size[1] * len(geometry.lights) <= KEPT_SAMPLES
-        made, whole = [], False
-        try:
-            for window, triangles in geometry.windows():
-                tile = self._tile(geometry, window, triangles)
-                made.append(tile)
-                yield tile
-                if not keep:
-                    self._discard(made.pop())
-            whole = True
-        finally:
-            # A caller that stops half way leaves nothing behind, and no half a picture to be taken for a whole one.
-            if not whole:
-                for tile in made:
-                    self._discard(tile)
-        self._tiles = made
-
-    def release(self) -> None:
-        """Forget the kept geometry and free what it holds on a GPU."""
-        for tile in self._tiles:
-            self._discard(tile)
-        self._tiles = []
-        self._key = self._scene = self._geometry = None
 
     def close(self) -> None:
         """Release everything; the renderer is used up."""
@@ -281,15 +220,8 @@ class Renderer(ABC):
         self.close()
 
     @abstractmethod
-    def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> Any:
-        """Everything in a window that does not depend on materials and spectra, as a kind of `Tile`."""
-
-    @abstractmethod
-    def _shade(self, tile: Any, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        """The sum of all layers for each of `count` spectra."""
-
-    def _discard(self, tile: Any) -> None:  # noqa: B027, for most renderers there is nothing to do
-        """Free what `_tile` took and the garbage collector does not."""
+    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+        """The sum of all layers for each of `count` spectra: terms times weights."""
 
     def _weights(
         self, scene: Scene, light: Light, pack: FactorPack, illuminants: Sequence[Spectrum | None]
@@ -306,6 +238,21 @@ class Renderer(ABC):
             held = (pack.basis, spectrum, scene.observer)
             self._folds[key] = (held, pack.basis.fold(spectrum, scene.observer).T)
         return self._folds[key][1]
+
+
+def _known(filtering: str) -> Filtering:
+    if filtering not in get_args(Filtering):
+        raise UnknownNameError("filtering", filtering, get_args(Filtering))
+    return cast(Filtering, filtering)
+
+
+def _by_spectrum(lights: Sequence[Light]) -> list[tuple[int, ...]]:
+    """The numbers of the lights of each spectrum: what is folded together."""
+    groups: dict[tuple[bytes, bytes], list[int]] = {}
+    for number, light in enumerate(lights):
+        key = light.spectrum.wavelengths_nm.tobytes(), light.spectrum.samples.tobytes()
+        groups.setdefault(key, []).append(number)
+    return [tuple(numbers) for numbers in groups.values()]
 
 
 def radiance_weights(observer: Observer, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "3 L"]:

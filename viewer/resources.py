@@ -11,9 +11,9 @@ from jaxtyping import Float
 
 from ..materials.factors import FactorPack
 from ..spectral.errors import InputError
-from .geometry import SceneGeometry
 from .pyramids import MOST_LEVELS, axis_levels, pyramid
 from .raster import SUBSTEPS, Window, WindowTriangles
+from .view import View
 
 if TYPE_CHECKING:
     import moderngl
@@ -64,17 +64,20 @@ class Owner:
         return self.texture((items_a_row * texels, rows), components, padded.tobytes(), dtype)
 
 
-def triangle_texels(geometry: SceneGeometry, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:
-    """Per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene, bits of lights; three times position and 1/w;
+def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:
+    """Per triangle: corners (x0 y0 x1 y1, x2 y2) and number in the scene; three times position and 1/w;
     three normals; three tangents. Float32; corners in 1/256 sample, exact below 2^24.
     """
     texels = np.zeros((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
     texels[:, 0] = triangles.corners[:, :2].reshape(-1, 4)
     texels[:, 1, :2] = triangles.corners[:, 2]
     texels[:, 1, 2] = triangles.parent
-    texels[:, 1, 3] = geometry.lit[triangles.parent]
-    for start, corners in ((2, geometry.positions), (5, geometry.normals), (8, geometry.tangents)):
-        texels[:, start : start + 3, :3] = np.einsum("tkj,tji->tki", triangles.weights, corners[triangles.parent])
+    cut = np.flatnonzero((triangles.weights != np.eye(3)).any(axis=(1, 2)))
+    for start, corners in ((2, view.scene.positions), (5, view.normals), (8, view.scene.tangents)):
+        texels[:, start : start + 3, :3] = corners[triangles.parent]
+        texels[cut, start : start + 3, :3] = np.einsum(
+            "tkj,tji->tki", triangles.weights[cut], corners[triangles.parent[cut]]
+        )
     texels[:, 2:5, 3] = triangles.inverse_w
     return texels
 

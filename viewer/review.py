@@ -12,7 +12,8 @@ from shutil import rmtree
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.report import ReviewRow, RowColour, review_row, status, write_report
+from ..calibration.report import status, write_report
+from ..calibration.row import ReviewRow, RowColour, review_row
 from ..calibration.statistics import DeltaEStatistics, SelfCheck, delta_e_map, delta_e_statistics, self_check
 from ..lighting.camera import Camera
 from ..lighting.geometry import VisibleGeometry, visible_geometry
@@ -387,7 +388,7 @@ def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illumina
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
     """Every light spectrum that the review shows, each once."""
     found = [s for other in spectra for s in ([light.spectrum for light in scene.lights] if other is None else [other])]
-    return list({(s.wavelengths_nm.tobytes(), s.values.tobytes()): s for s in found}.values())
+    return list({(s.wavelengths_nm.tobytes(), s.samples.tobytes()): s for s in found}.values())
 
 
 def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:

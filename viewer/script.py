@@ -14,9 +14,9 @@ from ..materials.catalogue import Catalogue
 from ..spectral.errors import UnknownNameError, UsageError
 from ..spectral.processes import usable_cores
 from .context import NoGL
-from .cost import picture_cost
 from .headless import GLRenderer, SoftwareRenderer, create_renderer
 from .picture import Picture, lit_by, picture, reference_picture
+from .picture_cost import picture_cost
 from .renderer import Filtering, Renderer
 
 if TYPE_CHECKING:

@@ -22,11 +22,6 @@ class ShaderError(MetamerError):
     """A shader that this machine's compiler refuses; the message names files and lines, not source numbers."""
 
 
-def shader_names() -> tuple[str, ...]:
-    """Names of the shader files that ship, sorted."""
-    return tuple(sorted(file.name for file in _folder().iterdir()))
-
-
 def source(name: str, defines: Mapping[str, int | float] | None = None) -> tuple[str, tuple[str, ...]]:
     """Text of shader file `name`, includes put in, and the file names that its `#line` numbers refer to.
 

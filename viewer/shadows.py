@@ -93,24 +93,25 @@ def sorted_triangles(corners: Float[np.ndarray, "F 3 3"]) -> SortedTriangles:
     return SortedTriangles(exact.astype(np.float32).astype(np.float64), edges, normals)
 
 
-def shadow_grid(triangles: SortedTriangles, directional: bool, vector: Float[np.ndarray, "3"]) -> ShadowGrid:
+def shadow_grid(triangles: SortedTriangles, vector: Float[np.ndarray, "4"]) -> ShadowGrid:
     """Sort triangles into the cells of a light's view.
 
-    `vector` is the unit direction to a directional light or the position of a point light.
+    `vector` is homogeneous: (direction to it, 0) of a directional light, (position, 1) of a point light.
     """
-    to_light = np.broadcast_to(vector, triangles.normals.shape) if directional else vector - triangles.corners[:, 0]
+    ahead, near = vector[:3], float(vector[3])
+    to_light = ahead - near * triangles.corners[:, 0]
     facing = np.sign(np.einsum("ni,ni->n", triangles.normals, to_light)).astype(np.int64)
     outlines = _outlines(triangles.edges, facing)
     usable = np.flatnonzero(facing != 0)
     resolution = int(np.clip(1.5 * np.sqrt(len(usable)), 4, 512))
-    distance = float(np.linalg.norm(vector))
-    parallel = directional or distance > FAR
-    basis, origin = (_basis(vector / distance), np.zeros(3)) if parallel else (np.eye(3), vector)
+    length = float(np.linalg.norm(ahead))
+    parallel = length > FAR * near
+    basis, origin = (_basis(ahead / length), np.zeros(3)) if parallel else (np.eye(3), ahead)
     grid = ShadowGrid(
         parallel=parallel,
         basis=basis,
         origin=origin,
-        convergence=0.0 if directional or not parallel else 1.0 / distance,
+        convergence=near / length if parallel else 0.0,
         corners=np.empty((0, 3, 3)),
         resolution=resolution,
         first=np.empty(0, dtype=np.int64),

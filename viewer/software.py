@@ -9,15 +9,17 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..lighting.vectors import dot, unit
-from ..materials.brdf import Frame
+from ..materials.axes import Frame
 from ..materials.factors import FactorPack, FrameAngles, frame_angles
 from .footprints import footprints
-from .geometry import LightGeometry, SceneGeometry
+from .geometry import LightGeometry
+from .keeping import Layer, Piece, Terms, Tile
 from .pyramids import filtered_geometry
 from .raster import Window, WindowTriangles
-from .renderer import Filtering, Layer, Renderer, Tile
+from .renderer import Filtering, Renderer
 from .shadows import visibility
 from .surfaces import Surface, surface_samples
+from .view import View
 
 
 @dataclass(eq=False)
@@ -52,6 +54,14 @@ class ShadedSamples:
 
 
 @dataclass(eq=False)
+class SoftwareTerms(Terms):
+    """Terms as numbers: pixel (P,) which of the tile's, row by row; values (P, R)."""
+
+    pixel: Int[np.ndarray, " P"]
+    values: Float[np.ndarray, "P R"]
+
+
+@dataclass(eq=False)
 class SoftwareTile(Tile):
     """A tile and, by part and light, the samples that are lit."""
 
@@ -61,22 +71,22 @@ class SoftwareTile(Tile):
 class SoftwareRenderer(Renderer):
     """Renders in numpy, on any machine."""
 
-    def __init__(self, filtering: Filtering = "linear") -> None:
-        super().__init__(filtering)
+    def __init__(self, filtering: Filtering = "linear", keeps_terms: bool = False) -> None:
+        super().__init__(filtering, keeps_terms)
         self.name = "software (numpy)"
 
-    def _tile(self, geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> SoftwareTile:
-        side = geometry.camera.samples
+    def _tile(self, view: View, window: Window, triangles: WindowTriangles) -> SoftwareTile:
+        side, first_face = view.camera.samples, view.scene.first_face
         height, width = window.height // side, window.width // side
-        surface = surface_samples(geometry, window, triangles)
+        surface = surface_samples(view, window, triangles)
         hits = np.bincount(surface.pixel, minlength=height * width).reshape(height, width)
         lit = {}
-        for number, light in enumerate(geometry.lights):
-            which, wi, irradiance = _reached(geometry, number, light, surface)
+        for number, light in enumerate(view.scene.lights):
+            which, wi, irradiance = _reached(view, light, surface)
             wo = np.einsum("nij,nj->ni", surface.frame[which], surface.to_viewer[which])
-            widths = footprints(geometry, light, triangles, surface, which) if self.filtering == "mipmapped" else None
-            part_of = np.searchsorted(geometry.first_face, surface.face[which], side="right") - 1
-            for part in range(len(geometry.first_face) - 1):
+            widths = footprints(view, light, triangles, surface, which) if self.filtering == "mipmapped" else None
+            part_of = np.searchsorted(first_face, surface.face[which], side="right") - 1
+            for part in range(len(first_face) - 1):
                 mine = part_of == part
                 lit[part, number] = ShadedSamples(
                     surface.pixel[which[mine]],
@@ -86,35 +96,44 @@ class SoftwareRenderer(Renderer):
                     None if widths is None else {frame: values[mine] for frame, values in widths.items()},
                 )
         coverage = (hits / side**2).astype(np.float32)
-        return SoftwareTile(window.left // side, window.top // side, coverage, lit)
+        return SoftwareTile(coverage, lit)
 
-    def _shade(self, tile: SoftwareTile, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        height, width = tile.coverage.shape
-        total = np.zeros((height * width, 3 * count))
-        for layer in layers:
-            samples = tile.lit[layer.part, layer.light]
+    def _terms(self, tile: SoftwareTile, layer: Layer) -> SoftwareTerms | None:
+        found = []
+        for light in layer.lights:
+            samples = tile.lit[layer.part, light]
             if len(samples.pixel):
-                values = samples.geometry(layer.pack) @ layer.weights
                 first = np.flatnonzero(np.diff(samples.pixel, prepend=-1))
-                total[samples.pixel[first]] += np.add.reduceat(values, first, axis=0)
+                found.append((samples.pixel[first], np.add.reduceat(samples.geometry(layer.pack), first, axis=0)))
+        if not found:
+            return None
+        pixel, values = found[0]
+        if len(found) > 1:
+            pixel = np.unique(np.concatenate([one for one, _ in found]))
+            values = np.zeros((len(pixel), layer.pack.rank))
+            for one, terms in found:
+                values[np.searchsorted(pixel, one)] += terms
+        return SoftwareTerms(layer.pack, pixel.nbytes + values.nbytes, pixel, values)
+
+    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+        coverage = piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
+        height, width = coverage.shape
+        total = np.zeros((height * width, 3 * count))
+        for layer, terms in self._with_terms(piece, layers, self.keeps_terms):
+            total[terms.pixel] += terms.values @ layer.weights
         return total.reshape(height, width, count, 3).transpose(2, 0, 1, 3)
 
 
-def _reached(geometry: SceneGeometry, number: int, light: LightGeometry, surface: Surface):
+def _reached(view: View, light: LightGeometry, surface: Surface):
     """Which samples the light reaches, the local direction to it, and `ShadedSamples.irradiance`."""
-    above = np.flatnonzero((geometry.lit[surface.face] >> number) & 1)
+    above = np.flatnonzero(view.lit(light)[surface.face])
     position = surface.position[above]
-    if light.directional:
-        to_light = np.broadcast_to(light.vector, position.shape)
-        irradiance = np.full(len(above), light.irradiance)
-    else:
-        offset = light.vector - position
-        irradiance = light.irradiance / dot(offset, offset)
-        to_light = unit(offset)
-    wi = np.einsum("nij,nj->ni", surface.frame[above], to_light)
+    offset = light.towards(position)
+    irradiance = light.irradiance / dot(offset, offset)
+    wi = np.einsum("nij,nj->ni", surface.frame[above], unit(offset))
     up = wi[:, 2] > 0.0
     above, wi, position, irradiance = above[up], wi[up], position[up], irradiance[up]
     free = visibility(light.shadows, position, surface.face[above])
     some = free > 0.0
-    irradiance = irradiance[some] * free[some] / geometry.camera.samples**2
+    irradiance = irradiance[some] * free[some] / view.camera.samples**2
     return above[some], wi[some], irradiance

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..lighting.vectors import facing_viewer, orthonormal_frame, unit
-from .geometry import SceneGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles, rasterise
+from .view import View
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class Interpolated:
     whole: Float[np.ndarray, " N"]
 
 
-def surface_samples(geometry: SceneGeometry, window: Window, triangles: WindowTriangles) -> Surface:
+def surface_samples(view: View, window: Window, triangles: WindowTriangles) -> Surface:
     """Rasterise one window and interpolate to its samples."""
-    side = geometry.camera.samples
+    side = view.camera.samples
     seen = rasterise(triangles, window.width, window.height)
     blocks = (window.height // side, side, window.width // side, side)
     # By pixel, and within a pixel by row.
@@ -53,12 +53,12 @@ def surface_samples(geometry: SceneGeometry, window: Window, triangles: WindowTr
     number = seen[row, column]
 
     point = np.stack([column, row], axis=1) * SUBSTEPS + SUBSTEPS // 2
-    at = interpolated(geometry, triangles, number, point)
+    at = interpolated(view, triangles, number, point)
     return Surface(pixel, number, point, triangles.parent[number], at.position, at.to_viewer, at.frame)
 
 
 def interpolated(
-    geometry: SceneGeometry,
+    view: View,
     triangles: WindowTriangles,
     number: Int[np.ndarray, " N"],
     point: Int[np.ndarray, "N 2"],
@@ -75,8 +75,8 @@ def interpolated(
     face = triangles.parent[number]
     position, normal, tangent = (
         np.einsum("nk,nki->ni", weights, corners[face])
-        for corners in (geometry.positions, geometry.normals, geometry.tangents)
+        for corners in (view.scene.positions, view.normals, view.scene.tangents)
     )
-    to_viewer = unit(geometry.eye - position) if geometry.perspective else np.broadcast_to(geometry.eye, position.shape)
+    to_viewer = unit(view.eye - position) if view.perspective else np.broadcast_to(view.eye, position.shape)
     normal = facing_viewer(unit(normal), to_viewer)
     return Interpolated(position, to_viewer, orthonormal_frame(normal, tangent), whole[:, 0])

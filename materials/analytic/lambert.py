@@ -9,7 +9,8 @@ import numpy as np
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from ..factors import Axis, FactorPack, FitError
+from ..axes import Axis
+from ..factors import FactorPack, FitError
 from ..protocol import LIGHTS, sphere_protocol
 from .model import AnalyticBrdf
 

@@ -16,9 +16,10 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..brdf import Brdf, Frame
+from ..axes import Axis, Frame
+from ..brdf import Brdf
 from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
-from ..factors import Axis, FactorPack, FrameAngles, frame_angles
+from ..factors import FactorPack, FrameAngles, frame_angles
 from .seen import everywhere_angles, working_spectra
 
 #: Packs shade to no less than this, where a white diffuser facing the light is 1.

@@ -17,8 +17,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..brdf import Brdf, Frame, Lobe
-from ..factors import Axis, FactorPack
+from ..axes import Axis, Frame
+from ..brdf import Brdf, Lobe
+from ..factors import FactorPack
 from .bounds import Bounds, Broken
 from .decompose import PACK
 from .grids import lobe_axes

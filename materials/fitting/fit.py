@@ -14,8 +14,9 @@ from typing import Literal
 import numpy as np
 
 from ...spectral.errors import InputError, UnknownNameError
-from ..brdf import Brdf, Frame, Lobe
-from ..factors import Axis, FactorPack, FitError
+from ..axes import Axis, Frame
+from ..brdf import Brdf, Lobe
+from ..factors import FactorPack, FitError
 from .bounds import Bounds
 from .candidates import RIVALLED, TABLE_TERMS, Found, Search, Wanted
 from .half import HalfStorage, half_storage, single_storage

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ..brdf import Brdf, Frame
+from ..axes import Axis, Frame
+from ..brdf import Brdf
 from ..directions import io_from_half_difference
-from ..factors import Axis
 from .tabulated import Table, node_directions
 
 # A lobe is followed in theta_h until Y of a facing surface stays below this (0.01 in L*).

@@ -15,8 +15,8 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
 from ...spectral.basis import SpectralBasis
-from ..brdf import Frame
-from ..factors import Axis, FactorPack, frame_angles
+from ..axes import Axis, Frame
+from ..factors import FactorPack, frame_angles
 from .axis_samples import AxisSamples
 from .cp import balanced, extrapolated
 from .seen import FARTHEST, SeenSamples

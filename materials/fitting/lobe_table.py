@@ -13,8 +13,9 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..axes import Axis
 from ..brdf import Lobe
-from ..factors import Axis, FactorPack
+from ..factors import FactorPack
 from .cp import CompressedTable, Factors, WeightedTable, weighted_cp
 from .decompose import decompose_compressed
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots

@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...spectral.errors import InputError
-from ..brdf import Brdf, Frame
+from ..axes import AXIS_NAMES, Axis, Frame
+from ..brdf import Brdf
 from ..directions import io_from_half_difference, spherical
-from ..factors import AXIS_NAMES, Axis, frame_angles
+from ..factors import frame_angles
 
 # The horizon itself has no f_r (it is zero there by definition), so that a node on it is evaluated just above.
 HORIZON_MARGIN = 1e-4

@@ -13,11 +13,11 @@ from ...spectral.errors import InputError
 from ...spectral.formats.exr import channel_names, check_size
 from ...spectral.formats.spectral_exr import read_spectral_exr
 from ..fluorescent import FluorescentLambert
-from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
-from .cost import Cost, cost_of_picture
+from ..source import MaterialSource, Rejected
 from .measured import placed, sha256_of
 from .naming import id_word, printable
+from .reading_cost import Cost, cost_of_picture
 
 NAME = "bispectral OpenEXR"
 SUFFIXES = (".exr",)

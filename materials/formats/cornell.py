@@ -23,11 +23,11 @@ from jaxtyping import Bool, Float
 from ...spectral.errors import InputError
 from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
-from ..intake.sources import MaterialSource, Rejected
 from ..measured.measurement import ScatteredMeasurement
-from .cost import Cost, cost_of_bytes
+from ..source import MaterialSource, Rejected
 from .measured import measured_source, placed
 from .naming import printable
+from .reading_cost import Cost, cost_of_bytes
 
 NAME = "Cornell scattered BRDF"
 SUFFIXES = (".brdf",)

@@ -1,7 +1,7 @@
 """Reads descriptions of families: TOML files that name a model and its parameters, spectra by table and column.
 
 A folder of descriptions holds `sources.toml` too, which lists its tables of spectra with their source, licence and
-SHA-256 (`tables`). docs/catalogue.md describes both for people who write them.
+SHA-256 (`family_tables`). docs/catalogue.md describes both for people who write them.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from ...spectral.files import read_text
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
-from ..intake.sources import MaterialSource, Rejected
-from ..intake.tables import Kind, Table, constant_spectrum, tables_from
 from ..records.material import Provenance
 from ..records.models import model_named
+from ..source import MaterialSource, Rejected
+from .family_tables import Kind, Table, constant_spectrum, tables_from
 
 NAME = "family description"
 SUFFIXES = (".toml",)

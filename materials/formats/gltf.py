@@ -15,8 +15,8 @@ import numpy as np
 
 from ...spectral.errors import InputError
 from ...spectral.upsampling import upsampling
-from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
+from ..source import MaterialSource, Rejected
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import Node, compact

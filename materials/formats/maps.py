@@ -15,8 +15,8 @@ import numpy as np
 from ...spectral.errors import InputError
 from ...spectral.files import existing_file
 from ...spectral.upsampling import upsampling
-from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
+from ..source import MaterialSource, Rejected
 from .measured import placed
 from .naming import id_word, printable
 from .pictures.map_names import SUFFIXES, map_name, members

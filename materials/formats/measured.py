@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from ...spectral.errors import InputError
-from ..intake.sources import MaterialSource
 from ..records.material import Provenance
+from ..source import MaterialSource
 from .naming import id_word, printable
 
 

@@ -11,34 +11,24 @@ measurement: -1 where no pair of directions has these angles, and -1 or 0 where 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.upsampling import upsampling
-from ..intake.sources import MaterialSource, Rejected
-from .cost import Cost, cost_of_bytes
+from ..measured.merl import SHAPE, MerlBrdf, MerlMeasurement
+from ..source import MaterialSource, Rejected
 from .measured import measured_source, placed
 from .naming import printable
+from .reading_cost import Cost, cost_of_bytes
 
 NAME = "MERL table"
 SUFFIXES = (".binary",)
-SHAPE = (90, 90, 180)
 SCALES = np.array([1.0, 1.15, 1.66]) / 1500.0
 _HEADER = 12
 _LAYOUT = "three int32 (90, 90, 180), then 3 x 90 x 90 x 180 float64"
 _AGAIN = "the file is damaged: download or copy it again"
-
-
-@dataclass(frozen=True, eq=False)
-class MerlMeasurement:
-    """f_r of the three channels, 1/sr, [theta_h][theta_d][phi_d][channel]; 0 or less: no reading."""
-
-    name: str
-    values: Float[np.ndarray, "90 90 180 3"]
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -53,8 +43,6 @@ def reading_cost(path: Path) -> Cost:
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
     """The file's one material, its spectra made up by `uplift`; raises `InputError` as `read_merl` does."""
-    from ..measured.merl import MerlBrdf
-
     with placed(path, hint=_AGAIN):
         brdf = MerlBrdf.from_measurement(read_merl(path), uplift)
     yield measured_source(

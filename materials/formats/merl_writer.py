@@ -15,9 +15,9 @@ from ...spectral.upsampling import PRIMARIES, xyz_from_rgb
 from ..brdf import Brdf
 from ..directions import io_from_half_difference
 from ..fluorescent import FluorescentBrdf
-from ..measured.merl import MerlBrdf, node_angles
+from ..measured.merl import SHAPE, MerlBrdf, node_angles
 from ..measured.rgl import RglBrdf
-from .merl import SCALES, SHAPE
+from .merl import SCALES
 
 # What is not positive is no reading in this layout, so black is written as this, 1/sr.
 DARKEST = 1e-9

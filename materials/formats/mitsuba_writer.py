@@ -26,9 +26,9 @@ from ..analytic import CookTorrance, Lambert
 from ..brdf import Brdf
 from ..fluorescent import FluorescentBrdf
 from ..measured.rgl import RglBrdf
+from ..measured.rgl_measurement import RglMeasurement
 from ..measured.rgl_table import rgl_fields
 from ..protocol import sphere_protocol
-from .rgl import RglMeasurement
 from .rgl_writer import write_tensors
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Protocol, cast, runtime_checkable
 
 from ...spectral.errors import InputError
-from ..intake.inputs import InputFile, head_of
-from ..intake.sources import MaterialSource, Rejected
-from .cost import Cost, cost_of_bytes
+from ..input_file import InputFile, head_of
+from ..source import MaterialSource, Rejected
+from .reading_cost import Cost, cost_of_bytes
 
 #: Modules beside this one, the most particular first: the first that recognises a file reads it.
 FORMATS = (

@@ -26,11 +26,11 @@ from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
-from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
-from .cost import Cost, cost_of_bytes, cost_of_picture
+from ..source import MaterialSource, Rejected
 from .measured import sha256_of
 from .naming import id_word
+from .reading_cost import Cost, cost_of_bytes, cost_of_picture
 
 NAME = "measured spectra"
 ASKS = True

@@ -23,11 +23,11 @@ from ...spectral.formats.spectral_exr import LENGTH, MOST_COLOURS, wavelength_of
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths, validated_wavelengths
-from ..intake.sources import MaterialSource, Rejected
 from ..records.material import Provenance
-from .cost import Cost, cost_of_picture
+from ..source import MaterialSource, Rejected
 from .measured import placed, sha256_of
 from .naming import id_word, printable
+from .reading_cost import Cost, cost_of_picture
 from .spectra import read_sources as read_chart
 
 NAME = "spectral texture (OpenEXR)"

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from ...spectral.errors import InputError
-from ..intake.archives import is_zip
-from ..intake.sources import MaterialSource, Rejected
+from ..input_file import is_zip
+from ..source import MaterialSource, Rejected
 from .pictures.map_names import map_name, pictures_in
 
 NAME = "formats that are not read"

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from ...spectral.errors import InputError
-from .sources import Rejected
+from ..source import Rejected
 
 MOST_MEMBERS = 20_000
 MOST_BYTES = 8 << 30
@@ -24,11 +24,6 @@ _HARMLESS_BYTES = 32 << 20
 _CHUNK = 1 << 20
 #: What systems leave beside people's files.
 FOREIGN = ("__MACOSX", "Thumbs.db", "desktop.ini")
-
-
-def is_zip(head: bytes) -> bool:
-    """True for the first bytes of a zip file, an empty or a split one too."""
-    return head[:4] in (b"PK\x03\x04", b"PK\x05\x06", b"PK\x07\x08")
 
 
 def is_hidden(parts: tuple[str, ...]) -> bool:

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ...spectral.errors import InputError
+from ..source import MaterialSource
 from .code_version import code_hash
-from .plan import PlannedMaterial
-from .sources import MaterialSource
+from .import_plan import PlannedMaterial
 from .work import Fitted, fit_material
 
 if TYPE_CHECKING:

@@ -20,11 +20,8 @@ from ..records.models import MEASURED, SPECTRA
 _ROOT = Path(__file__).parents[2]
 # What is done to materials: their fit, and the colour that the head of a file gives.
 _FIT, _COLOUR = "materials/intake/work", "materials/records/record_colour"
-# A reader stands beside the type of what it reads, which a model uses: it counts, and what it imports to read does not,
-# since what was read has a hash of its own.
-_READERS = re.compile(r"materials/formats/\w+")
-# Materials come by here, as they were read; and of all models, a fit needs the one that it is told of.
-_PASSED_OVER = ("materials/intake/sources", "materials/analytic/__init__")
+# Of all models, a fit needs the one that it is told of. Readers do not count: what was read has a hash of its own.
+_ALL_MODELS = "materials/analytic/__init__"
 # What gives numbers. Of numpy and scipy, releases of one series mend faults alone; colour-science holds tables.
 _LIBRARIES = (("numpy", 2), ("scipy", 2), ("colour-science", None))
 _READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
@@ -80,11 +77,10 @@ def imported_by(module: str, root: Path = _ROOT) -> frozenset[str]:
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name in _PASSED_OVER or (text := _source(root, name)) is None:
+        if name in found or name == _ALL_MODELS or (text := _source(root, name)) is None:
             continue
         found.add(name)
-        if not _READERS.fullmatch(name):
-            waiting += imports_in(name, text)
+        waiting += imports_in(name, text)
     if not found:
         hint = "install metamer with its sources, as pip does"
         raise InputError("code without its source", file=root / module, expected="a .py file", hint=hint)

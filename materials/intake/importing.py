@@ -17,13 +17,14 @@ from ...spectral.upsampling import DEFAULT_METHOD
 from ..factors import FitError
 from ..records.material import MaterialRecord
 from ..records.record import material_path, write_record
-from .cost import Jobs, fit_too_large, jobs_for
+from ..source import MaterialSource
 from .doing import Doing
+from .import_cost import Jobs, fit_too_large, jobs_for
 from .import_folder import writing_to
+from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
 from .inputs import inputs_of
 from .known import Known
-from .plan import PlannedFile, PlannedMaterial, Settings, planned
-from .sources import MaterialSource, check_uplift, nothing_to_import
+from .sources import check_uplift, nothing_to_import
 from .work import Fitted, fit_material
 
 # ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.

@@ -9,49 +9,21 @@ import struct
 import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from ...spectral.errors import InputError
 from ...spectral.private_folder import private_folder
+from ..input_file import InputFile, head_of, is_zip
 from ..records.record import MARKER
-from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, is_zip, unpacked
-from .sources import Rejected
+from ..source import Rejected
+from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, unpacked
 
-HEAD = 4096
 # The end of a name that says what kind of file it is; "run 1.2" has none.
 _KIND = re.compile(r"\.[a-z]\w*")
 _DOCUMENTS = (".xlsx", ".xlsm", ".xlsb", ".ods", ".docx", ".npz", ".usdz", ".kmz", ".jar", ".sbsar", ".procspec")
 # What programs put into the documents that they pack, and nobody into an archive of measurements.
 _PROGRAMS = re.compile(r"\[Content_Types\]\.xml|mimetype|META-INF/MANIFEST\.MF|OOI(?:Signatures\.xml|Version\.txt)")
 _CHUNK = 1 << 20
-
-
-@dataclass(frozen=True)
-class InputFile:
-    """One file to look at.
-
-    path : where it can be read, for as long as `inputs_of` is open.
-    name : what a person would call it: "archive.zip/member", "memory://folder/file"; for local files, the path.
-    named : named itself, rather than found in a folder, by a pattern or in an archive: then it must be of use.
-    """
-
-    path: Path
-    name: str
-    named: bool
-
-    def with_given_name(self, text: str) -> str:
-        """`text`, with the name in place of a path that only this import knows."""
-        return text if self.name == str(self.path) else text.replace(str(self.path), self.name)
-
-
-def head_of(path: Path) -> bytes:
-    """The first bytes, which say what a file is; raises `InputError` where it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return file.read(HEAD)
-    except OSError as reason:
-        raise InputError("cannot be read", file=path, found=reason.strerror or str(reason)) from None
 
 
 @contextmanager

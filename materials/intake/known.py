@@ -20,10 +20,10 @@ from pathlib import Path
 from ...spectral.errors import InputError
 from ...spectral.files import written_whole
 from ..formats.registry import Format, companions, format_for, formats
+from ..input_file import InputFile
 from ..records.record import material_path, read_record
 from ..records.record_head import read_head
 from .code_version import readers_hash
-from .inputs import InputFile
 
 FILE = ".import.known"
 _VERSION = 2

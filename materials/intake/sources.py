@@ -1,65 +1,18 @@
-"""What a material is before its fit, and how the files that a person names become such sources.
-
-One module a format stands in `formats`; `formats.registry` finds the one for a file.
-"""
+"""How the files that a person names become sources of materials; `formats.registry` finds the reader for each."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.formats.answer import NO_ANSWER, Answer, contradiction
 from ...spectral.upsampling import DEFAULT_METHOD, METHODS
-from ..records.material import Provenance
+from ..formats.registry import not_a_source, recognised_files
 from ..records.models import quantity_of
-
-
-@dataclass(frozen=True)
-class MaterialSource:
-    """One material before its fit: what a `MaterialRecord` says but the packs; `file` is for messages.
-
-    taken : which quantity and scale it was taken for, and by which signs, for a plan; "" where its format says so.
-    """
-
-    id: str
-    family: str
-    model: str
-    parameters: Mapping[str, Any]
-    provenance: Provenance
-    file: Path
-    original: Mapping[str, Any] = field(default_factory=dict)
-    taken: str = ""
-
-    @property
-    def content_hash(self) -> str:
-        """SHA-256 of everything that the record would take from here."""
-        digest = hashlib.sha256(f"{self.id}|{self.family}|{self.model}|{self.provenance}".encode())
-        for part in (self.parameters, self.original):
-            for name in sorted(part):
-                value = np.asarray(part[name])
-                # A text's array has its length as its type: what follows is never taken for a part of it.
-                digest.update(f"|{name}:{value.dtype.str}:{value.shape}|".encode() + value.tobytes())
-            digest.update(b"||")
-        return digest.hexdigest()
-
-    @property
-    def size(self) -> int:
-        """Bytes of all its numbers."""
-        return sum(np.asarray(value).nbytes for part in (self.parameters, self.original) for value in part.values())
-
-
-@dataclass(frozen=True)
-class Rejected:
-    """A source, or one material of it, that cannot be used."""
-
-    name: str
-    reason: InputError
+from ..source import MaterialSource, Rejected
+from .inputs import inputs_of
 
 
 def read_sources(
@@ -72,9 +25,6 @@ def read_sources(
     What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
     that is no source at all raises `InputError`.
     """
-    from ..formats.registry import not_a_source, recognised_files
-    from .inputs import inputs_of
-
     check_uplift(uplift)
     with inputs_of([path]) as files:
         found: list[MaterialSource | Rejected] = []

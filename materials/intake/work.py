@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from ...spectral.errors import MetamerError
 from ..factors import FactorPack, FitError
 from ..records.models import SPECTRA, rebuild
+from ..source import MaterialSource
 from .doing import Doing, Hears, share_done
-from .sources import MaterialSource
 
 if TYPE_CHECKING:
     from ..fitting.fit import Trial

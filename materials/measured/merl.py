@@ -18,12 +18,13 @@ from jaxtyping import Bool, Float
 from ...spectral.errors import InputError
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..axes import Axis
 from ..brdf import Brdf, Lobe, eval_lit
 from ..directions import half_difference, io_from_half_difference
-from ..factors import Axis
-from ..formats.merl import SHAPE, MerlMeasurement
 from .lookup import multilinear
 
+#: Nodes of theta_h, theta_d and phi_d.
+SHAPE = (90, 90, 180)
 _CHANNELS = ("red", "green", "blue")
 _RIGHT = 0.5 * np.pi
 # How much lines along theta_h, theta_d and phi_d say about a gap, at the same distance in nodes.
@@ -31,6 +32,14 @@ _TRUST = (0.02, 1.0, 1.0)
 # Angles of the last nodes: beyond, f_r is held.
 _LAST_HALF, _LAST_DIFFERENCE = (89.0 / 90.0) ** 2 * _RIGHT, np.radians(89.0)
 _AXES = (Axis("theta_h", 90, _LAST_HALF, "sqrt"), Axis("theta_d", 90, _LAST_DIFFERENCE), Axis("phi_d", 37, np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class MerlMeasurement:
+    """f_r of the three channels, 1/sr, [theta_h][theta_d][phi_d][channel]; 0 or less: no reading."""
+
+    name: str
+    values: Float[np.ndarray, "90 90 180 3"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,8 +28,8 @@ from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths
 from ..brdf import Brdf, Lobe, eval_lit
 from ..directions import TAU, angles
-from ..formats.rgl import RglMeasurement
 from .bilinear_warp import BilinearWarp, Slices, bilinear
+from .rgl_measurement import RglMeasurement
 
 # cos(89.9 deg): beyond, the cosine that stored values are divided by is held, so that f_r stays finite.
 _LEAST_COSINE = float(np.cos(np.radians(89.9)))

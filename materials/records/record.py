@@ -31,7 +31,8 @@ from ...spectral.bispectral import Bispectral
 from ...spectral.errors import InputError
 from ...spectral.files import made_folder, written_whole
 from ...spectral.fluorescent_basis import FluorescentBasis
-from ..factors import Axis, FactorPack, FitError
+from ..axes import Axis
+from ..factors import FactorPack, FitError
 from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
 from .material import MaterialRecord, Provenance
 from .record_head import (

@@ -28,7 +28,7 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
         xyz, geometry = xyz_at_45_0(record.packs, light, eye), "45a:0"
     else:
         spectrum = record.spectrum()
-        if spectrum is None or spectrum.values.ndim != 1:
+        if spectrum is None or spectrum.samples.ndim != 1:
             return None
         if spectrum.quantity == "emission":
             # A light has no white to relate to.

@@ -32,7 +32,7 @@ class ShownSpectrum:
 def shown_spectrum(record: MaterialRecord) -> ShownSpectrum:
     """The measured spectrum where the record keeps one, else pi f_r of the original data at annular 45:0."""
     spectrum = record.spectrum()
-    if spectrum is not None and spectrum.values.ndim == 1:
+    if spectrum is not None and spectrum.samples.ndim == 1:
         return ShownSpectrum(spectrum.wavelengths_nm, spectrum.samples, f"{spectrum.quantity}, as measured")
     brdf = record.brdf()
     label = "radiance factor at 45:0" + (" without fluorescence" if record.quantity == "bispectral" else "")

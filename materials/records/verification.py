@@ -21,11 +21,11 @@ from ...spectral.processes import each_done, usable_cores
 from ..factors import FitError
 from ..fluorescent import FluorescentBrdf
 from ..protocol import sphere_protocol
-from ..sphere_xyz import original_xyz, packs_xyz
 from .material import MaterialRecord
 from .query import material_files
 from .record import SUFFIX, read_record
 from .record_head import IMPORT_AGAIN, other_material
+from .sphere_xyz import original_xyz, packs_xyz
 
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01

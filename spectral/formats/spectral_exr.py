@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ..axis_letters import Wavelengths
 from ..bispectral import Bispectral
 from ..errors import InputError
 from ..illuminants import illuminant
 from ..observers import observer
-from ..shapes import Wavelengths
 from ..spectrum import Quantity, Spectrum, check_values
 from ..upsampling import xyz_from_rgb
 from .exr import MAGIC, MOST_SAMPLES, read_exr, write_exr

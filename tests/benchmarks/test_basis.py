@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from metamer.calibration.basis_benchmark import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, report, run, tables
+from metamer.benchmarks.basis import FOLDED, GRIDS, RGB, SAMPLING_LIGHTS, report, run, tables
 
 QUESTIONS = ("one_bounce", "two_bounces", "lights_outside", "unseen", "unseen, p95")
 

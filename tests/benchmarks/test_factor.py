@@ -8,18 +8,18 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from metamer.benchmarks import filtering
+from metamer.benchmarks.factor import benchmark, figures, methods, report, scenes
+from metamer.benchmarks.factor import growth as decompositions
+from metamer.benchmarks.factor import points as configurations
+from metamer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
+from metamer.benchmarks.factor.measured import measured_cases
+from metamer.benchmarks.factor.sphere import brdf_xyz, pack_xyz
+from metamer.benchmarks.factor.timing import Stopwatch
 from metamer.materials.factors import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer.benchmarks import filtering
-from metamer.viewer.benchmarks.factor import benchmark, figures, methods, report, scenes
-from metamer.viewer.benchmarks.factor import growth as decompositions
-from metamer.viewer.benchmarks.factor import points as configurations
-from metamer.viewer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
-from metamer.viewer.benchmarks.factor.measured import measured_cases
-from metamer.viewer.benchmarks.factor.sphere import brdf_xyz, pack_xyz
-from metamer.viewer.benchmarks.factor.timing import Stopwatch
 from metamer.viewer.software import SoftwareRenderer
 
 STATISTICS = {"mean", "p95", "p99", "max"}

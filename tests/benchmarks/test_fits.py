@@ -3,9 +3,8 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
-FILE = Path(__file__).resolve().parents[2] / "benchmarks" / "fits.py"
+FITS = (sys.executable, "-m", "metamer.benchmarks.fits")
 FAMILY = """
 family = "bench"
 kind = "analytic"
@@ -23,7 +22,7 @@ exponent_v = 25.0
 def test_rows_and_table(tmp_path):
     (tmp_path / "bench.toml").write_text(FAMILY)
     words = [str(tmp_path / "bench.toml"), "--kernels", "Haswell,Prescott", "--json", str(tmp_path / "rows.json")]
-    done = subprocess.run([sys.executable, str(FILE), *words, "--budget", "1"], capture_output=True, text=True)
+    done = subprocess.run([*FITS, *words, "--budget", "1"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert [(row["kernel"], row["material"]) for row in rows] == [
@@ -38,6 +37,6 @@ def test_what_holds_no_surface_is_said(tmp_path):
     (tmp_path / "grey.csv").write_text(
         "wavelength_nm,grey reflectance\n" + "".join(f"{n},0.5\n" for n in range(380, 781, 5))
     )
-    words = [sys.executable, str(FILE), str(tmp_path / "grey.csv"), "--kernels", "Haswell"]
+    words = [*FITS, str(tmp_path / "grey.csv"), "--kernels", "Haswell"]
     done = subprocess.run(words, capture_output=True, text=True)
     assert done.returncode == 1 and "none of these files" in done.stderr

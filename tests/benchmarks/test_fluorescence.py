@@ -1,17 +1,14 @@
 """The fluorescence benchmark on the dyes made up for it, and on the real image where there is one."""
 
 import json
-import runpy
-from pathlib import Path
 
 import pytest
-
-BENCHMARK = runpy.run_path(str(Path(__file__).resolve().parents[2] / "benchmarks" / "fluorescence.py"))
+from metamer.benchmarks import fluorescence
 
 
 @pytest.fixture(scope="module")
 def rows():
-    return BENCHMARK["two_surfaces"](BENCHMARK["made_up"](), (3, 8, 16))
+    return fluorescence.two_surfaces(fluorescence.made_up(), (3, 8, 16))
 
 
 def test_more_numbers_less_error_and_less_than_peercy(rows):
@@ -22,18 +19,18 @@ def test_more_numbers_less_error_and_less_than_peercy(rows):
 
 
 def test_direct_light_as_text_and_json(rows, tmp_path):
-    direct = BENCHMARK["direct"](BENCHMARK["made_up"]())
+    direct = fluorescence.direct(fluorescence.made_up())
     assert {row["light"] for row in direct} == {"D65", "A", "D65 UV-free", "FL11"} and len(direct) == 8
     assert all(row["diagonal"] > 2 for row in direct), direct
     figures = {"direct": direct, "two_surfaces": rows}
     assert json.loads(json.dumps(figures)) == figures
-    lines = BENCHMARK["report"](figures).splitlines()
+    lines = fluorescence.report(figures).splitlines()
     assert lines[0].startswith("Direct light") and not any(line.endswith(" ") for line in lines)
 
 
 def test_real_sticky_notes(shared_data, tmp_path, capsys):
     file = shared_data / "spectra" / "exr" / "BiSpectral.exr"
-    assert BENCHMARK["main"]([str(file), "--json", str(tmp_path / "out.json")]) == 0
+    assert fluorescence.main([str(file), "--json", str(tmp_path / "out.json")]) == 0
     assert "Two surfaces" in capsys.readouterr().out
     figures = json.loads((tmp_path / "out.json").read_text())
     assert len(figures["direct"]) == 8

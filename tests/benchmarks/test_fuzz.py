@@ -1,15 +1,12 @@
 """Damaged files of every format, a few of each: refused by an InputError, or read. More: benchmarks/fuzz.py."""
 
-import importlib
 import random
 import sys
-from pathlib import Path
 
 import pytest
 from metamer.materials.formats import registry
 from metamer.spectral.formats import reading
 
-ROOT = Path(__file__).resolve().parents[2]
 # Files of each; these readers take a second for one that is still good, or start a process for each.
 FEW = {"mat": 2, "cornell": 8, "merl": 12}
 READERS = (*reading.FORMATS, *(name for name in registry.FORMATS if name != "spectra"))
@@ -18,11 +15,9 @@ READERS = (*reading.FORMATS, *(name for name in registry.FORMATS if name != "spe
 @pytest.fixture(scope="module")
 def fuzz():
     pytest.importorskip("resource", reason="limits of memory and time are those of Unix")
-    sys.path.insert(0, str(ROOT))
-    try:
-        yield importlib.import_module("benchmarks.fuzz")
-    finally:
-        sys.path.remove(str(ROOT))
+    from metamer.benchmarks import fuzz
+
+    return fuzz
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +69,6 @@ def test_failures_of_a_reader_are_found(fuzz, tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of memory are those of Linux")
-def test_a_reader_in_a_process_of_its_own(fuzz, files, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+def test_a_reader_in_a_process_of_its_own(fuzz, files):
     row = fuzz.report("spd", 1, 20, files["spd"])
     assert sum(row["outcomes"].values()) == 20 and not row["failures"]

@@ -1,24 +1,19 @@
 """The benchmark of interrupts at work: one of each signal, and that it finds what it looks for."""
 
-import importlib.util
 import sys
-from pathlib import Path
 
 import pytest
 
-FILE = Path(__file__).resolve().parents[2] / "benchmarks" / "interrupts.py"
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 ENDS = ("right", "early", "late")
 
 
 @pytest.fixture(scope="module")
 def interrupts():
-    spec = importlib.util.spec_from_file_location("interrupts_benchmark", FILE)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    module.not_deaf()
-    return module
+    from metamer.benchmarks import interrupts
+
+    interrupts.not_deaf()
+    return interrupts
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from metamer.viewer.benchmarks.shading import CARRIED, FOLDED, RGB, SAMPLED, run, tables
+from metamer.benchmarks.shading import CARRIED, FOLDED, RGB, SAMPLED, run, tables
 
 
 @pytest.fixture(scope="module")

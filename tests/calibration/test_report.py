@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.calibration.page import TEMPLATES
-from metamer.calibration.report import RowColour, review_row, write_report
+from metamer.calibration.report import write_report
+from metamer.calibration.row import RowColour, review_row
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
 from metamer.spectral.errors import ComparisonError, InputError
 

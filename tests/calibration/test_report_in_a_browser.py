@@ -8,7 +8,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from metamer.calibration.report import review_row, write_report
+from metamer.calibration.report import write_report
+from metamer.calibration.row import review_row
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
 
 fcntl = pytest.importorskip("fcntl")

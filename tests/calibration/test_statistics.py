@@ -9,7 +9,6 @@ from metamer.calibration.statistics import (
     delta_e_statistics,
     self_check,
     verdict,
-    worst,
     xyz_from_lab,
 )
 from metamer.spectral.difference import lab_from_xyz
@@ -112,11 +111,9 @@ def test_lab_solved_for_xyz_is_its_inverse():
     np.testing.assert_allclose(xyz_from_lab(lab_from_xyz(xyz, WHITE), WHITE), xyz, atol=1e-12)
 
 
-def test_verdicts_and_the_worst_row():
+def test_verdicts():
     rows = [DeltaEStatistics(0.1, 0.2, p99, 9.0, 10) for p99 in (0.9, 1.0, 1.2, 1.5, 1.6)]
     assert [verdict(row, 1.0) for row in rows] == ["pass", "pass", "near", "near", "over"]
-    assert worst(rows) == 4
-    assert worst([*rows, DeltaEStatistics(0.0, 0.0, 0.0, 0.0, 10, undefined=1)]) == 5
 
 
 def test_compared_pixels_follow_the_smaller_coverage():

@@ -3,18 +3,17 @@
 import json
 
 import pytest
-from metamer.calibration import basis_benchmark
-from metamer.viewer.benchmarks import shading
-from metamer.viewer.benchmarks.factor import benchmark
+from metamer.benchmarks import basis, shading
+from metamer.benchmarks.factor import benchmark
 
 
 @pytest.fixture(scope="module")
 def small():
-    return basis_benchmark.run(sizes=(8,), spectra=200)
+    return basis.run(sizes=(8,), spectra=200)
 
 
 def test_basis_prints_and_writes_the_same_figures(metamer, small, monkeypatch, tmp_path):
-    monkeypatch.setattr(basis_benchmark, "run", lambda: small)
+    monkeypatch.setattr(basis, "run", lambda: small)
     code, out, _ = metamer("bench", "basis", "--json", tmp_path / "bench.json")
     assert code == 0
     assert "Basis of J coefficients" in out and str(tmp_path / "bench.json") in out
@@ -26,7 +25,7 @@ def test_basis_prints_and_writes_the_same_figures(metamer, small, monkeypatch, t
 
 def test_all_runs_both(metamer, small, monkeypatch, gl, tmp_path):
     timed = shading.run(size=16, rank=2, repeats=1)
-    monkeypatch.setattr(basis_benchmark, "run", lambda: small)
+    monkeypatch.setattr(basis, "run", lambda: small)
     monkeypatch.setattr(shading, "run", lambda: timed)
     code, out, _ = metamer("bench", "--json", tmp_path / "bench.json")
     assert code == 0
@@ -42,7 +41,7 @@ def test_shading_without_gl_is_said(metamer, monkeypatch):
 
 
 def test_folder_that_is_a_file(metamer, small, monkeypatch, tmp_path):
-    monkeypatch.setattr(basis_benchmark, "run", lambda: small)
+    monkeypatch.setattr(basis, "run", lambda: small)
     (tmp_path / "file").touch()
     code, _, err = metamer("bench", "basis", "--json", tmp_path / "file" / "bench.json")
     assert code == 4

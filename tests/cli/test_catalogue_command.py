@@ -5,7 +5,8 @@ import argparse
 import numpy as np
 import pytest
 from metamer.cli import catalogue as command
-from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack, FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import ImportInterrupted, ImportReport
 from metamer.spectral.basis import SpectralBasis

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from metamer.cli import catalogue_import
 from metamer.cli.words import parser
-from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack, FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import DEFAULT_BUDGET
 from metamer.spectral.basis import SpectralBasis

@@ -129,7 +129,7 @@ def test_a_capital_delta_is_drawn_as_one():
 
 @pytest.fixture
 def load_sphere():
-    from metamer.lighting.scene import load_scene, shipped_scene
+    from metamer.lighting.scene_files import load_scene, shipped_scene
 
     return load_scene(shipped_scene())
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from metamer.cli import catalogue_diff
 from metamer.cli.words import parser
-from metamer.materials.records.compare import ILLUMINANTS, compare_catalogues
+from metamer.materials.compare import ILLUMINANTS, compare_catalogues
 from metamer.materials.records.record import read_record, write_record
 
 

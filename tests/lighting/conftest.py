@@ -2,7 +2,9 @@
 
 import warnings
 
+import numpy as np
 import pytest
+from metamer.lighting.vectors import welded
 
 
 @pytest.fixture(scope="module")
@@ -15,3 +17,16 @@ def mi():
             pytest.skip("this Mitsuba has no scalar_spectral variant")
         mitsuba.set_variant("scalar_spectral")
     return mitsuba
+
+
+@pytest.fixture(scope="session")
+def watertight():
+    """Whether every edge of a mesh, found by position, is of two triangles that run along it in opposite senses."""
+
+    def is_watertight(mesh):
+        corners = welded(mesh.vertices)[1][mesh.faces]
+        edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+        there = {(a, b) for a, b in edges.tolist()}
+        return len(there) == len(edges) and all((b, a) in there for a, b in there)
+
+    return is_watertight

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.scene import load_scene
+from metamer.lighting.scene_files import load_scene
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.spectral_exr import write_spectral_exr

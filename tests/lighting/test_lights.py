@@ -8,17 +8,18 @@ from metamer.spectral.spectrum import Spectrum
 
 def test_a_point_light_falls_with_the_square_of_the_distance():
     light = PointLight((0, 3, 0), illuminant("A"), 900)
-    direction, illuminance = light.incident(np.array([[0.0, 0, 0], [0.0, 1.5, 0], [0.0, 3, 10]]))
-    np.testing.assert_allclose(illuminance, [100, 400, 9], rtol=1e-15)
-    np.testing.assert_allclose(direction, [[0, 1, 0], [0, 1, 0], [0, 0, -1]], atol=1e-15)
+    found = light.arrivals(np.array([[0.0, 0, 0], [0.0, 1.5, 0], [0.0, 3, 10]]))
+    np.testing.assert_allclose(found.illuminance_lux, [100, 400, 9], rtol=1e-15)
+    np.testing.assert_allclose(found.directions, [[0, 1, 0], [0, 1, 0], [0, 0, -1]], atol=1e-15)
+    np.testing.assert_allclose(found.distance, [3, 1.5, 10], rtol=1e-15)
 
 
 def test_a_directional_light_is_the_same_everywhere():
     light = DirectionalLight((0, 3, 4), illuminant("A"), 900)
-    direction, illuminance = light.incident(np.zeros((2, 5, 3)))
-    assert direction.shape == (2, 5, 3)
-    np.testing.assert_allclose(direction[1, 4], [0, 0.6, 0.8])
-    assert (illuminance == 900).all()
+    found = light.arrivals(np.zeros((2, 5, 3)))
+    assert found.directions.shape == (2, 5, 3)
+    np.testing.assert_allclose(found.directions[1, 4], [0, 0.6, 0.8])
+    assert (found.illuminance_lux == 900).all() and np.isinf(found.distance).all()
 
 
 def test_another_spectrum_keeps_place_and_strength():
@@ -46,6 +47,19 @@ def test_a_reflectance_is_no_light():
 
 
 def test_a_point_light_does_nothing_where_it_stands():
-    direction, illuminance = PointLight((1, 2, 3), illuminant("A"), 900).incident(np.array([[1.0, 2, 3], [1.0, 2, 4]]))
-    np.testing.assert_array_equal(illuminance, [0, 900])
-    np.testing.assert_array_equal(direction, [[0, 0, 0], [0, 0, -1]])
+    found = PointLight((1, 2, 3), illuminant("A"), 900).arrivals(np.array([[1.0, 2, 3], [1.0, 2, 4]]))
+    np.testing.assert_array_equal(found.illuminance_lux, [0, 900])
+    np.testing.assert_array_equal(found.directions, [[0, 0, 0], [0, 0, -1]])
+
+
+@pytest.mark.parametrize("kind", [DirectionalLight, PointLight])
+def test_renderers_see_what_arrives(kind):
+    """The homogeneous form gives every point the direction and the illuminance of `arrivals`."""
+    light = kind((1.0, 2, 3), illuminant("A"), 900)
+    points, centre, radius = np.array([[0.0, 0, 0], [0.5, -1, 2], [4.0, 4, 4]]), np.array([0.5, 1.0, -1.0]), 2.5
+    vector, lux = light.homogeneous(centre, radius)
+    offset = vector[:3] - vector[3] * (points - centre) / radius
+    found = light.arrivals(points)
+    squared = np.sum(offset**2, axis=1)
+    np.testing.assert_allclose(offset / np.sqrt(squared)[:, None], found.directions, atol=1e-14)
+    np.testing.assert_allclose(lux / squared, found.illuminance_lux, rtol=1e-13)

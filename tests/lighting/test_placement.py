@@ -12,7 +12,8 @@ from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.mesh_files import cleaned_mesh
 from metamer.lighting.placement import looks_past, placement_warnings, why_black, winding_number
-from metamer.lighting.scene import Part, Scene, load_scene
+from metamer.lighting.scene import Part, Scene
+from metamer.lighting.scene_files import load_scene
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from metamer.spectral.tables import colour_science
 
 AXES = (Axis("theta_i", 2, np.pi / 2), Axis("theta_o", 2, np.pi / 2), Axis("phi", 2, np.pi))
 
@@ -25,7 +26,7 @@ def flat_pack(reflectance: np.ndarray) -> FactorPack:
 def chart() -> list[tuple[FactorPack, ...]]:
     patches = colour_science().SDS_COLOURCHECKERS["BabelColor Average"].values()
     spectra = [Spectrum.sampled(p.wavelengths, p.values).resampled(WORKING_WAVELENGTHS_NM) for p in patches]
-    return [(flat_pack(s.values),) for s in spectra]
+    return [(flat_pack(s.samples),) for s in spectra]
 
 
 def test_one_light_and_no_bounce_is_exact_at_three(chart):

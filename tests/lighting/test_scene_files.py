@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from metamer.lighting import scene_keys, shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.lights import DirectionalLight, PointLight
+from metamer.lighting.lights import LIGHTS, DirectionalLight, PointLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.mesh_files import load_mesh
-from metamer.lighting.scene import Part, Review, Scene, Viewing, load_scene
+from metamer.lighting.scene import Part, Review, Scene, Viewing
+from metamer.lighting.scene_files import load_scene
 from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
@@ -51,8 +52,8 @@ def test_python_and_the_file_use_the_same_words():
     assert words(Viewing) == set(scene_keys.VIEWING)
     assert words(Review) == set(scene_keys.REVIEW)
     assert words(Scene) >= set(scene_keys.SCENE)
-    for kind, light in {"directional": DirectionalLight, "point": PointLight}.items():
-        assert words(light) - {"spectrum_name"} == {"name", "spectrum", *scene_keys.LIGHT_KINDS[kind]}
+    for light in LIGHTS.values():
+        assert words(light) - {"spectrum_name"} == {"name", "spectrum", *light.KEYS}
     for shape, keys in scene_keys.SHAPES.items():
         assert set(signature(getattr(shapes, shape)).parameters) >= set(keys)
     places, reads = ({*signature(one).parameters} - {"self", "path"} for one in (Mesh.placed, load_mesh))
@@ -189,7 +190,7 @@ def test_the_scenes_of_the_manual_load(scene, shipped):
 def test_the_manual_names_every_key():
     manual = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
     tables = [scene_keys.SCENE, scene_keys.VIEWING, scene_keys.PART, scene_keys.LIGHT, scene_keys.CAMERA]
-    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *scene_keys.LIGHT_KINDS.values()]
+    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *(light.KEYS for light in LIGHTS.values())]
     assert [key for table in tables for key in table if f"`{key}`" not in manual] == []
     assert [shape for shape in scene_keys.SHAPES if f"`{shape}`" not in manual] == []
 

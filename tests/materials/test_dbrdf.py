@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, OrenNayar
+from metamer.materials.axes import Axis
 from metamer.materials.dbrdf import METHODS, DistributionBrdf, fit_distribution
 from metamer.materials.directions import spherical
-from metamer.materials.factors import Axis
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import Spectrum

@@ -20,12 +20,12 @@ from metamer.materials.measured.merl import node_angles
 from metamer.materials.measured.rgl import RglBrdf
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.spectral.bispectral import Bispectral
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formats.reading import read_spectra
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from metamer.spectral.tables import colour_science
 
 SAID = Provenance("measured by us -- twice", "CC0", "measured", "45:0", "kept dry")
 GRID = np.array([380.5, 400.0, 412.25, 550.0, 700.0])

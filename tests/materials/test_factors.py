@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from metamer.materials.axes import AXIS_NAMES, Axis
 from metamer.materials.directions import half_difference, io_angles, spherical
-from metamer.materials.factors import AXIS_NAMES, Axis, FactoredBrdf, FactorPack, frame_angles
+from metamer.materials.factors import FactoredBrdf, FactorPack, frame_angles
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant

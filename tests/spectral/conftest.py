@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.calibration.basis_benchmark import stage
-from metamer.spectral.tables import colour_science
+from metamer.benchmarks.basis import stage
+from metamer.spectral.colour_library import colour_science
 
 
 @pytest.fixture(scope="session")

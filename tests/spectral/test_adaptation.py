@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from metamer.spectral.adaptation import CONE_FROM_XYZ, adapt, adaptation_matrix
+from metamer.spectral.adaptation import CONE_FROM_XYZ, adaptation_matrix
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import OBSERVERS, observer
@@ -37,8 +37,8 @@ def test_perfect_diffuser_under_every_light_adapts_to_exactly_one(diffusers, met
     refused = set()
     for name, (seen, white) in seen_under.items():
         try:
-            to_one = adapt(seen, white, np.ones(3), method)
-            to_d65 = adapt(seen, white, d65, method)
+            to_one = adaptation_matrix(white, np.ones(3), method) @ seen
+            to_d65 = adaptation_matrix(white, d65, method) @ seen
         except InputError as reason:
             assert "adaptation has no meaning for this white" in str(reason)
             refused.add((name, method))
@@ -83,16 +83,6 @@ def test_there_and_back(source, target):
     there, back = adaptation_matrix(source, target), adaptation_matrix(target, source)
     np.testing.assert_allclose(back @ there, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(there @ source, target, atol=1e-13)
-
-
-def test_images_go_through_and_nan_stays_nan():
-    source, target = np.array([1.0985, 1.0, 0.3558]), np.array([0.9505, 1.0, 1.0888])
-    image = np.full((2, 3, 3), 0.25)
-    image[1, 2] = np.nan
-    found = adapt(image, source, target)
-    assert found.shape == (2, 3, 3)
-    assert np.isnan(found[1, 2]).all() and np.isfinite(found[0]).all()
-    np.testing.assert_allclose(found[0, 0], adaptation_matrix(source, target) @ image[0, 0], rtol=1e-14)
 
 
 @pytest.mark.parametrize("white", [[0.0, 0.0, 0.0], [1.0, 1.0, -0.5], [np.nan, 1.0, 1.0]])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
@@ -64,7 +63,7 @@ def test_unknown_quantity():
 
 def _bare(quantity):
     found = object.__new__(Spectrum)
-    for field, value in (("values", np.zeros(2)), ("basis", SpectralBasis.sampled(GRID[:2])), ("quantity", quantity)):
+    for field, value in (("samples", np.zeros(2)), ("wavelengths_nm", GRID[:2]), ("quantity", quantity)):
         object.__setattr__(found, field, value)
     return found
 
@@ -126,9 +125,3 @@ def test_range_note_says_what_was_invented():
 def test_batch_axes_go_through():
     image = Spectrum.sampled(GRID, np.full((2, 3, GRID.size), 0.25))
     assert image.resampled(WORKING_WAVELENGTHS_NM).samples.shape == (2, 3, 81)
-
-
-def test_samples_of_coefficients(chart):
-    basis = SpectralBasis.balanced(chart.reflectances, chart.columns, 8)
-    held = Spectrum(basis.project(chart.reflectances), basis, "reflectance")
-    assert held.values.shape == (24, 8) and held.samples.shape == (24, 81)

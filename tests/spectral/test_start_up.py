@@ -46,7 +46,7 @@ import warnings
 warnings.simplefilter("error")
 import numpy as np
 before = np.get_printoptions()
-from metamer.spectral.tables import colour_science
+from metamer.spectral.colour_library import colour_science
 colour_science()
 assert np.get_printoptions() == before, np.get_printoptions()
 """

@@ -62,7 +62,7 @@ COLOURS = [(0.4, 0.1, 0.05), (0.1, 0.4, 0.2), (0.1, 0.2, 0.45), (0.5, 0.5, 0.1),
 
 @pytest.mark.parametrize("rgb", COLOURS)
 def test_the_linear_methods_are_those_of_colour_science(rgb):
-    from metamer.spectral.tables import colour_science
+    from metamer.spectral.colour_library import colour_science
 
     recovery = colour_science().recovery
     published = {
@@ -78,7 +78,7 @@ def test_the_linear_methods_are_those_of_colour_science(rgb):
 
 @pytest.mark.parametrize("rgb", COLOURS[:3])
 def test_sigmoids_are_those_of_colour_science(rgb):
-    from metamer.spectral.tables import colour_science
+    from metamer.spectral.colour_library import colour_science
 
     level = 0.5 * np.array(rgb) / max(rgb)
     with warnings.catch_warnings():

@@ -5,7 +5,8 @@ from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.scene import Part, Scene
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

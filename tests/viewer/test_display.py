@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import OBSERVERS, observer
-from metamer.spectral.tables import colour_science
 from metamer.viewer import display
 from metamer.viewer.display import DISPLAY_WHITE_XYZ, DisplayTransform, composite
 from metamer.viewer.png import quantise, write_png

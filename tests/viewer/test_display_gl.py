@@ -63,14 +63,14 @@ def assert_twins(gpu: np.ndarray, cpu: np.ndarray, tolerance: float) -> None:
 
 def test_pinned_configuration(gl, pixels):
     transform = DisplayTransform(config=PINNED_CONFIG)
-    assert_twins(DisplayPass(gl, transform).apply(pixels), transform.apply(pixels), 2e-6)
+    assert_twins(DisplayPass(gl, transform)(pixels), transform.apply(pixels), 2e-6)
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "tetrahedral"])
 def test_configuration_with_look_up_tables(gl, pixels, tmp_path, interpolation):
     transform = DisplayTransform(config=table_config(tmp_path, interpolation), display="Bench", view="Cube")
     # A texture unit may weigh with 8 bits of fraction: off by 2^-9 of the step between two entries, here < 0.36.
-    assert_twins(DisplayPass(gl, transform).apply(pixels), transform.apply(pixels), 0.36 * 3 / 512)
+    assert_twins(DisplayPass(gl, transform)(pixels), transform.apply(pixels), 0.36 * 3 / 512)
 
 
 def test_view_with_one_dimensional_tables(gl, pixels):
@@ -81,7 +81,7 @@ def test_view_with_one_dimensional_tables(gl, pixels):
     if name not in [entry[0] for entry in ocio.BuiltinConfigRegistry().getBuiltinConfigs()]:
         pytest.skip(f"this OpenColorIO has no built-in {name}")
     transform = DisplayTransform(config=f"ocio://{name}", view="ACES 2.0 - SDR 100 nits (Rec.709)")
-    assert_twins(DisplayPass(gl, transform).apply(pixels), transform.apply(pixels), 2e-3)
+    assert_twins(DisplayPass(gl, transform)(pixels), transform.apply(pixels), 2e-3)
 
 
 def test_encode_says_the_same_on_both(gl, pixels):
@@ -98,5 +98,5 @@ def test_encode_says_the_same_on_both(gl, pixels):
 def test_rows_stay_in_order(gl):
     picture = np.zeros((3, 2, 3), dtype=np.float32)
     picture[0] = DISPLAY_WHITE_XYZ
-    encoded = DisplayPass(gl, DisplayTransform(config=PINNED_CONFIG)).apply(picture)
+    encoded = DisplayPass(gl, DisplayTransform(config=PINNED_CONFIG))(picture)
     assert encoded[0].min() > 0.99 and encoded[1:].max() < 0.01

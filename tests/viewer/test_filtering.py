@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.benchmarks import filtering as benchmark
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer.benchmarks import filtering as benchmark
 from metamer.viewer.headless import GLRenderer, create_renderer
 from metamer.viewer.resources import Owner, factor_texels, texture_bytes
 from metamer.viewer.software import SoftwareRenderer
@@ -202,16 +203,16 @@ def test_a_highlight_smaller_than_a_pixel_keeps_its_light(scenes, software):
 def test_linear_pictures_carry_no_spans(scenes, gl):
     with GLRenderer(gl) as renderer:
         renderer.render(scenes.sphere_scene(size=8), None, scenes.PACKS)
-        (tile,) = renderer._tiles
+        (tile,) = (piece.tile for piece in renderer._kept)
         assert [len(textures) for textures in tile.lights] == [3]
         assert not factor_texels(scenes.PACKS["matt"][0]).values
         renderer.filtering = "mipmapped"
-        assert not renderer._tiles
+        assert not renderer._kept
         renderer.render(scenes.sphere_scene(size=8), None, scenes.PACKS)
-        (tile,) = renderer._tiles
+        (tile,) = (piece.tile for piece in renderer._kept)
         assert [len(textures) for textures in tile.lights] == [5]
         renderer.filtering = "mipmapped"
-        assert renderer._tiles
+        assert renderer._kept
         assert renderer.made_by == f"{renderer.name}, mipmapped factors"
 
 

@@ -10,6 +10,7 @@ from metamer.materials.directions import half_difference, io_angles
 from metamer.viewer.footprints import footprints
 from metamer.viewer.geometry import scene_geometry
 from metamer.viewer.surfaces import surface_samples
+from metamer.viewer.view import view_of
 
 TURN = 2 * np.pi
 NAMES = {"io": ("theta_i", "theta_o", "phi", "phi_i"), "hd": ("theta_h", "theta_d", "phi_d", "phi_h")}
@@ -17,10 +18,11 @@ NAMES = {"io": ("theta_i", "theta_o", "phi", "phi_i"), "hd": ("theta_h", "theta_
 
 def spans_of(scene):
     """Every sample of a scene's only tile, and by angle what it spans for the first light."""
-    geometry = scene_geometry(scene, scene.camera())
-    ((window, triangles),) = geometry.windows()
-    surface = surface_samples(geometry, window, triangles)
-    found = footprints(geometry, geometry.lights[0], triangles, surface, np.arange(len(surface.pixel)))
+    view = view_of(scene_geometry(scene), scene.camera())
+    (window,) = view.windows()
+    triangles = view.triangles(window)
+    surface = surface_samples(view, window, triangles)
+    found = footprints(view, view.scene.lights[0], triangles, surface, np.arange(len(surface.pixel)))
     return surface, {name: found[frame][:, k] for frame, names in NAMES.items() for k, name in enumerate(names)}
 
 

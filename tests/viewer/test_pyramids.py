@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.materials.factors import Axis, frame_angles
+from metamer.materials.axes import Axis
+from metamer.materials.factors import frame_angles
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.viewer.pyramids import MOST_LEVELS, axis_levels, filtered_geometry, level_of, pyramid, width_of
 

@@ -1,5 +1,7 @@
 """The GL renderer, its numpy twin and the ray-traced reference make the same picture, over all pixels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from metamer.lighting import shapes
@@ -7,11 +9,12 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_image, reference_images
 from metamer.materials.factors import FactoredBrdf
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.geometry import geometry_key, scene_geometry
+from metamer.viewer.geometry import scene_geometry
 from metamer.viewer.headless import GLRenderer, create_renderer
 from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.view import view_key
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +204,7 @@ def test_the_back_of_an_open_surface_is_lit_like_its_front(scenes, brdfs, hardwa
 def test_large_pictures_are_made_of_tiles(scenes, hardware, software, monkeypatch):
     scene = scenes.lamp_scene(size=40)
     whole, coverage = software.render(scene, None, scenes.PACKS)
-    monkeypatch.setattr("metamer.viewer.geometry.TILE_SAMPLES", 50)
+    monkeypatch.setattr("metamer.viewer.view.TILE_SAMPLES", 50)
     software.release()
     hardware.release()
     tiled, tiled_coverage = software.render(scene, None, scenes.PACKS)
@@ -220,10 +223,10 @@ def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, softwa
         renderer.release()
         kept, coverage = renderer.render(scene, None, scenes.PACKS)
         renderer.release()
-        monkeypatch.setattr("metamer.viewer.renderer.KEPT_SAMPLES", 0)
+        monkeypatch.setattr("metamer.viewer.keeping.KEPT_SAMPLES", 0)
         for _ in range(2):
             again, again_coverage = renderer.render(scene, None, scenes.PACKS)
-            assert not renderer._tiles
+            assert not any(piece.tile for piece in renderer._kept)
             np.testing.assert_array_equal(kept, again)
             np.testing.assert_array_equal(coverage, again_coverage)
         monkeypatch.undo()
@@ -232,22 +235,25 @@ def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, softwa
 def test_geometry_is_kept_while_only_materials_change(scenes, software):
     scene = scenes.lamp_scene(size=16)
     software.render(scene, None, scenes.PACKS)
-    (kept,) = software._tiles
+    (kept,) = (piece.tile for piece in software._kept)
     software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, scenes.PACKS)
-    assert software._tiles[0] is kept
+    assert kept is not None and software._kept[0].tile is kept
     moved = scenes.lamp_scene(size=16)
     software.render(moved, None, scenes.PACKS)
-    assert software._tiles[0] is not kept
+    assert software._kept[0].tile is not kept
 
 
-def test_what_geometry_depends_on_changes_its_key(scenes):
+def test_what_has_not_changed_is_taken_over(scenes):
     scene = scenes.lamp_scene(size=16)
-    key = geometry_key(scene, scene.camera())
     other = scenes.lamp_scene(size=17).camera()
-    assert key == geometry_key(scene.with_material("part0", "matt"), scene.camera())
-    assert key != geometry_key(scene, other)
+    assert view_key(scene.camera()) != view_key(other)
+    geometry = scene_geometry(scene)
+    assert scene_geometry(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), geometry) is geometry
     lights = (scenes.lamp((0, 2, 2)), scene.lights[1])
-    assert key != geometry_key(scenes.scene_of([(p.mesh, "matt") for p in scene.parts], lights, other), scene.camera())
+    moved = scene_geometry(scenes.scene_of([(p.mesh, "matt") for p in scene.parts], lights, other), geometry)
+    assert moved.occluders is geometry.occluders and moved.lights[1] is geometry.lights[1]
+    assert moved.lights[0] is not geometry.lights[0]
+    assert scene_geometry(scenes.lamp_scene(size=16), geometry).occluders is not geometry.occluders
 
 
 def test_a_measured_mesh_of_88_000_triangles(scenes, hardware, software, brdfs, shared_data):
@@ -275,23 +281,54 @@ def test_a_missing_material_is_named(scenes, software):
         software.render(scenes.sphere_scene("glos", size=8), None, scenes.PACKS)
 
 
-def test_too_many_lights_are_refused(scenes):
-    scene = scenes.sphere_scene(size=8)
-    crowd = scenes.scene_of([(part.mesh, "matt") for part in scene.parts], [scenes.sun()] * 25, scene.camera())
-    with pytest.raises(InputError, match="too many lights"):
-        scene_geometry(crowd, crowd.camera())
+def test_forty_lights_are_one_as_strong(scenes, hardware, software):
+    scene = scenes.lamp_scene(size=16)
+    parts = [(part.mesh, part.material_id) for part in scene.parts]
+    lamp = scene.lights[0]
+    weak = [replace(lamp, intensity_cd=lamp.intensity_cd / 40)] * 40
+    crowd = replace(scene, lights=tuple(weak))
+    one = replace(scene, lights=(lamp,))
+    for renderer in (hardware, software):
+        alone, _ = renderer.render(one, None, scenes.PACKS)
+        together, _ = renderer.render(crowd, None, scenes.PACKS)
+        np.testing.assert_allclose(together, alone, rtol=2e-5, atol=1e-6)
+    assert len(parts) == len(crowd.parts)
+
+
+def test_other_spectra_are_folded_from_kept_terms(scenes, hardware, software, monkeypatch):
+    scene = scenes.lamp_scene(size=24)
+    warm = (illuminant("A"),)
+    for renderer in (hardware, software):
+        monkeypatch.setattr(renderer, "keeps_terms", True)
+        (first,) = renderer.render_many(scene, None, scenes.PACKS, warm)
+        renderer.release()
+        renderer.render(scene, None, scenes.PACKS)
+        with monkeypatch.context() as patched:
+            patched.setattr(renderer, "_terms", lambda *_: pytest.fail("terms were worked out again"))
+            (again,) = renderer.render_many(scene, None, scenes.PACKS, warm)
+        np.testing.assert_array_equal(again[0], first[0])
+        # Lights of one spectrum are one sum.
+        alike, _ = renderer.render(scene.with_illuminant(*warm), None, scenes.PACKS)
+        np.testing.assert_allclose(alike, first[0], rtol=1e-5, atol=1e-7)
+        monkeypatch.setattr("metamer.viewer.keeping.KEPT_TERMS", 0)
+        renderer.release()
+        (unkept,) = renderer.render_many(scene, None, scenes.PACKS, warm)
+        assert not renderer._terms_bytes and not renderer._kept[0].terms
+        np.testing.assert_array_equal(unkept[0], first[0])
+        monkeypatch.undo()
+        renderer.release()
 
 
 def test_a_call_that_breaks_off_keeps_no_half_picture(scenes, software, monkeypatch):
-    monkeypatch.setattr("metamer.viewer.geometry.TILE_SAMPLES", 30)
+    monkeypatch.setattr("metamer.viewer.view.TILE_SAMPLES", 30)
     software.release()
     scene = scenes.sphere_scene(size=24)
     turns = software.tiles(scene, scene.camera())
     next(turns)
     turns.close()
-    assert not software._tiles
+    assert not any(piece.tile for piece in software._kept)
     _, coverage = software.render(scene, None, scenes.PACKS)
-    assert len(software._tiles) > 1 and coverage[12, 12] == 1.0
+    assert all(piece.tile for piece in software._kept) and len(software._kept) > 1 and coverage[12, 12] == 1.0
     software.release()
 
 
@@ -299,7 +336,7 @@ def test_gl_objects_are_given_back(scenes, gl):
     renderer = GLRenderer(gl)
     scene = scenes.sphere_scene(size=16)
     renderer.render(scene, None, scenes.PACKS)
-    (tile,) = renderer._tiles
+    (tile,) = (piece.tile for piece in renderer._kept)
     textures = [tile.seen, *tile.lights[0]]
     renderer.close()
     assert all(type(texture.mglo).__name__ == "InvalidObject" for texture in textures)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.calibration.report import ReviewRow, RowColour
+from metamer.calibration.row import ReviewRow, RowColour
 from metamer.calibration.row_files import Drawn, read_rows, write_rows
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
 from metamer.lighting.scene import Review

@@ -11,7 +11,7 @@ NOBODY = -1
 
 
 def grid_of(corners, directional=True, vector=SUN):
-    return shadow_grid(sorted_triangles(np.asarray(corners, dtype=float)), directional, np.asarray(vector, dtype=float))
+    return shadow_grid(sorted_triangles(np.asarray(corners, dtype=float)), np.array([*vector, 1.0 - directional]))
 
 
 def seen(grid, points, own=NOBODY):

@@ -34,11 +34,7 @@ Directions directions_of(Surface at, vec3 to_light, vec3 wi, vec3 wo) {
 
 Directions directions_at(int number, vec2 point) {
     Surface at = surface_at(number, point);
-#if DIRECTIONAL
-    vec3 to_light = light;
-#else
-    vec3 to_light = normalize(light - at.position);
-#endif
+    vec3 to_light = normalize(offset_at(at));
     return directions_of(at, to_light, to_local(at, to_light), to_local(at, at.to_viewer));
 }
 

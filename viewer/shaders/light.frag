@@ -6,9 +6,13 @@
 #include "surface.glsl"
 #include "shadows.glsl"
 
-uniform int light_number;
-uniform vec3 light;             // direction to it, or where it stands
-uniform float irradiance;       // pi E / E_ref over the samples of a pixel; of a point light at unit distance
+uniform sampler2D lit;          // 1 where the light stands above a triangle's horizon
+uniform vec4 light;             // homogeneous: direction to it and 0, or where it stands and 1
+uniform float irradiance;       // pi E / E_ref over the samples of a pixel, where `offset_at` has length 1
+
+vec3 offset_at(Surface at) {
+    return light.xyz - light.w * at.position;
+}
 
 layout(location = 0) out vec4 io;       // theta_i, theta_o, phi; irradiance
 layout(location = 1) out vec4 hd;       // theta_h, theta_d, phi_d; irradiance cos(theta_i)
@@ -29,17 +33,12 @@ void main() {
 #endif
     int number = int(texelFetch(seen, ivec2(gl_FragCoord.xy), 0).x) - 1;
     if (number < 0) return;
+    if (texelFetch(lit, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0).x == 0.0) return;
     Surface at = surface_at(number, gl_FragCoord.xy * SUBSTEPS);
-    if (((at.lit >> light_number) & 1) == 0) return;
-#if DIRECTIONAL
-    vec3 to_light = light;
-    float arriving = irradiance;
-#else
-    vec3 offset = light - at.position;
+    vec3 offset = offset_at(at);
     float squared = dot(offset, offset);
     vec3 to_light = offset / sqrt(squared);
     float arriving = irradiance / squared;
-#endif
     vec3 wi = to_local(at, to_light);
     if (!(wi.z > 0.0)) return;  // nor where the light stands on the very sample
     arriving *= visibility(at.position, at.face);

@@ -9,7 +9,6 @@ const float LEAST_COSINE = 1e-3;
 
 struct Surface {
     int face;           // triangle of the scene
-    int lit;            // bits of the lights above its horizon
     vec3 position;      // in radii about the scene's centre
     vec3 to_viewer;
     vec3 tangent, bitangent, normal;
@@ -47,7 +46,6 @@ Surface surface_at(int number, vec2 point) {
     at.whole = weights.x + weights.y + weights.z;
     weights /= at.whole == 0.0 ? 1.0 : at.whole;
     at.face = int(rest.z);
-    at.lit = int(rest.w);
     at.position = weights.x * p0.xyz + weights.y * p1.xyz + weights.z * p2.xyz;
     at.to_viewer = perspective ? normalize(eye - at.position) : eye;
     vec3 normal = normalize(weights.x * triangle_texel(number, 5).xyz + weights.y * triangle_texel(number, 6).xyz

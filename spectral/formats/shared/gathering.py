@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...basis import SpectralBasis
 from ...errors import InputError
 from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
@@ -48,7 +47,7 @@ class Gathering:
         self.rejected: list[tuple[str, InputError]] = []
         self._notes: dict[str, list[str]] = {}
         self._samples = 0
-        self._bases: dict[bytes, SpectralBasis] = {}
+        self._grids: dict[bytes, np.ndarray] = {}
 
     def note(self, sentence: str, name: str | None = None) -> None:
         """Say something of the file, or of one of its spectra."""
@@ -162,7 +161,7 @@ class Gathering:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"
         check_values(samples, grid, quantity, file=self.path, field=name)
-        return Spectrum(samples, self._basis(grid, name), quantity)
+        return Spectrum(samples, self._shared(grid, name), quantity)
 
     def _without_noise(
         self, name: str, grid: np.ndarray, samples: np.ndarray, quantity: Quantity, said: dict[str, str]
@@ -182,10 +181,10 @@ class Gathering:
         said["noise beyond the visible"] = f"{np.count_nonzero(wrong)} of {wrong.size} samples, {span}"
         return grid[~wrong], samples[~wrong]
 
-    def _basis(self, grid: np.ndarray, name: str) -> SpectralBasis:
-        """One basis for all spectra on the same wavelengths."""
+    def _shared(self, grid: np.ndarray, name: str) -> np.ndarray:
+        """One array for all spectra on the same wavelengths."""
         key = grid.tobytes()
-        if key not in self._bases:
+        if key not in self._grids:
             if grid.size > _FINEST:
                 raise InputError(
                     "sampled too finely",
@@ -195,8 +194,8 @@ class Gathering:
                     expected=f"at most {_FINEST} samples a spectrum",
                     hint="export at 1 nm",
                 )
-            self._bases[key] = SpectralBasis.sampled(grid)
-        return self._bases[key]
+            self._grids[key] = grid
+        return self._grids[key]
 
     def finish(self, details: Mapping[str, str] | None = None) -> SpectralFile:
         """The file as read.

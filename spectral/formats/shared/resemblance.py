@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ...tables import colour_science
+from ...colour_library import colour_science
 
 Kind = Literal["sensitivity", "emission", "reflectance"]
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
+from metamer.materials.axes import Axis
 from metamer.materials.directions import io_from_half_difference, spherical
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.factors import FactorPack
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.seen import seen_samples

@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.axes import Axis
 from metamer.materials.brdf import Brdf, Lobe
 from metamer.materials.directions import spherical
-from metamer.materials.factors import Axis, FactoredBrdf
+from metamer.materials.factors import FactoredBrdf
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.grids import filled, floored, lobe_axes, node_weights
 from metamer.materials.fitting.tabulated import tabulate

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley
+from metamer.materials.axes import Axis
 from metamer.materials.brdf import Brdf
 from metamer.materials.directions import spherical
-from metamer.materials.factors import Axis
 from metamer.materials.fitting.axis_samples import AxisSamples
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.joint import JointProblem, added, held, merged, refined

@@ -1,7 +1,8 @@
 """Moving averages of factors."""
 
 import numpy as np
-from metamer.materials.factors import Axis, FactorPack
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack
 from metamer.materials.fitting.smoothing import smoothed, smoothed_pack
 from metamer.spectral.basis import SpectralBasis
 

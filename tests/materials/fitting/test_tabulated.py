@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
+from metamer.materials.axes import Axis
 from metamer.materials.directions import io_from_half_difference, spherical
-from metamer.materials.factors import Axis
 from metamer.materials.fitting.tabulated import Table, TabulatedBrdf, node_directions, tabulate
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import Spectrum

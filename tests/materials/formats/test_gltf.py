@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.materials.formats import gltf
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
-from metamer.materials.intake.sources import Rejected
 from metamer.materials.records.models import rebuild
+from metamer.materials.source import Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

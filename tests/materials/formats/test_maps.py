@@ -12,8 +12,8 @@ from metamer.materials.formats import maps
 from metamer.materials.formats.pictures.map_names import map_name
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
 from metamer.materials.formats.pictures.textures import Texture, linear_from_srgb
-from metamer.materials.intake.sources import MaterialSource, Rejected
 from metamer.materials.records.models import rebuild
+from metamer.materials.source import MaterialSource, Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.illuminants import illuminant

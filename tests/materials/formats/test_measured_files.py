@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.materials.formats import bispectral, cornell, merl, rgl
 from metamer.materials.formats.naming import id_word
-from metamer.materials.intake.sources import MaterialSource
 from metamer.materials.records.models import rebuild
+from metamer.materials.source import MaterialSource
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 

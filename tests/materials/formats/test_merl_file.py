@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.materials.formats.merl import SCALES, SHAPE, read_merl, recognises
+from metamer.materials.formats.merl import SCALES, read_merl, recognises
+from metamer.materials.measured.merl import SHAPE
 from metamer.spectral.errors import InputError
 
 HEADER = np.array(SHAPE, "<i4").tobytes()

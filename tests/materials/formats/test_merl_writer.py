@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.directions import io_from_half_difference
-from metamer.materials.formats.merl import SCALES, MerlMeasurement, read_merl
+from metamer.materials.formats.merl import SCALES, read_merl
 from metamer.materials.formats.merl_writer import DARKEST, merl_table, write_merl
-from metamer.materials.measured.merl import MerlBrdf, node_angles
+from metamer.materials.measured.merl import MerlBrdf, MerlMeasurement, node_angles
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

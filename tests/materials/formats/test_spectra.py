@@ -4,14 +4,15 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.formats import spectra
 from metamer.materials.formats.naming import id_word
 from metamer.materials.formats.spectra import read_sources
-from metamer.materials.intake.sources import MaterialSource, Rejected
+from metamer.materials.intake.importing import import_sources
 from metamer.materials.intake.work import fit_material
 from metamer.materials.protocol import sphere_protocol
 from metamer.materials.records.models import rebuild
+from metamer.materials.source import MaterialSource, Rejected
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.reading import SpectralEntry, SpectralFile, StatedColour

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack, FitError
 from metamer.materials.intake import importing
 from metamer.spectral.basis import SpectralBasis
 

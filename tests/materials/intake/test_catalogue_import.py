@@ -10,12 +10,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.intake import importing, known, plan
-from metamer.materials.intake.importing import ImportInterrupted
-from metamer.materials.intake.sources import Rejected, read_sources
+from metamer.materials.catalogue import Catalogue
+from metamer.materials.intake import import_plan, importing, known
+from metamer.materials.intake.importing import ImportInterrupted, import_sources
+from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import MARKER
+from metamer.materials.source import Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.files import made_folder
 
@@ -127,7 +128,7 @@ def test_second_run_skips_what_is_unchanged(source, tmp_path, fits):
 
 def test_change_of_the_fit_is_a_reason_to_fit_again(source, tmp_path, fits, monkeypatch):
     import_sources([source], tmp_path / "cat", jobs=1)
-    monkeypatch.setattr(plan, "code_hash", lambda model: "another")
+    monkeypatch.setattr(import_plan, "code_hash", lambda model: "another")
     assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 3
 
 

@@ -59,7 +59,13 @@ SURFACES = {model.NAME for model in MODELS} | set(MEASURED)
 
 @pytest.mark.parametrize(
     "module",
-    ["spectral/difference", "spectral/observers", "spectral/wavelengths", "spectral/illuminants", "spectral/tables"],
+    [
+        "spectral/difference",
+        "spectral/observers",
+        "spectral/wavelengths",
+        "spectral/illuminants",
+        "spectral/colour_library",
+    ],
 )
 def test_what_colours_are_made_by_counts_for_every_material(changed, module):
     assert changed(module) == set(ALL)
@@ -76,7 +82,7 @@ def test_the_fit_counts_for_every_surface(changed, module):
         ("spectral/upsampling", {"merl", "rgl"}),
         ("spectral/bispectral", {"fluorescent_lambert"}),
         ("materials/measured/kriging", {"scattered"}),
-        ("materials/formats/merl", {"merl"}),
+        ("materials/measured/rgl_measurement", {"rgl"}),
         ("materials/analytic/oren_nayar", {"oren_nayar"}),
     ],
 )
@@ -86,7 +92,13 @@ def test_what_one_model_needs_counts_for_that_one(changed, module, models):
 
 @pytest.mark.parametrize(
     "module",
-    ["cli/catalogue_import", "calibration/page", "materials/intake/importing", "materials/formats/registry"],
+    [
+        "cli/catalogue_import",
+        "calibration/page",
+        "materials/intake/importing",
+        "materials/formats/registry",
+        "materials/formats/merl",
+    ],
 )
 def test_what_no_fit_reaches_refits_nothing(changed, module):
     assert changed(module) == set()

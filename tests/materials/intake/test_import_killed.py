@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake.import_folder import writing_to
+from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.verification import verify_catalogue
 from metamer.spectral.files import half_written
 

@@ -2,8 +2,8 @@
 over. Nothing is fitted here."""
 
 import pytest
+from metamer.materials.intake.import_plan import Settings, planned
 from metamer.materials.intake.inputs import inputs_of
-from metamer.materials.intake.plan import Settings, planned
 
 # What a folder's files are: format, materials, refusals; None: any number.
 EXPECTED = {

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from metamer.materials.directions import TAU, half_difference, io_from_half_difference, spherical
 from metamer.materials.fitting.fit import fit
-from metamer.materials.formats.merl import SCALES, SHAPE, read_merl
-from metamer.materials.intake.sources import Rejected, read_sources
-from metamer.materials.measured.merl import MerlBrdf, node_angles
+from metamer.materials.formats.merl import SCALES, read_merl
+from metamer.materials.intake.sources import read_sources
+from metamer.materials.measured.merl import SHAPE, MerlBrdf, node_angles
 from metamer.materials.records.models import rebuild
+from metamer.materials.source import Rejected
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

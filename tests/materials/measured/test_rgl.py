@@ -4,16 +4,19 @@ import struct
 
 import numpy as np
 import pytest
+from metamer.materials.axes import Axis
 from metamer.materials.directions import TAU, spherical
-from metamer.materials.factors import Axis, FactorPack
-from metamer.materials.formats.rgl import MAGIC, RglMeasurement, read_rgl, recognises
+from metamer.materials.factors import FactorPack
+from metamer.materials.formats.rgl import MAGIC, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
-from metamer.materials.intake.sources import Rejected, read_sources
+from metamer.materials.intake.sources import read_sources
 from metamer.materials.measured.bilinear_warp import BilinearWarp
 from metamer.materials.measured.rgl import RglBrdf
+from metamer.materials.measured.rgl_measurement import RglMeasurement
 from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
+from metamer.materials.source import Rejected
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant

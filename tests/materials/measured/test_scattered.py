@@ -1,12 +1,11 @@
 """The continuous BRDF through scattered measurements: its symmetries, its limits, and how well it predicts."""
 
 import json
-import runpy
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.benchmarks import scattered as benchmark
 from metamer.materials.directions import half_difference, io_angles, io_from_half_difference, spherical
 from metamer.materials.formats.cornell import read_cornell
 from metamer.materials.measured.measurement import ScatteredMeasurement, estimated_background, prepared
@@ -17,7 +16,6 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
-BENCHMARK = runpy.run_path(str(Path(__file__).resolve().parents[3] / "benchmarks" / "scattered.py"))
 WAVELENGTHS = np.arange(400.0, 701.0, 50.0)
 COLOUR = np.array([0.02, 0.03, 0.06, 0.12, 0.2, 0.22, 0.2])
 
@@ -336,13 +334,13 @@ def test_measurement_that_cannot_be(change, message):
 def test_folds_keep_equal_pairs_together():
     told = measured()
     exchanged = ScatteredMeasurement(WAVELENGTHS, told.wo, told.wi, told.values, told.missing)
-    folds, other = BENCHMARK["random_folds"](told), BENCHMARK["random_folds"](exchanged)
+    folds, other = benchmark.random_folds(told), benchmark.random_folds(exchanged)
     assert np.array_equal(folds, other) and set(folds) == set(range(10))
 
 
 def test_benchmark_of_a_small_measurement():
     told = measured()
-    found = json.loads(json.dumps(BENCHMARK["validate"](told, folds=3)))
+    found = json.loads(json.dumps(benchmark.validate(told, folds=3)))
     assert set(found) == {"tenth", "incidence"}
     rows = found["tenth"]
     for statistic in ("mean", "p95"):
@@ -353,8 +351,8 @@ def test_benchmark_of_a_small_measurement():
 def test_left_out_pairs_of_real_paint(shared_data, name):
     """Two of ten folds: clearly better than linear and nearest-neighbour interpolation, by mean and by p95."""
     told = read_cornell(shared_data / "brdf" / "cornell-spectral" / f"{name}.brdf")
-    folds = BENCHMARK["random_folds"](told)
-    found = BENCHMARK["left_out"](told, np.where(folds < 2, folds, -1), BENCHMARK["METHODS"])
+    folds = benchmark.random_folds(told)
+    found = benchmark.left_out(told, np.where(folds < 2, folds, -1), benchmark.METHODS)
     for statistic in ("mean", "p95"):
         others = min(found["linear"][statistic], found["nearest"][statistic])
         assert found["kriged"][statistic] < 0.6 * others, found

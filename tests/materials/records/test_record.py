@@ -8,7 +8,8 @@ from typing import get_args
 import h5py
 import numpy as np
 import pytest
-from metamer.materials.factors import Axis, FactorPack, FitError
+from metamer.materials.axes import Axis
+from metamer.materials.factors import FactorPack, FitError
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.records.material import MaterialRecord, Provenance

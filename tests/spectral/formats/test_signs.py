@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.reading import read_spectra
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import observer
-from metamer.spectral.tables import colour_science
 
 NM = np.arange(380.0, 781.0, 5.0)
 GREY = 0.5 + 0.3 * np.sin(NM / 60.0)

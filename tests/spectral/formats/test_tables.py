@@ -366,10 +366,10 @@ def test_what_is_no_table(refused, content, problem):
     assert problem in refused(silent, content)[0]
 
 
-def test_spectra_on_one_grid_share_its_basis(written):
+def test_spectra_on_one_grid_share_its_wavelengths(written):
     """A chart of thousands must not hold its wavelengths thousands of times."""
     first, second = silent(written(DOWN)).entries
-    assert first.spectrum.basis is second.spectrum.basis
+    assert first.spectrum.wavelengths_nm is second.spectrum.wavelengths_nm
 
 
 def test_fractions_that_can_only_be_percent_are_refused(refused):

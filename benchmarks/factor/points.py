@@ -1,0 +1,224 @@
+"""Speed against error: one point a configuration of spectra, rank, frame or precision.
+
+What the spectra are written in, the rank and the frame are judged on the sphere protocol. What precision costs is
+judged on what the renderer draws: spheres under the same lights, with factors uploaded in 32 or 16 bits, against the
+rays of the reference.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.axes import Frame
+from ...materials.brdf import Brdf
+from ...materials.factors import FactorPack
+from ...materials.fitting.fit import Fit, fit
+from ...materials.fitting.half import rounded_to_half
+from ...materials.protocol import SphereProtocol, sphere_protocol
+from ...spectral.basis import SpectralBasis
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.upsampling import xyz_from_rgb
+from ..basis import point_sampled, stage
+from .scenes import picture_statistics, reference_xyz, rendered_xyz
+from .sphere import brdf_xyz, folded_xyz, folds, statistics, under
+from .timing import Stopwatch
+
+SIZES = (3, 5, 8, 12)
+STEPS_NM = (5, 10, 20)
+_PIXELS, _PICTURE_PIXELS = 128, 96
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A surface's own packs and the seconds that they took; `single` fits them again without rounding to half."""
+
+    fit: Fit
+    seconds: float
+    single: Callable[[], tuple[FactorPack, ...]]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which fits of one surface are tried beside its own: numbers of terms for each lobe, and frames alone."""
+
+    ranks: tuple[int, ...]
+    frames: tuple[Frame, ...]
+    frame_rank: int
+
+
+EVERYTHING = Choice((1, 2, 4, 8, 16), ("io", "hd"), 16)
+# What takes minutes to fit is tried at fewer ranks.
+SLOW = Choice((2, 8), ("hd",), 12)
+#: Surfaces that points are measured for: matt, glossy and anisotropic, then one of each family of measured data.
+POINT_CASES: dict[str, Choice] = {
+    "oren-nayar-0.52": EVERYTHING,
+    "ashikhmin-shirley-32": EVERYTHING,
+    "ashikhmin-shirley-1-8": SLOW,
+    "blue-metallic-paint": EVERYTHING,
+    "mystique": SLOW,
+    "cc_iris_purple_gem_rgb": SLOW,
+}
+
+Weights = list[Float[np.ndarray, "_ 3"]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Configuration:
+    """`weights(light)`: XYZ (R,3) of every pack's terms. `carried`: wavelengths taken to the pixel, None if folded."""
+
+    kind: str
+    name: str
+    packs: tuple[FactorPack, ...]
+    seconds: float
+    weights: Callable[[str], Weights]
+    carried: Float[np.ndarray, " L"] | None = None
+
+
+def case_points(
+    case: str,
+    brdf: Brdf,
+    fitted: Fitted,
+    stopwatch: Stopwatch,
+    lights: Sequence[str],
+    progress: Callable[[str], None],
+    choice: Choice = EVERYTHING,
+) -> list[dict]:
+    """Every configuration of one surface: seconds to fit, milliseconds a megapixel and ΔE94 under each light.
+
+    `fitted`: the packs that the spectral configurations share, and how long they took. Each point has `case`, `kind`,
+    `configuration`, `rank`, `fit_seconds`, `ms_per_megapixel` and `delta_e94` by light.
+    """
+    points = precision_points(case, brdf, fitted, stopwatch, lights, _PICTURE_PIXELS, progress)
+    protocol = sphere_protocol(_PIXELS, brdf.isotropic)
+    reference = brdf_xyz(brdf, protocol, lights)
+    drawn = {}
+    for configuration in _configurations(brdf, fitted, protocol, choice):
+        packs = configuration.packs
+        if configuration.carried is not None:
+            milliseconds = stopwatch.spectral_milliseconds(packs, configuration.carried)
+        else:
+            # Folded packs cost the same whatever their spectra were written in.
+            milliseconds = drawn.setdefault(id(packs), None) or stopwatch.milliseconds(packs)
+            drawn[id(packs)] = milliseconds
+        sample = folded_xyz(packs, protocol, [configuration.weights(light) for light in lights])
+        errors = [under(protocol, light).compare(reference[index], sample[index]) for index, light in enumerate(lights)]
+        found = {light: statistics(error) for light, error in zip(lights, errors, strict=True)}
+        name, rank = configuration.name, sum(pack.rank for pack in packs)
+        points.append(_point(case, configuration.kind, name, rank, configuration.seconds, milliseconds, found))
+        progress(_words(points[-1]))
+    return points
+
+
+def precision_points(
+    case: str,
+    brdf: Brdf,
+    fitted: Fitted,
+    stopwatch: Stopwatch,
+    lights: Sequence[str],
+    pixels: int,
+    progress: Callable[[str], None],
+) -> list[dict]:
+    """Factors as the renderer is given them: single, and rounded to half with every column's largest value 1."""
+    found, seconds = fitted.fit, fitted.seconds
+    spectra = {light: illuminant(light) for light in lights}
+    reference = reference_xyz(brdf, spectra, pixels)
+    points = []
+    for name in ("single", "half"):
+        packs, taken = found.packs, seconds
+        if name == "single" and any(pack.precision == "half" for pack in packs):
+            # The fit stores half where that is good enough; what it rounded is found again by fitting the same way.
+            start = time.perf_counter()
+            packs = fitted.single()
+            taken = time.perf_counter() - start
+        elif name == "half":
+            packs = tuple(map(rounded_to_half, packs))
+        pictures = rendered_xyz(stopwatch.renderer, packs, spectra, pixels)
+        errors = {
+            light: picture_statistics(reference[index], pictures[index], spectrum)
+            for index, (light, spectrum) in enumerate(spectra.items())
+        }
+        points.append(_point(case, "precision", name, found.rank, taken, stopwatch.milliseconds(packs), errors))
+        progress(_words(points[-1]))
+    return points
+
+
+def _point(
+    case: str, kind: str, name: str, rank: int, seconds: float, milliseconds: float, delta_e94: dict[str, dict]
+) -> dict:
+    return {
+        "case": case,
+        "kind": kind,
+        "configuration": name,
+        "rank": rank,
+        "fit_seconds": seconds,
+        "ms_per_megapixel": milliseconds,
+        "delta_e94": delta_e94,
+    }
+
+
+def _words(point: dict) -> str:
+    p99 = ", ".join(f"{light} {found['p99']:.2f}" for light, found in point["delta_e94"].items())
+    return f"    {point['kind']}: {point['configuration']}: ΔE94 p99 {p99}"
+
+
+def _configurations(brdf: Brdf, fitted: Fitted, protocol: SphereProtocol, choice: Choice) -> Iterator[_Configuration]:
+    found, seconds = fitted.fit, fitted.seconds
+    packs = found.packs
+
+    def exact(packs: tuple[FactorPack, ...]) -> Callable[[str], Weights]:
+        return lambda light: folds(packs, protocol, light)
+
+    yield _Configuration("spectra", "RGB", packs, seconds, lambda light: _rgb(packs, protocol, light))
+    for step in STEPS_NM:
+        grid = np.arange(380.0, 781.0, step)
+        yield _Configuration(
+            "spectra", f"{step} nm", packs, seconds, lambda light, grid=grid: _sampled(packs, light, grid), grid
+        )
+    on = stage()
+    for name, make in (("Peercy", SpectralBasis.peercy), ("balanced", SpectralBasis.balanced)):
+        for size in SIZES:
+            start = time.perf_counter()
+            basis = make(on.reflectances, on.columns, size)
+            projected = tuple(pack.in_basis(basis) for pack in packs)
+            taken = seconds + time.perf_counter() - start
+            weights = exact(projected)
+            yield _Configuration("spectra", f"{name} {size}", packs, taken, weights)
+    for rank in choice.ranks:
+        yield _fitted("ranks", f"at most {rank} a lobe", brdf, (rank,), None, exact)
+    for frame in choice.frames:
+        yield _fitted("frames", f"{frame} alone, {choice.frame_rank}", brdf, (choice.frame_rank,), frame, exact)
+
+
+def _fitted(
+    kind: str,
+    name: str,
+    brdf: Brdf,
+    ranks: tuple[int, ...],
+    frame: Frame | None,
+    exact: Callable[[tuple[FactorPack, ...]], Callable[[str], Weights]],
+) -> _Configuration:
+    start = time.perf_counter()
+    # A budget that nothing meets, so that the rank is the one asked for.
+    packs = fit(brdf, budget=1e-6, ranks=ranks, frame=frame).packs
+    return _Configuration(kind, name, packs, time.perf_counter() - start, exact(packs))
+
+
+def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> Weights:
+    """Linear sRGB under D65, multiplied by the light's RGB: what most tools do."""
+    grid, to_xyz = packs[0].basis.wavelengths_nm, xyz_from_rgb()
+    d65, other = (np.linalg.solve(to_xyz, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light))
+    found = folds(packs, protocol, "D65")
+    return [np.linalg.solve(to_xyz, terms.T).T * (other / d65) @ to_xyz.T for terms in found]
+
+
+def _sampled(packs: tuple[FactorPack, ...], light: str, grid: Float[np.ndarray, " L"]) -> Weights:
+    """The plain sum over one grid: light, observer and surface read off at its wavelengths only."""
+    weights = np.pi * point_sampled(observer("1931_2"), light, grid).T
+    basis = SpectralBasis.sampled(grid)
+    return [pack.in_basis(basis).spectral @ weights for pack in packs]

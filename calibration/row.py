@@ -1,0 +1,125 @@
+"""A row of the review: one material under one light, with its pictures, its figures and what is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from ..spectral.errors import ComparisonError
+from . import coded_map, plots
+from .statistics import DeltaEStatistics
+
+
+@dataclass(frozen=True, eq=False)
+class RowColour:
+    """The colour of a material's original data under the light of a row, for the row's observer.
+
+    Parameters
+    ----------
+    xyz : Y = 1 for the perfect diffuser.
+    lab : CIELAB relative to the row's white.
+    geometry : how it is lit and seen, such as "45a:0".
+    """
+
+    xyz: Float[np.ndarray, "3"]
+    lab: Float[np.ndarray, "3"]
+    geometry: str
+
+
+@dataclass(frozen=True, eq=False)
+class ReviewRow:
+    """One material under one light; make it with `review_row`, which encodes the pictures and lets the arrays go.
+
+    Parameters
+    ----------
+    material, illuminant, observer : names.
+    statistics : ΔE94 over the compared pixels.
+    image : picture file, relative to the report's folder.
+    picture, reference : lossless WebP files, as shown on the page, of `width` x `height` pixels.
+    delta_e_map : PNG of the same size, as of `coded_map`.
+    reduced : how many pixels in a row became one of these.
+    seconds : how long each step took, by its name.
+    files : further files beside the page by their label, relative to its folder.
+    wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
+    colour : of the original data under this light, or None; `swatch` is the same, display-encoded.
+    white_xyz : white of this light for this observer.
+    notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
+    provenance : where the material comes from, as label and text.
+    """
+
+    material: str
+    illuminant: str
+    observer: str
+    statistics: DeltaEStatistics
+    image: str
+    picture: bytes
+    reference: bytes
+    delta_e_map: bytes
+    width: int
+    height: int
+    reduced: int = 1
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    wavelengths_nm: Float[np.ndarray, "L"] | None = None
+    reflectance: Float[np.ndarray, "L"] | None = None
+    reflectance_label: str = "Reflectance"
+    swatch: tuple[int, int, int] | None = None
+    colour: RowColour | None = None
+    white_xyz: Float[np.ndarray, "3"] | None = None
+    notes: tuple[str, ...] = ()
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+
+def review_row(
+    material: str,
+    illuminant: str,
+    observer: str,
+    *,
+    statistics: DeltaEStatistics,
+    picture: UInt8[np.ndarray, "H W 3"],
+    reference: UInt8[np.ndarray, "H W 3"],
+    delta_e: Float[np.ndarray, "H W"],
+    budget: float,
+    rows: int,
+    image: str,
+    **more: Any,
+) -> ReviewRow:
+    """A row from display-encoded pictures and a ΔE map (NaN: not compared, infinite: no number).
+
+    `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick
+    to open (linear light for pictures, the largest value for maps) and a note says so. `more` goes to `ReviewRow`.
+
+    Raises
+    ------
+    ComparisonError : picture and reference are the same array.
+    """
+    if np.may_share_memory(picture, reference):
+        raise ComparisonError(f"{material} under {illuminant}: picture and reference are the same array")
+    factor = plots.reduction(max(delta_e.shape), plots.embedded_side(rows))
+    notes = [*more.pop("notes", ())]
+    if factor > 1:
+        notes.append(f"Shown at 1/{factor} of its size; the figures are those of the full picture.")
+    if statistics.max == 0.0:
+        notes.append("Every compared pixel is exactly equal: make sure that the reference is computed independently.")
+    if statistics.undefined:
+        notes.append(f"{statistics.undefined} compared pixels hold no number; they are in none of the figures.")
+    reduced = plots.reduce_map(delta_e, factor)
+    return ReviewRow(
+        material=material,
+        illuminant=illuminant,
+        observer=observer,
+        statistics=statistics,
+        image=image,
+        picture=plots.lossless(plots.reduce_picture(picture, factor)),
+        reference=plots.lossless(plots.reduce_picture(reference, factor)),
+        delta_e_map=coded_map.map_png(reduced, budget),
+        width=reduced.shape[1],
+        height=reduced.shape[0],
+        reduced=factor,
+        notes=tuple(notes),
+        **more,
+    )

@@ -1,0 +1,260 @@
+"""What an import will do, before it does it: which file is what, and which of its materials are new."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+from pathlib import Path
+from typing import Literal
+
+from ...spectral.errors import InputError
+from ...spectral.formats.answer import NO_ANSWER, Answer
+from ...spectral.memory import gigabytes
+from ..formats.registry import Format, guessed, label, not_a_source, recognised_files
+from ..input_file import InputFile
+from ..records.models import quantity_of
+from ..records.record_head import SCHEMA
+from ..source import MaterialSource, Rejected
+from .code_version import code_hash
+from .doing import Doing, in_words
+from .import_cost import TOLD_S, reading_too_large
+from .known import Known, Read, Reading
+from .sources import read_with
+
+Status = Literal["new", "skipped", "failed"]
+# Names that nothing but a measurement, or an archive of them, has.
+_MEASUREMENTS = (
+    *(".bsdf", ".binary", ".brdf", ".cgats", ".ccss", ".csv", ".cxf", ".mat", ".sp", ".spd", ".spdx", ".ti3", ".tsv"),
+    ".zip",
+)
+# Above this many bytes, a material is read again when its turn comes: a hundred measured tables fit into no memory.
+_KEPT_BYTES = 1 << 18
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a fit depends on beside its source; `family` takes the place of the one that a source names.
+
+    again : materials that are there already are fitted, too.
+    answer : what was measured, where a file does not say it.
+    """
+
+    budget: float
+    uplift: str
+    family: str | None = None
+    again: bool = False
+    answer: Answer = NO_ANSWER
+
+
+@dataclass(frozen=True)
+class PlannedMaterial:
+    """One material of one file, and what is to be done with it; "skipped" is what is there already, `reason` why
+    it is that or has failed; `taken` which quantity and scale it was taken for, and by which signs."""
+
+    id: str
+    status: Status
+    reason: str = ""
+    source_hash: str = ""
+    size: int = 0
+    model: str = ""
+    load: Callable[[], MaterialSource] | None = None
+    taken: str = ""
+
+
+@dataclass(frozen=True)
+class PlannedFile:
+    """One file: its name, its format ("" where it is none that we know), its materials.
+
+    note : why it is passed over, where more than the lack of a format speaks against it.
+    """
+
+    name: str
+    format: str
+    materials: tuple[PlannedMaterial, ...] = ()
+    note: str = ""
+
+    def count(self, status: Status) -> int:
+        """Materials with that status."""
+        return sum(material.status == status for material in self.materials)
+
+    @property
+    def taken(self) -> tuple[str, ...]:
+        """Which quantities and scales its materials were taken for, with the signs of the first of each."""
+        said = [material.taken for material in self.materials if material.taken]
+        first: dict[str, str] = {}
+        for words in said:
+            first.setdefault(words.partition(", by ")[0], words)
+        return tuple(first.values())
+
+
+def planned(
+    files: Iterable[InputFile | Rejected],
+    folder: Path,
+    settings: Settings,
+    looked_at: Callable[[int, int, str], None] = lambda done, total, name: None,
+    known: Known | None = None,
+    doing: Callable[[str, Doing], None] = lambda name, doing: None,
+) -> tuple[PlannedFile, ...]:
+    """Every file with its materials, in the order of `files`; nothing is written.
+
+    looked_at : called with (done, total, name) after each file.
+    known : what earlier imports into the folder saw; learns what this one sees.
+    doing : called with (name, what is done to it) before a file that takes long to read.
+    """
+    known = known or Known(folder)
+    seen: dict[str, tuple[str, str]] = {}
+    found = []
+    recognised = recognised_files(files, known.format_of)
+    for number, (file, reader) in enumerate(recognised, 1):
+        if isinstance(file, Rejected):
+            found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", str(file.reason)),)))
+        elif reader is not None:
+            found.append(_file(file, reader, settings, known, seen, doing))
+        elif file.named or _is_cut_to_nothing(file.path):
+            reason = file.with_given_name(str(not_a_source(file.path)))
+            found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", reason),)))
+        else:
+            found.append(PlannedFile(file.name, ""))
+        looked_at(number, len(recognised), file.name)
+    return tuple(found)
+
+
+def _is_cut_to_nothing(path: Path) -> bool:
+    """Whether a file is empty that has the name of a measurement: a copy that was broken off."""
+    return path.suffix.lower() in _MEASUREMENTS and path.stat().st_size == 0
+
+
+Load = Callable[[], MaterialSource]
+
+
+def _file(
+    file: InputFile,
+    reader: Format,
+    settings: Settings,
+    known: Known,
+    seen: dict[str, tuple[str, str]],
+    doing: Callable[[str, Doing], None],
+) -> PlannedFile:
+    words = repr(replace(settings, budget=0.0, again=False))
+    reading = None if settings.again else known.reading(file, reader, words)
+    loads: Sequence[Load | None] = ()
+    # What is to be fitted has to be read, and the other materials of its file with it.
+    if reading is None or not all(each.reason or _is_there(each, settings, known) for each in reading.materials):
+        cost, refusal = reading_too_large(reader, file.path, file.name)
+        if refusal is not None:
+            refused = PlannedMaterial(file.name, "failed", str(refusal))
+            return PlannedFile(file.name, label(reader, file.path), (refused,))
+        if cost.seconds > TOLD_S:
+            size = gigabytes(file.path.stat().st_size)
+            doing(file.name, Doing(f"reading {size}, about {in_words(cost.seconds)}"))
+        look = known.look(file, reader, words)
+        reading, loads, lasts = _read(file, reader, settings)
+        if lasts:
+            known.keep(file, look, reading)
+    if reading.note:
+        return PlannedFile(file.name, "", note=reading.note)
+    materials = [
+        _material(each, load, file, settings, known, seen) for each, load in zip_longest(reading.materials, loads)
+    ]
+    return PlannedFile(file.name, reading.label, tuple(materials))
+
+
+def _read(file: InputFile, reader: Format, settings: Settings) -> tuple[Reading, list[Load | None], bool]:
+    """What comes out of a file, what gives each material again, and whether all of it is due to the file alone."""
+    found: list[Read] = []
+    loads: list[Load | None] = []
+    lasts = True
+    for material in _materials(file, reader, settings):
+        if isinstance(material, Rejected):
+            name = file.name if material.name == file.path.name else material.name
+            found.append(Read(name, reason=file.with_given_name(str(material.reason))))
+            loads.append(None)
+            lasts = lasts and _lasts(material.reason)
+        else:
+            said = taken_as(material, reader)
+            found.append(Read(material.id, material.content_hash, material.model, material.size, taken=said))
+            loads.append(_loader(material, file, reader, settings))
+    note = ""
+    if found and all(each.reason for each in found) and not file.named and guessed(reader, file.path):
+        note = found[0].reason.split("\n")[0].removeprefix(f"{file.name}: ")
+    if not found:
+        reason = str(InputError("holds no material", file=file.name, expected="one measurement or more"))
+        found.append(Read(file.name, reason=reason))
+    return Reading("" if note else label(reader, file.path), tuple(found), note), loads, lasts
+
+
+def _lasts(reason: BaseException | None) -> bool:
+    """Whether a refusal is of what stands in a file, and not of a disk or of memory that may do better next time."""
+    while reason is not None:
+        if isinstance(reason, OSError | MemoryError | RuntimeError):
+            return False
+        reason = reason.__cause__ or reason.__context__
+    return True
+
+
+def _materials(file: InputFile, reader: Format, settings: Settings) -> Iterator[MaterialSource | Rejected]:
+    for material in read_with(reader, file.path, settings.uplift, settings.answer):
+        if isinstance(material, MaterialSource) and settings.family:
+            name = material.id.partition("/")[2]
+            material = replace(material, id=f"{settings.family}/{name}", family=settings.family)
+        yield material
+
+
+def _material(
+    read: Read,
+    load: Load | None,
+    file: InputFile,
+    settings: Settings,
+    known: Known,
+    seen: dict[str, tuple[str, str]],
+) -> PlannedMaterial:
+    if read.reason:
+        return PlannedMaterial(read.id, "failed", read.reason)
+    if read.id in seen:
+        name, other = seen[read.id]
+        if read.content == other:
+            return PlannedMaterial(read.id, "skipped", f"the same as in {name}")
+        hint = "import the files one by one, each with a --family of its own, or rename one"
+        reason = f"the id is used twice: {name}, {file.name}\n  try: {hint}"
+        return PlannedMaterial(read.id, "failed", reason)
+    seen[read.id] = file.name, read.content
+    wanted = _source_hash(read, settings.budget)
+    if not settings.again and _is_there(read, settings, known):
+        return PlannedMaterial(read.id, "skipped", "", wanted, read.size, read.model, taken=read.taken)
+    return PlannedMaterial(read.id, "new", "", wanted, read.size, read.model, load, read.taken)
+
+
+def _is_there(read: Read, settings: Settings, known: Known) -> bool:
+    """Whether the catalogue has a material as this import would make it, and whole."""
+    wanted = _source_hash(read, settings.budget)
+    return known.stored(read.id, wanted) == wanted
+
+
+def taken_as(material: MaterialSource, reader: Format) -> str:
+    """Which quantity a material was taken for, and what says so: its format, where it keeps no words of its own."""
+    return material.taken or f"{quantity_of(material.model)}, by the format ({reader.NAME})"
+
+
+def _loader(
+    material: MaterialSource, file: InputFile, reader: Format, settings: Settings
+) -> Callable[[], MaterialSource]:
+    """Gives the material again: small ones are kept, large ones are read from their file."""
+    if material.size <= _KEPT_BYTES:
+        return lambda: material
+    wanted = material.id
+
+    def read_again() -> MaterialSource:
+        for found in _materials(file, reader, settings):
+            if isinstance(found, MaterialSource) and found.id == wanted:
+                return found
+        problem, hint = "the file has changed since the import began", "leave it alone, and import it again"
+        raise InputError(problem, file=file.name, field=wanted, expected="a material of this id, as before", hint=hint)
+
+    return read_again
+
+
+def _source_hash(read: Read, budget: float) -> str:
+    text = f"{read.content}|schema {SCHEMA}|budget {budget!r}|code {code_hash(read.model)}"
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,185 @@
+"""What a renderer keeps from one picture for the next: geometry, what each sample sees, and materials' terms.
+
+Each outlives what it does not depend on: geometry another camera, tiles other materials, terms other spectra.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..lighting.camera import Camera
+from ..lighting.scene import Scene
+from ..materials.factors import FactorPack
+from .geometry import LightGeometry, SceneGeometry, scene_geometry
+from .raster import Window, WindowTriangles
+from .view import View, view_key, view_of
+
+# Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
+KEPT_SAMPLES = 8_000_000
+# Bytes of terms that are kept between calls: beyond, they are worked out for each picture.
+KEPT_TERMS = 1 << 28
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One pack of one part's material under all lights of one spectrum: `weights` (R, 3 M) are its terms' XYZ under M
+    spectra in its place.
+    """
+
+    part: int
+    lights: tuple[int, ...]
+    pack: FactorPack
+    weights: Float[np.ndarray, "R M3"]
+
+    @property
+    def terms_key(self) -> tuple:
+        """Equal for layers whose terms are the same, whatever the spectra; good while the pack's factors live."""
+        return self.part, self.lights, self.pack.frame, self.pack.axes, tuple(id(one) for one in self.pack.factors)
+
+
+@dataclass(eq=False)
+class Terms:
+    """The terms of a layer at every pixel, light and visibility included: all of a picture but its spectra.
+
+    pack : whose factors they are. bytes : what they take.
+    """
+
+    pack: FactorPack
+    bytes: int
+
+
+@dataclass(eq=False)
+class Tile:
+    """What is worked out at every sample of a window of the picture: renderers add to it.
+
+    coverage (h, w) : float32, of its pixels.
+    """
+
+    coverage: Float[np.ndarray, "h w"]
+
+
+@dataclass(eq=False)
+class Piece:
+    """A window of the picture and what is kept of it.
+
+    left, top : its first pixel. coverage (h, w) : None until it is known. tile : kept where there is room. terms : of
+    the layers that were drawn last; None for those that do not show here.
+    """
+
+    window: Window
+    left: int
+    top: int
+    coverage: Float[np.ndarray, "h w"] | None = None
+    tile: Any = None
+    terms: dict[tuple, Any] = field(default_factory=dict)
+
+
+class Keeping(ABC):
+    """Works geometry, tiles and terms out when they are asked for, and keeps them where there is room."""
+
+    def __init__(self) -> None:
+        self._geometry: SceneGeometry | None = None
+        self._view: View | None = None
+        self._kept: list[Piece] = []
+        self._terms_bytes = 0
+
+    def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
+        """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
+        for piece in self._pieces(scene, camera):
+            yield self._tile_of(piece)
+
+    def _pieces(self, scene: Scene, camera: Camera) -> Iterator[Piece]:
+        """The picture's windows, with what is kept of them; their tiles are good for one turn."""
+        geometry = scene_geometry(scene, self._geometry)
+        if self._view is None or geometry is not self._geometry or view_key(camera) != view_key(self._view.camera):
+            self._forget_view()
+            self._keep_lights(geometry.lights)
+            self._geometry, self._view = geometry, view_of(geometry, camera)
+            side = camera.samples
+            self._kept = [Piece(one, one.left // side, one.top // side) for one in self._view.windows()]
+        keep = self._view.size[0] * self._view.size[1] * len(geometry.lights) <= KEPT_SAMPLES
+        for piece in self._kept:
+            whole = False
+            try:
+                yield piece
+                whole = True
+            finally:
+                # A caller that stops half way may have stopped in the middle of anything.
+                if not (keep and whole):
+                    self._forget_tile(piece)
+
+    def _tile_of(self, piece: Piece) -> Any:
+        """The tile of a piece, worked out anew where it is not kept."""
+        if piece.tile is None:
+            assert self._view is not None
+            piece.tile = self._tile(self._view, piece.window, self._view.triangles(piece.window))
+            piece.coverage = piece.tile.coverage
+        return piece.tile
+
+    def release(self) -> None:
+        """Forget everything that is kept and free what it holds on a GPU."""
+        self._forget_view()
+        self._keep_lights(())
+        self._geometry = None
+
+    def _forget_view(self) -> None:
+        """Forget what is kept of the last camera's view."""
+        for piece in self._kept:
+            self._keep_terms(piece, ())
+            self._forget_tile(piece)
+        self._kept = []
+        self._view = None
+
+    def _forget_tile(self, piece: Piece) -> None:
+        if piece.tile is not None:
+            self._discard(piece.tile)
+            piece.tile = None
+
+    def _with_terms(self, piece: Piece, layers: Sequence[Layer], keep: bool) -> Iterator[tuple[Layer, Any]]:
+        """Each layer that shows in a piece, and its terms, which with `keep` are kept where there is room."""
+        self._keep_terms(piece, {layer.terms_key for layer in layers})
+        for layer in layers:
+            key = layer.terms_key
+            terms = piece.terms[key] if key in piece.terms else self._terms(self._tile_of(piece), layer)
+            size = terms.bytes if terms else 0
+            if key not in piece.terms and keep and self._terms_bytes + size <= KEPT_TERMS:
+                piece.terms[key] = terms
+                self._terms_bytes += size
+            if terms is None:
+                continue
+            try:
+                yield layer, terms
+            finally:
+                if key not in piece.terms:
+                    self._discard_terms(terms)
+
+    def _keep_terms(self, piece: Piece, keys: Collection[tuple]) -> None:
+        """Forget all kept terms of a piece but these."""
+        for key in [key for key in piece.terms if key not in keys]:
+            terms = piece.terms.pop(key)
+            if terms is not None:
+                self._terms_bytes -= terms.bytes
+                self._discard_terms(terms)
+
+    @abstractmethod
+    def _tile(self, view: View, window: Window, triangles: WindowTriangles) -> Any:
+        """Everything in a window that does not depend on materials and spectra, as a kind of `Tile`."""
+
+    @abstractmethod
+    def _terms(self, tile: Any, layer: Layer) -> Any:
+        """The terms of a layer at every pixel, as a kind of `Terms`; None where the tile does not show them."""
+
+    def _discard_terms(self, terms: Any) -> None:  # noqa: B027
+        """Free what `_terms` took and the garbage collector does not."""
+
+    def _keep_lights(self, lights: Sequence[LightGeometry]) -> None:  # noqa: B027
+        """Free what is kept of all lights but these and the garbage collector does not free."""
+
+    def _discard(self, tile: Any) -> None:  # noqa: B027, for most renderers there is nothing to do
+        """Free what `_tile` took and the garbage collector does not."""

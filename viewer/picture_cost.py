@@ -1,0 +1,113 @@
+"""What a picture costs before it is drawn: memory at the peak, and time; what cannot fit is refused in numbers.
+
+The bytes are those of the arrays that are there at once, and tests hold them to what is measured. The seconds are
+those of one core of a small machine, to tell seconds from hours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from ..lighting.camera import Camera
+from ..lighting.reference import BAND_SAMPLES
+from ..lighting.scene import Scene
+from ..spectral.errors import InputError
+from ..spectral.memory import available_bytes, gigabytes
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM
+from .keeping import KEPT_SAMPLES
+from .view import TILE_SAMPLES
+
+Kind = Literal["picture", "spectra", "reference", "review"]
+
+# Bytes at the peak: a triangle for the scene's geometry and for a light's shadows, or for rays; a sample point that is
+# worked on and, by light, one that is kept; a pixel of XYZ and coverage with what encodes or writes it.
+_TRIANGLE, _TRIANGLE_AND_LIGHT, _TRIANGLE_IN_RAYS = 1100, 400, 700
+_SAMPLE, _SAMPLE_KEPT, _SAMPLE_AND_LIGHT_KEPT = 560, 70, 120
+_PIXEL = {".png": 84, ".exr": 36}
+_PIXEL_AND_WAVELENGTH = 32
+_SEEN, _SEEN_AND_LIGHT = 80, 30
+# Seconds: a triangle and light, a sample and light drawn, and one of the reference, at every wavelength.
+_TRIANGLE_SECONDS, _DRAWN_SECONDS, _REFERENCE_SECONDS = 9e-6, 3e-6, 2.5e-5
+# The same of a review, which traces no rays, for a formula; a scattered measurement takes fifty times as long.
+_REVIEWED_SECONDS = 5e-7
+
+
+#: Pictures that take less time than this are made without a word.
+SAID_FROM_SECONDS = 1.0
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Memory at the peak and time of one picture, and what they are of, in words."""
+
+    what: str
+    memory_bytes: int
+    seconds: float
+
+    @property
+    def words(self) -> str:
+        """For a person."""
+        return f"{self.what}: about {gigabytes(self.memory_bytes)} of memory and {_duration(self.seconds)}"
+
+    def check_room(self, scene: Scene, camera: Camera) -> None:
+        """Raise `InputError` where this does not fit into the memory that there is."""
+        free = available_bytes()
+        if free is not None and self.memory_bytes > free:
+            raise InputError(
+                "the picture does not fit into memory",
+                file=scene.path,
+                field=f"camera {camera.name}",
+                found=self.words,
+                expected=f"at most {gigabytes(free)}, what is free here",
+                hint="fewer pixels (width, height_px) or samples, or the picture in parts by cameras of their own",
+            )
+
+
+def picture_cost(
+    scene: Scene, camera: Camera, kind: Kind = "picture", suffix: str = ".png", spectra: int = 1, jobs: int = 1
+) -> Cost:
+    """The cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
+
+    suffix : of the file: a PNG is encoded for a display first, which takes more.
+    jobs : processes of a review; each holds what the camera sees, and its own pictures.
+    """
+    triangles = sum(len(part.mesh.faces) for part in scene.parts)
+    lights, pixels = len(scene.lights), camera.width * camera.height_px
+    samples = pixels * camera.samples**2
+    tile = min(samples, TILE_SAMPLES**2)
+    kept = samples if samples * lights <= KEPT_SAMPLES else 0
+    drawn = triangles * (_TRIANGLE + _TRIANGLE_AND_LIGHT * lights) + tile * _SAMPLE
+    drawn += kept * (_SAMPLE_KEPT + _SAMPLE_AND_LIGHT_KEPT * lights)
+    traced = triangles * _TRIANGLE_IN_RAYS
+    picture = pixels * _PIXEL.get(suffix.lower(), _PIXEL[".png"])
+    drawing = triangles * lights * _TRIANGLE_SECONDS + samples * lights * _DRAWN_SECONDS
+    if kind == "reference":
+        found = traced + min(samples, BAND_SAMPLES) * _SAMPLE + 2 * picture
+        seconds = samples * lights * _REFERENCE_SECONDS
+    elif kind == "spectra":
+        found = drawn + pixels * len(WORKING_WAVELENGTHS_NM) * _PIXEL_AND_WAVELENGTH
+        seconds = drawing * len(WORKING_WAVELENGTHS_NM) / 12
+    elif kind == "review":
+        found = drawn + traced + samples * _SAMPLE + 2 * picture * spectra
+        found += jobs * (samples * (_SEEN + _SEEN_AND_LIGHT * lights) + 24 * pixels * spectra)
+        seconds = drawing + samples * lights * _REVIEWED_SECONDS
+    else:
+        found, seconds = drawn + picture, drawing
+    of_each = "1 sample" if camera.samples == 1 else f"{camera.samples} x {camera.samples} samples"
+    what = (
+        f"{camera.width:,} x {camera.height_px:,} pixels of {of_each}, {triangles:,} triangles, "
+        f"{lights} {'light' if lights == 1 else 'lights'}"
+    )
+    return Cost(what, found, seconds)
+
+
+def _duration(seconds: float) -> str:
+    """Seconds for a person, no finer than they are known.
+
+    >>> _duration(0.3), _duration(42.0), _duration(400.0), _duration(20000.0)
+    ('1 s', '42 s', '7 minutes', '6 hours')
+    """
+    if seconds < 90.0:
+        return f"{max(1.0, seconds):.0f} s"
+    return f"{seconds / 60.0:.0f} minutes" if seconds < 5400.0 else f"{seconds / 3600.0:.0f} hours"

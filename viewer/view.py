@@ -1,0 +1,95 @@
+"""What one camera sees of a scene's triangles: which side of each, where on the picture, and the picture in tiles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..lighting.camera import Camera
+from ..lighting.vectors import dot
+from .geometry import LightGeometry, SceneGeometry
+from .raster import Window, WindowTriangles, window_triangles
+
+# Samples along a side of what is rendered at once: bounds memory, and keeps positions on the vertex grid exact.
+TILE_SAMPLES = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera's view of a scene; good for all materials and all spectra.
+
+    normals (F, 3, 3) : those of the scene's corners, turned to the viewer's side of their triangle.
+    side (F,) : 1 or -1, whether a triangle's own normal is on the viewer's side.
+    perspective, eye (3,) : the pin-hole, or the unit direction to the viewer of an orthographic camera.
+    clip (F, 3, 3), depth (F, 3) : corners in clip space without its third coordinate, and how far off they are.
+    """
+
+    scene: SceneGeometry
+    camera: Camera
+    normals: Float[np.ndarray, "F 3 3"]
+    side: Float[np.ndarray, " F"]
+    perspective: bool
+    eye: Float[np.ndarray, "3"]
+    clip: Float[np.ndarray, "F 3 3"]
+    depth: Float[np.ndarray, "F 3"]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture in samples."""
+        return self.camera.width * self.camera.samples, self.camera.height_px * self.camera.samples
+
+    def lit(self, light: LightGeometry) -> Bool[np.ndarray, " F"]:
+        """Where a light stands above the triangle's horizon, on the viewer's side."""
+        return self.side * light.above > 0.0
+
+    def windows(self) -> Iterator[Window]:
+        """The picture in windows of whole pixels."""
+        width, height = self.size
+        step = _tile_side(self.camera)
+        for top in range(0, height, step):
+            for left in range(0, width, step):
+                yield Window(left, top, min(step, width - left), min(step, height - top))
+
+    def triangles(self, window: Window) -> WindowTriangles:
+        """The triangles in one of the windows."""
+        return window_triangles(self.clip, self.depth, self.perspective, self.size, window)
+
+
+def view_of(scene: SceneGeometry, camera: Camera) -> View:
+    """Prepare a scene for rasterising from a camera."""
+    corners = scene.corners
+    perspective = camera.projection == "perspective"
+    to_viewer = camera.position - corners[:, 0] if perspective else np.broadcast_to(camera.axes[2], corners[:, 0].shape)
+    side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
+    clip = corners @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
+    view = camera.view_from_world()
+    return View(
+        scene=scene,
+        camera=camera,
+        normals=scene.normals * side[:, None, None],
+        side=side,
+        perspective=perspective,
+        eye=(camera.position - scene.centre) / scene.radius if perspective else camera.axes[2],
+        clip=clip,
+        depth=-(corners @ view[2, :3] + view[2, 3]),
+    )
+
+
+def view_key(camera: Camera) -> tuple:
+    """Equal for two cameras that see the same."""
+    size = (camera.width, camera.height_px, camera.samples)
+    return camera.projection, camera.clip_from_world().tobytes(), camera.position.tobytes(), size
+
+
+def window_count(camera: Camera) -> int:
+    """How many windows a camera's picture is drawn in."""
+    step = _tile_side(camera)
+    return -(-camera.width * camera.samples // step) * -(-camera.height_px * camera.samples // step)
+
+
+def _tile_side(camera: Camera) -> int:
+    """Samples along a side of a tile of whole pixels."""
+    return max(1, TILE_SAMPLES // camera.samples) * camera.samples
