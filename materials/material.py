@@ -37,7 +37,7 @@ class Material(MaterialRecord):
         if self.is_surface:
             return Reading.of(self.brdf())
         spectrum = self.spectrum()
-        if spectrum is None or spectrum.values.ndim != 1 or spectrum.quantity == "emission":
+        if spectrum is None or spectrum.samples.ndim != 1 or spectrum.quantity == "emission":
             light = self.quantity == "emission"
             raise InputError(
                 "a light has no colour under a light" if light else "no single spectrum to see",
