@@ -160,7 +160,7 @@ class _Work:
     def fitted(self, case: Case, brdf: Brdf, into: _Found, say: Say, progress: Say) -> None:
         """Rows of a surface that packs are fitted to."""
         say("fitting")
-        fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._told(case, it, say, progress))
+        fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._fit_with_progress(case, it, say, progress))
         milliseconds, held = self.stopwatch.milliseconds(fitted.packs), table_bytes(brdf, fitted)
         say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
         protocol = sphere_protocol(self.pixels, brdf.isotropic)
@@ -234,8 +234,8 @@ class _Work:
             shown = draw(self.renderer, brdf, self.picture_pixels, PICTURE_LIGHTS_DEG)
             into.figures.append(fluorescent_figures(case, brdf, shown, self.picture_pixels))
 
-    def _told(self, case: Case, brdf: Brdf, say: Say, progress: Say) -> Fit:
-        """A fit that says how it comes along; the second time, only why it is run again."""
+    def _fit_with_progress(self, case: Case, brdf: Brdf, say: Say, progress: Say) -> Fit:
+        """A fit that reports each trial; the second time, only why it is run again."""
         if isinstance(brdf, WatchedBrdf):
             say("fitting once more, to count bytes")
             return self._fit(case, brdf)

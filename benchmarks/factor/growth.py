@@ -13,6 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
+from tensorly.cp_tensor import CPTensor, cp_to_tensor
+from tensorly.decomposition import parafac
 
 from ...materials.axes import Axis
 from ...materials.brdf import Brdf
@@ -21,6 +23,7 @@ from ...materials.fitting.tabulated import tabulate
 from ...spectral.basis import SpectralBasis
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from ..basis import stage
+from .parts import part_rows
 
 #: The paper's table: theta_i, phi, theta_o, coefficients; and its decomposition.
 PAPER_SHAPE = (90, 180, 90, 8)
@@ -49,7 +52,9 @@ def speed_row(
     rank: int = PAPER_RANK,
     iterations: int = ITERATIONS,
 ) -> dict:
-    """Both sides on the same table: seconds, entry-by-entry relative errors, and how many times faster ours is."""
+    """Both sides on the same table: seconds, entry-by-entry relative errors, and how many times faster ours is; and
+    the same of the `parts` of a decomposition (`part_rows`).
+    """
     table = paper_table(brdf, shape)
     ours = {method: _decomposed(table, rank, method) for method in METHODS}
     tensorly = _parafac(table, rank, iterations)
@@ -68,6 +73,7 @@ def speed_row(
         "times_faster": tensorly[0] / refitted["seconds"],
         "error_ratio": refitted["relative_error"] / tensorly[1],
         "methods": ours,
+        "parts": part_rows(table, rank),
     }
 
 
@@ -98,16 +104,12 @@ def growth(case: str, brdf: Brdf, *, full: bool, progress: Say = lambda line: No
     return rows
 
 
-def entrywise_error(table: np.ndarray, factors: tuple[np.ndarray, ...]) -> float:
+def entrywise_error(table: np.ndarray, cp: CPTensor) -> float:
     """Norm of the residual over that of the table, entry by entry, one slab of the first mode at a time."""
-    first, *rest = factors
-    terms = rest[0]
-    for factor in rest[1:-1]:
-        terms = (terms[:, None, :] * factor[None]).reshape(-1, first.shape[1])
-    left = sum(
-        float(np.sum(((terms * row) @ rest[-1].T - slab.reshape(-1, table.shape[-1])) ** 2))
-        for row, slab in zip(first, table, strict=True)
-    )
+    weights, (first, *others) = cp
+    # A slab is a decomposition itself: a row of the first factor is its weights.
+    slabs = (cp_to_tensor((weights * row, others)) for row in first)
+    left = sum(float(np.sum((found - slab) ** 2)) for found, slab in zip(slabs, table, strict=True))
     return float(np.sqrt(left) / np.linalg.norm(table))
 
 
@@ -123,16 +125,14 @@ def _decomposed(table: np.ndarray, rank: int, method: Method) -> dict[str, float
         tracemalloc.stop()
     return {
         "seconds": seconds,
-        "relative_error": entrywise_error(table, found.factors),
+        "relative_error": entrywise_error(table, found.cp),
         "peak_bytes": int(table.nbytes + peak),
     }
 
 
 def _parafac(table: np.ndarray, rank: int, iterations: int) -> tuple[float, float]:
     """Seconds and error of tensorly's parafac from its own random start."""
-    from tensorly.decomposition import parafac
-
     start = time.perf_counter()
-    weights, factors = parafac(table, rank, n_iter_max=iterations, init="random", random_state=0, tol=0)
+    found = parafac(table, rank, n_iter_max=iterations, init="random", random_state=0, tol=0)
     seconds = time.perf_counter() - start
-    return seconds, entrywise_error(table, (factors[0] * weights, *factors[1:]))
+    return seconds, entrywise_error(table, found)

@@ -16,6 +16,7 @@ import numpy as np
 from ...materials.axes import Axis, Frame
 from ...materials.brdf import Brdf
 from ...materials.factors import FactorPack
+from ...materials.fitting.cp import absorbed
 from ...materials.fitting.decompose import METHODS, PACK, decompose_compressed
 from ...materials.fitting.grids import filled
 from ...materials.fitting.tabulated import node_directions, tabulate
@@ -141,7 +142,7 @@ def _decomposed(
         for count in packs:
             start = time.perf_counter()
             found = decompose_compressed(form, PACK * count, method=method)
-            *factors, spectral = found.factors
+            *factors, spectral = absorbed(found.cp)
             pack = FactorPack(frame, axes, tuple(factors), spectral.T, basis)
             yield method, count, pack, shared + time.perf_counter() - start, found.relative_error
 

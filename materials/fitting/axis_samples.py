@@ -14,61 +14,74 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import solveh_banded
 
-# The proximal pull, as a share of the mean curvature of each term's nodes; and how much more the change between
-# neighbours is held than a change itself. Less of either fits noise between the samples.
-_PULL, _STIFFNESS = 1e-3, 100.0
+# The proximal pull, as a share of the mean curvature of each term's nodes. Less of it fits noise between the samples.
+_PULL = 1e-3
+# How many times as much a difference between neighbours' changes costs as a change itself. Less of it fits noise, too.
+_STIFFNESS = 100.0
+# The least pull: keeps a system without any data solvable; its reciprocal is far from overflow.
 _TINY = 1e-100
 
 
 @dataclass(frozen=True, eq=False)
 class AxisSamples:
-    """Where samples lie on one axis. Samples are put in order of their interval, for sums over intervals."""
+    """Where N samples lie on one axis of n nodes.
+
+    below : the node below each sample. fraction : of the way from there to the next node, 0 to 1.
+    order : the samples in the order of their intervals; edges : where each interval begins in that order.
+    """
 
     size: int
     periodic: bool
     below: Int[np.ndarray, " N"]
-    share: Float[np.ndarray, " N"]
+    fraction: Float[np.ndarray, " N"]
     order: Int[np.ndarray, " N"]
     edges: Int[np.ndarray, " n"]
 
     @classmethod
     def of(cls, position: Float[np.ndarray, " N"], size: int, periodic: bool) -> AxisSamples:
+        """Samples at these positions, counted in nodes: 0 to size - 1 (`Axis.position`)."""
         below = np.minimum(position.astype(np.intp), size - 2)
         order = np.argsort(below, kind="stable")
         edges = np.searchsorted(below[order], np.arange(size))
         return cls(size, periodic, below, position - below, order, edges)
 
-    def between(self, factor: Float[np.ndarray, "n R"]) -> Float[np.ndarray, "N R"]:
-        """The factor at every sample."""
+    def interpolated(self, factor: Float[np.ndarray, "n R"]) -> Float[np.ndarray, "N R"]:
+        """The factor at every sample, linear between nodes."""
         step = np.diff(factor, axis=0).take(self.below, axis=0)
-        step *= self.share[:, None]
+        step *= self.fraction[:, None]
         step += factor.take(self.below, axis=0)
         return step
 
-    def solved(
+    def best_factor(
         self,
         factor: Float[np.ndarray, "n R"],
         rest: Float[np.ndarray, "N R"],
-        eye: Float[np.ndarray, "N K S"],
+        sensitivity: Float[np.ndarray, "N K S"],
         spectral: Float[np.ndarray, "S R"],
-        plain: Float[np.ndarray, " N"],
+        base_weight: Float[np.ndarray, " N"],
         aim: Float[np.ndarray, "N R"],
     ) -> Float[np.ndarray, "n R"]:
         """The factor that is best with all else fixed, but for the proximal term.
 
-        rest : each term without this factor and its spectrum. eye : of `SeenSamples`, samples in the axis' own `order`.
-        spectral : the terms' spectra. plain : weights of plain errors. aim : gradient at a factor of zero.
+        Parameters
+        ----------
+        factor : as it is now.
+        rest : each term without this factor and its spectrum.
+        sensitivity, base_weight : of `SeenSamples`; samples of `sensitivity` in the axis' own `order`.
+        spectral : the terms' spectra.
+        aim : half the gradient of the cost at a factor of zero, downhill.
         """
         size, rank = factor.shape
         diagonal, beside, right = np.zeros((size, rank, rank)), np.zeros((size - 1, rank, rank)), np.zeros((size, rank))
-        high = self.share[self.order][:, None]
+        high = self.fraction[self.order][:, None]
         aim, rest = aim.take(self.order, axis=0), rest.take(self.order, axis=0)
-        one = rest * np.sqrt(plain[self.order])[:, None]
+        one = rest * np.sqrt(base_weight[self.order])[:, None]
         shares = np.hstack([1.0 - high, high])
         # Interval by interval: what is worked on stays in the cache. Each row stands beside itself times its share of
         # the upper node; sums over the lower node's share 1 - h follow from those over 1, h and h squared.
         most = int(np.diff(self.edges).max(initial=0))
-        seen, colour = np.empty((most, eye.shape[1], rank)), np.empty((most, eye.shape[1], 2 * rank))
+        seen = np.empty((most, sensitivity.shape[1], rank))
+        colour = np.empty((most, sensitivity.shape[1], 2 * rank))
         simple = np.empty((most, 2 * rank))
         twice = np.tile(spectral.T @ spectral, (2, 2))
         for k in range(size - 1):
@@ -77,7 +90,7 @@ class AxisSamples:
             if count == 0:
                 continue
             part, flat = colour[:count], simple[:count]
-            np.matmul(eye[rows].reshape(-1, len(spectral)), spectral, out=seen[:count].reshape(-1, rank))
+            np.matmul(sensitivity[rows].reshape(-1, len(spectral)), spectral, out=seen[:count].reshape(-1, rank))
             np.multiply(seen[:count], rest[rows, None, :], out=part[:, :, :rank])
             np.multiply(part[:, :, :rank], high[rows, None], out=part[:, :, rank:])
             flat[:, :rank] = one[rows]

@@ -2,9 +2,9 @@
 
 A sum of products follows the original where pictures look; elsewhere nothing holds its terms, which may cancel there
 and leave light of any colour, or less than none. Places where packs leave the bounds are searched for over both
-hemispheres at every wavelength, and become guards of the fit (`SeenSamples.guarded`). Between the nodes of its grid a
-pack is linear along every axis, so that its extremes are at nodes: the search looks at every node of every pack, at
-pairs spread over the hemispheres, and then goes downhill from the worst.
+hemispheres at every wavelength, and become guards of the fit (`SeenSamples.with_guards`). Between the nodes of its
+grid a pack is linear along every axis, so that its extremes are at nodes: the search looks at every node of every pack,
+at pairs spread over the hemispheres, and then goes downhill from the worst.
 """
 
 from __future__ import annotations
@@ -20,31 +20,51 @@ from ..axes import Axis, Frame
 from ..brdf import Brdf
 from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
 from ..factors import FactorPack, FrameAngles, frame_angles
-from .seen import everywhere_angles, working_spectra
+from .seen import working_spectra
+from .seen_pairs import everywhere_angles
 
 #: Packs shade to no less than this, where a white diffuser facing the light is 1.
 LOWEST = -0.02
-#: Packs shade to no more than so many times the original's largest value anywhere at the same wavelength.
+#: Packs shade to no more than this many times the original's largest value anywhere at the same wavelength.
 LARGEST = 2.0
-# A fit keeps within these shares of the lower and of the upper bound: the rest is for rounding and half precision,
-# which counts most near black. Guards stand a little inside, so that a place which is mended is not found again.
-_KEPT, _INSIDE = (0.8, 0.97), (0.8, 0.9)
+# A fit keeps within this share of the lower bound: the rest is for rounding and half precision, which counts most near
+# black.
+_KEPT_OF_LOWEST = 0.8
+# A fit keeps within this share of the upper bound.
+_KEPT_OF_LARGEST = 0.97
+# Guards stand at this share of the lower end that a fit keeps: a little inside, so that a place which is mended is not
+# found again.
+_GUARD_OF_LOWEST = 0.8
+# Guards stand at this share of the upper end that a fit keeps.
+_GUARD_OF_LARGEST = 0.9
 # An original darker than this everywhere at a wavelength is taken for as bright.
 _DARKEST = 0.02
-# Pairs looked at, of an isotropic and of another surface, and those of them from which the search goes downhill.
-_PAIRS, _PAIRS_TURNED, _DOWNHILL = 40_000, 100_000, 400
-# Nodes looked at on one grid, at most: every so many of a larger one.
+# Pairs looked at, of an isotropic surface.
+_PAIRS = 40_000
+# Pairs looked at, of an anisotropic surface.
+_PAIRS_ANISOTROPIC = 100_000
+# Places from which the search goes downhill, for each of the two bounds.
+_DOWNHILL = 400
+# Nodes looked at on one grid, at most; of a larger grid every second, third and so on.
 _NODES = 1_000_000
+# Pairs that packs are evaluated at in one go.
 _BLOCK = 8192
-# First step downhill, radians, and how often it is halved.
-_STEP, _HALVINGS = 0.04, 6
-# Pairs closer than this in all angles are one place, radians; and the most places that are told.
-_PLACE, _PLACES = 0.05, 300
-# The lower and the upper bound.
+# First step downhill, radians.
+_STEP = 0.04
+# How often that step is halved.
+_HALVINGS = 6
+# Pairs closer than this in all angles are one place, radians.
+_PLACE = 0.05
+# Places that a search gives, at most.
+_PLACES = 300
+# The lower bound and the upper one, as rows of `Bounds._ends`.
 _SIDES = (0, 1)
+# Polar angles are looked at up to here, radians: just above the horizon.
 _EDGE = 0.5 * np.pi - 1e-4
+# The least cosine of a direction that counts as above the horizon.
+_LEAST_COSINE = 1e-4
 # Places by their angles, where packs come nearest to the lower and to the upper bound.
-Worst = tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]
+WorstPlaces = tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]
 
 
 @dataclass(frozen=True)
@@ -65,18 +85,18 @@ class Extremes:
 
 
 @dataclass(frozen=True, eq=False)
-class Broken:
-    """Pairs where packs go beyond their share of the bounds.
+class Violations:
+    """N pairs where packs go beyond their share of the bounds.
 
-    wavelength : where among the working wavelengths they do so most. low : whether it is the lower bound. worst : how
-    far they are at worst, 1 where a fit would leave them.
+    wavelength : where among the working wavelengths they do so most. low : whether it is the lower bound.
+    worst_excess : the most that packs shade to anywhere, over what a fit keeps within: above 1 if there is a pair.
     """
 
     wi: Float[np.ndarray, "N 3"]
     wo: Float[np.ndarray, "N 3"]
     wavelength: Int[np.ndarray, " N"]
     low: Bool[np.ndarray, " N"]
-    worst: float
+    worst_excess: float
 
     def __len__(self) -> int:
         return len(self.wi)
@@ -84,14 +104,16 @@ class Broken:
 
 @dataclass(eq=False)
 class Bounds:
-    """largest (L,): of the original at each working wavelength, anywhere that was looked at. It only grows: wherever
-    packs come near the upper bound, the original is looked at, too.
+    """The bounds of one original, and the search for places where packs leave them.
+
+    largest : of the original at each working wavelength, anywhere that was looked at. It only grows: wherever packs
+    come near the upper bound, the original is looked at, too.
     """
 
     brdf: Brdf
     largest: Float[np.ndarray, " L"]
     # The packs that were searched last, and their worst places.
-    _last: tuple[tuple[FactorPack, ...], Worst] | None = None
+    _last: tuple[tuple[FactorPack, ...], WorstPlaces] | None = None
 
     @classmethod
     def of(cls, brdf: Brdf) -> Bounds:
@@ -113,47 +135,48 @@ class Bounds:
         """
         worst = self._worst(packs)
         if rounded is not None:
-            packs, worst = rounded, self._led(rounded, worst)
+            packs, worst = rounded, self._searched_downhill(rounded, worst)
         low, high = (_shaded(packs, *_pairs(found)) for found in worst)
         return Extremes(float(min(low.min(), 0.0)), float(np.max(high / self.largest)))
 
-    def broken(self, packs: tuple[FactorPack, ...]) -> Broken:
+    def violations(self, packs: tuple[FactorPack, ...]) -> Violations:
         """Where packs go beyond the share of the bounds that a fit keeps, the worst pair of each place."""
         found = np.concatenate(self._worst(packs))
         wi, wo = _pairs(found)
         shaded = _shaded(packs, wi, wo)
         excess = self._excess(shaded, _SIDES)
-        worst = excess.max(axis=1)
-        order = np.argsort(-worst, kind="stable")
-        order = order[worst[order] > 1.0]
+        most = excess.max(axis=1)
+        order = np.argsort(-most, kind="stable")
+        order = order[most[order] > 1.0]
         _, first = np.unique(np.round(found[order] / _PLACE), axis=0, return_index=True)
         kept = order[np.sort(first)[:_PLACES]]
         at = np.argmax(excess[kept], axis=1)
-        return Broken(wi[kept], wo[kept], at, shaded[kept, at] < 0.0, float(worst.max(initial=0.0)))
+        return Violations(wi[kept], wo[kept], at, shaded[kept, at] < 0.0, float(most.max(initial=0.0)))
 
     def everywhere(self, count: int) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """wi and wo of about `count` pairs among those that are looked at."""
-        found = _angles(_PAIRS if self.isotropic else _PAIRS_TURNED, self.isotropic)
+        """wi and wo of about `count` pairs among those that are looked at, all over both hemispheres."""
+        found = _angles(_PAIRS if self.isotropic else _PAIRS_ANISOTROPIC, self.isotropic)
         return _pairs(found[:: max(1, len(found) // count)])
 
     @property
     def limits(self) -> Float[np.ndarray, "2 L"]:
         """Where guards stand: the lowest and the largest pi f_r cos(theta_i) at each working wavelength."""
         low, high = self._ends
-        return np.stack([_INSIDE[0] * low, _INSIDE[1] * high])
+        return np.stack([_GUARD_OF_LOWEST * low, _GUARD_OF_LARGEST * high])
 
     @property
     def _ends(self) -> Float[np.ndarray, "2 L"]:
-        """What a fit keeps between."""
-        return np.stack([np.full_like(self.largest, _KEPT[0] * LOWEST), _KEPT[1] * LARGEST * self.largest])
+        """The lowest and the largest pi f_r cos(theta_i) that a fit keeps between."""
+        lowest = np.full_like(self.largest, _KEPT_OF_LOWEST * LOWEST)
+        return np.stack([lowest, _KEPT_OF_LARGEST * LARGEST * self.largest])
 
-    def _worst(self, packs: tuple[FactorPack, ...]) -> Worst:
+    def _worst(self, packs: tuple[FactorPack, ...]) -> WorstPlaces:
         """Where packs come nearest to the lower and to the upper bound, of all places that are looked at."""
         if self._last is None or self._last[0] is not packs:
-            self._last = packs, self._led(packs, self._starts(packs))
+            self._last = packs, self._searched_downhill(packs, self._starts(packs))
         return self._last[1]
 
-    def _starts(self, packs: tuple[FactorPack, ...]) -> Worst:
+    def _starts(self, packs: tuple[FactorPack, ...]) -> WorstPlaces:
         """The worst of all places, before going downhill."""
         low, high = [], []
         against = (1.0 / self._ends).astype(np.float32)
@@ -166,8 +189,8 @@ class Bounds:
                     found.append((excess[some], places.angles[rows][some]))
         return _strongest(low), _strongest(high)
 
-    def _led(self, packs: tuple[FactorPack, ...], starts: Worst) -> Worst:
-        """Where going downhill from these places leads; where that is bright, the original is looked at, too."""
+    def _searched_downhill(self, packs: tuple[FactorPack, ...], starts: WorstPlaces) -> WorstPlaces:
+        """The places that going downhill from these leads to; where they are bright, the original is looked at, too."""
         darkest, brightest = (self._downhill(packs, found, (side,)) for found, side in zip(starts, _SIDES, strict=True))
         near = self._worst_excess(packs, brightest, _SIDES[1:]) > 0.5
         if near.any():
@@ -184,6 +207,7 @@ class Bounds:
     def _downhill(
         self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[int, ...]
     ) -> Float[np.ndarray, "N A"]:
+        """Where packs are nearer and nearer to the bounds of these sides, along one angle at a time."""
         angles = starts.copy()
         excess = self._worst_excess(packs, angles, sides)
         step = _STEP
@@ -200,17 +224,18 @@ class Bounds:
         return angles
 
     def _worst_excess(self, packs: tuple[FactorPack, ...], angles: np.ndarray, sides: tuple[int, ...]) -> np.ndarray:
+        """`_excess` at the wavelength where it is most."""
         return self._excess(_shaded(packs, *_pairs(angles)), sides).max(axis=1)
 
     def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[int, ...]) -> Float[np.ndarray, "N L"]:
-        """1 where a fit would leave the bounds of these sides."""
+        """What packs shade to over what a fit keeps within, on these sides: above 1 beyond it."""
         return np.max([shaded / self._ends[side] for side in sides], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Pairs to look at, by `angles` (theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i), and theirs in
-    either frame, worked out once.
+    """Pairs to look at, by `angles` (theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i); their angles in
+    either frame are worked out once.
     """
 
     angles: Float[np.ndarray, "N A"]
@@ -228,6 +253,7 @@ class Places:
             yield rows, sum(parts[1:], parts[0])
 
     def _at(self, pack: FactorPack, rows: slice) -> FrameAngles:
+        """Some of the places in a pack's frame."""
         key = (pack.frame, pack.anisotropic)
         if key not in self._frames:
             self._frames[key] = frame_angles(pack.frame, *_pairs(self.angles), pack.anisotropic)
@@ -259,7 +285,7 @@ def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Places:
         found = np.stack([theta_i, theta_o, values[2], last], axis=-1)
     else:
         wi, wo = io_from_half_difference(values[0], values[1], values[2], last)
-        lit = (wi[:, 2] > 1e-4) & (wo[:, 2] > 1e-4)
+        lit = (wi[:, 2] > _LEAST_COSINE) & (wo[:, 2] > _LEAST_COSINE)
         theta_i, theta_o, _ = io_angles(wi[lit], wo[lit])
         found = np.stack([theta_i, theta_o, azimuth_difference(wi[lit], wo[lit]), angles(wi[lit])[1]], axis=-1)
     return Places(found[:, : 3 if isotropic else 4])
@@ -274,7 +300,7 @@ def _shaded(packs: tuple[FactorPack, ...], wi: np.ndarray, wo: np.ndarray) -> Fl
 @lru_cache(maxsize=2)
 def _spread(isotropic: bool) -> Places:
     """Pairs all over the hemispheres, the same for every original."""
-    return Places(_angles(_PAIRS if isotropic else _PAIRS_TURNED, isotropic))
+    return Places(_angles(_PAIRS if isotropic else _PAIRS_ANISOTROPIC, isotropic))
 
 
 @lru_cache(maxsize=4)
@@ -286,12 +312,13 @@ def _angles(count: int, isotropic: bool) -> Float[np.ndarray, "N A"]:
     around = [0.0] if isotropic else np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
     grid = np.meshgrid(tilts, np.linspace(0.0, _EDGE, 64), turns, around, indexing="ij")
     wi, wo = (side.reshape(-1, 3) for side in io_from_half_difference(*grid))
-    lit = (wi[:, 2] > 1e-4) & (wo[:, 2] > 1e-4)
+    lit = (wi[:, 2] > _LEAST_COSINE) & (wo[:, 2] > _LEAST_COSINE)
     theta_i, theta_o, phi = io_angles(wi[lit], wo[lit])
     ridge = np.stack([theta_i, theta_o, phi, *(() if isotropic else (angles(wi[lit])[1],))], axis=-1)
     return np.concatenate([everywhere, ridge])
 
 
 def _pairs(angles: Float[np.ndarray, "N A"]) -> tuple[np.ndarray, np.ndarray]:
+    """wi and wo of places."""
     phi_i = angles[:, 3] if angles.shape[1] == 4 else np.zeros(len(angles))
     return spherical(angles[:, 0], phi_i), spherical(angles[:, 1], phi_i + angles[:, 2])

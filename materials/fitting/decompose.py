@@ -17,9 +17,10 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
+from tensorly.cp_tensor import CPTensor, cp_to_tensor
 
 from ...spectral.errors import InputError
-from .cp import Factors, cp_als, cp_tensor, longest_first
+from .cp import Factors, absorbed, cp_als, longest_first, random_start, term_lengths
 from .tucker import Tucker, compressed
 
 Method = Literal["joint", "incremental", "refitted"]
@@ -29,9 +30,11 @@ METHODS: tuple[Method, ...] = ("joint", "incremental", "refitted")
 PACK = 4
 # Share of the energy that compression may lose: 3e-5 of the norm.
 _LOST = 1e-9
-# A sum of R terms needs no more than R columns a mode; twice as many and a few leave the best R room to turn.
+# A sum of R terms needs no more than R columns a mode; twice as many and this many more leave the best R room to turn.
 _MARGIN = 16
+# Random starts that are tried for some terms; the best goes on.
 _STARTS = 2
+# Sweeps of alternating least squares that the best start is given, at most; each start is tried for a quarter of them.
 _SWEEPS = 300
 # Pull of every term towards zero: what keeps pairs from growing and cancelling, far below the errors that are reached.
 _RIDGE = 1e-8
@@ -39,14 +42,15 @@ _RIDGE = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """CP factors of a table, one (n, R) array a mode, longest term first.
+    """A table's CP decomposition, and how far off it is.
 
+    cp : one factor (n, R) a mode, longest term first; all weights are 1.
     relative_error : norm of what is left over the norm of the table, what compression lost included.
     longest : length of the longest term over the norm of the table; far above 1 where terms cancel.
     core_shape : size of the compressed table.
     """
 
-    factors: tuple[Float[np.ndarray, "_ R"], ...]
+    cp: CPTensor
     relative_error: float
     longest: float
     core_shape: tuple[int, ...]
@@ -54,7 +58,7 @@ class Decomposition:
     @property
     def rank(self) -> int:
         """Number of terms R."""
-        return self.factors[0].shape[1]
+        return self.cp.rank
 
     @property
     def packs(self) -> int:
@@ -109,8 +113,8 @@ def decompose_compressed(
     """`decompose` of a table that is already compressed: for several ranks or methods of the same table."""
     generator = np.random.default_rng(seed)
     if form.energy == 0.0:
-        factors = [np.zeros((len(basis), rank)) for basis in form.bases]
-        return Decomposition(tuple(factors), 0.0, 0.0, form.core.shape)
+        nothing = CPTensor((None, [np.zeros((len(basis), rank)) for basis in form.bases]))
+        return Decomposition(nothing, 0.0, 0.0, form.core.shape)
     # Of unit length, so that neither tall nor faint tables meet the limits of their numbers.
     norm = np.sqrt(form.energy)
     unit = form.core / norm
@@ -118,39 +122,35 @@ def decompose_compressed(
         core = _best(unit, rank, generator, starts, sweeps, ridge)
     else:
         core = _packs(unit, rank, generator, starts, sweeps, ridge, refit=method == "refitted")
-    left = float(np.sum((unit - cp_tensor(core)) ** 2)) + form.lost / form.energy
-    longest = float(np.prod([np.linalg.norm(factor, axis=0) for factor in core], axis=0).max())
-    share = norm ** (1.0 / len(core))
-    factors = form.expanded([factor * share for factor in core])
-    return Decomposition(tuple(factors), float(np.sqrt(left)), longest, form.core.shape)
+    left = float(np.sum((unit - cp_to_tensor(core)) ** 2)) + form.lost / form.energy
+    factors = absorbed(core)
+    share = norm ** (1.0 / len(factors))
+    whole = form.expanded(CPTensor((None, [factor * share for factor in factors])))
+    return Decomposition(whole, float(np.sqrt(left)), float(term_lengths(factors).max()), form.core.shape)
 
 
 def _best(
     core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float
-) -> Factors:
+) -> CPTensor:
     """All terms at once: the most promising of several short runs, continued."""
-    tried = [cp_als(core, _drawn(core, rank, generator), max(sweeps // 4, 1), ridge, 1e-14) for _ in range(starts)]
-    factors, _ = min(tried, key=lambda run: run[1])
-    return cp_als(core, factors, sweeps, ridge, 1e-14)[0]
+    short = max(sweeps // 4, 1)
+    tried = [cp_als(core, random_start(core, rank, generator), short, ridge, 1e-14) for _ in range(starts)]
+    begun, _ = min(tried, key=lambda run: run[1])
+    return cp_als(core, begun, sweeps, ridge, 1e-14)[0]
 
 
 def _packs(
     core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float, *, refit: bool
-) -> Factors:
+) -> CPTensor:
     """Four terms at a time, fitted to the residual; jointly refitted after each where `refit`."""
     factors: Factors = [np.zeros((size, 0)) for size in core.shape]
     while (have := factors[0].shape[1]) < rank:
-        residual = core - cp_tensor(factors) if have else core
+        residual = core - cp_to_tensor((None, factors)) if have else core
         if not np.any(residual):
             pack = [np.zeros((size, rank - have)) for size in core.shape]
         else:
-            pack = _best(residual, min(PACK, rank - have), generator, starts, sweeps, ridge)
+            pack = absorbed(_best(residual, min(PACK, rank - have), generator, starts, sweeps, ridge))
         factors = [np.hstack(pair) for pair in zip(factors, pack, strict=True)]
         if refit and have:
-            factors = cp_als(core, factors, sweeps, ridge, 1e-14)[0]
+            factors = absorbed(cp_als(core, CPTensor((None, factors)), sweeps, ridge, 1e-14)[0])
     return longest_first(factors)
-
-
-def _drawn(core: np.ndarray, rank: int, generator: np.random.Generator) -> Factors:
-    length = np.linalg.norm(core) ** (1.0 / core.ndim)
-    return [generator.standard_normal((size, rank)) * length / np.sqrt(size) for size in core.shape]

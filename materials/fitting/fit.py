@@ -1,6 +1,6 @@
 """Fitting factor packs to a BRDF, with as few terms as an error budget in ΔE94 allows.
 
-Frames, split, rank and precision are chosen by trying (`candidates`) and by looking at what came out on a sphere
+Frames, split, rank and precision are chosen by trying (`search`) and by looking at what came out on a sphere
 (`judging`). One frame alone would need far more terms than a sum of packs: Schwenk 2010, section 3.4, notes which
 materials suit which frame.
 """
@@ -18,13 +18,15 @@ from ..axes import Axis, Frame
 from ..brdf import Brdf, Lobe
 from ..factors import FactorPack, FitError
 from .bounds import Bounds
-from .candidates import RIVALLED, TABLE_TERMS, Found, Search, Wanted
+from .candidates import Candidate, FitSettings
 from .half import HalfStorage, half_storage, single_storage
 from .judging import Judge, Trial
 from .lobe_table import METHODS, Method
+from .search import RIVALLED, TABLE_TERMS, Search
 
 __all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]
 
+#: Numbers of terms that are tried; the last is the most that a fit has in all.
 RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 
 
@@ -113,30 +115,30 @@ def fit(
     judge = Judge(brdf, lobes, pixels, tried, doing)
     both: tuple[Frame, ...] = ("io", "hd")
     frames: tuple[Frame, ...] = both if frame is None and axes is None else tuple(lobe.frame for lobe in lobes)
-    search = Search(brdf, judge, Wanted(budget, seed, tuple(ranks), method, smooth, axes, frames))
+    search = Search(brdf, judge, FitSettings(budget, seed, tuple(ranks), method, smooth, axes, frames))
     best = search.lobewise(lobes)
-    short = best.rank <= RIVALLED and not (best.met(budget) and best.rank <= TABLE_TERMS)
+    short = best.rank <= RIVALLED and not (best.meets(budget) and best.rank <= TABLE_TERMS)
     if method == "joint" and len(ranks) > 1 and short:
         for other in frames:
             if [lobe.frame for lobe in lobes] != [other]:
                 rival = search.whole(other, best)
                 best = rival if rival.better_than(best, budget) else best
-    return _stored(best, judge, search.bounds, precision, budget)
+    return _stored(best, judge, search.refinement.bounds, precision, budget)
 
 
-def _stored(best: Found, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
+def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
     """The packs in the precision that they are kept in, and their error measured as such."""
-    storage, judged, extremes = single_storage(best.packs), best.judged, bounds.extremes(best.packs)
+    storage, judgement, extremes = single_storage(best.packs), best.judgement, bounds.extremes(best.packs)
     if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
-        half = half_storage(best.packs, lambda packs: judge.judged(packs).error.p99)
-        after = judge.judged(half.packs, None, best.relative)
-        if judged.score <= budget < after.score:
+        half = half_storage(best.packs, lambda packs: judge.judge_packs(packs).error.p99)
+        after = judge.judge_packs(half.packs, None, best.relative_error)
+        if judgement.score <= budget < after.score:
             storage = replace(storage, reason=f"kept single: half precision would miss the budget of ΔE94 {budget:g}")
         elif (rounded := bounds.extremes(best.packs, half.packs)).within or not extremes.within:
-            storage, judged, extremes = half, after, rounded
+            storage, judgement, extremes = half, after, rounded
         else:
             storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
-    error = replace(judged.error, most_negative=extremes.lowest, largest=extremes.ratio)
+    error = replace(judgement.error, most_negative=extremes.lowest, largest=extremes.ratio)
     packs = tuple(replace(pack, error=error) for pack in storage.packs)
     storage = replace(storage, packs=packs)
-    return Fit(packs, error, storage, judged.score, best.candidate, best.stopped, tuple(judge.trials))
+    return Fit(packs, error, storage, judgement.score, best.name, best.stopped, tuple(judge.trials))

@@ -18,6 +18,10 @@ _NODE_ERROR = 0.1
 _DARK = 0.01
 # Nodes that are hardly seen count by their relative error, this much of the average node: it keeps factors defined.
 _UNSEEN = 1e-6
+# Nodes that theta_h of an anisotropic surface has at most.
+_MOST_ANISOTROPIC = 64
+# Separable weights are no less than this share of their largest, as square roots.
+_LEAST_ROOT = 1e-3
 
 
 def lobe_axes(brdf: Brdf, frame: Frame, luminous: Float[np.ndarray, " L"]) -> tuple[Axis, ...]:
@@ -38,12 +42,14 @@ def lobe_axes(brdf: Brdf, frame: Frame, luminous: Float[np.ndarray, " L"]) -> tu
     theta_d = Axis("theta_d", 48 if fine else 24, right)
     if fine:
         return (theta_h, theta_d, Axis("phi_d", 33, np.pi))
-    theta_h = Axis("theta_h", min(theta_h.size, 64), theta_h.maximum, "sqrt")
+    theta_h = Axis("theta_h", min(theta_h.size, _MOST_ANISOTROPIC), theta_h.maximum, "sqrt")
     azimuths = Axis("phi_d", 25, turn, periodic=True), Axis("phi_h", 33, turn, periodic=True)
     return (theta_h, theta_d, *azimuths)
 
 
 def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
+    """theta_h as far as the lobe is seen, with as many nodes as its sharpness needs."""
+
     def profile(theta_h: np.ndarray) -> np.ndarray:
         theta_d, phi_h = np.radians([0.0, 25.0, 50.0]), np.array([0.0]) if brdf.isotropic else np.radians([0.0, 45, 90])
         grid = np.meshgrid(theta_h, theta_d, [0.5 * np.pi], phi_h, indexing="ij")
@@ -54,6 +60,7 @@ def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
     candidates = np.geomspace(1e-5, 0.5 * np.pi - 1e-3, 400)
     seen = np.flatnonzero((profile(candidates) > _LEAST_SEEN).any(axis=1))
     last = min(seen[-1] + 4, len(candidates) - 1) if len(seen) else len(candidates) - 1
+    # As many nodes as are fine enough, else the most.
     for size in (48, 64, 96, 128, 192, 256):
         axis = Axis("theta_h", size, float(candidates[last]), "sqrt")
         nodes = axis.nodes
@@ -122,17 +129,20 @@ def separable_roots(weights: Float[np.ndarray, "*grid"]) -> tuple[Float[np.ndarr
     roots = []
     for mode in range(weights.ndim):
         root = np.sqrt(weights.mean(axis=tuple(k for k in range(weights.ndim) if k != mode)))
-        roots.append(np.maximum(root / root.max(), 1e-3))
+        roots.append(np.maximum(root / root.max(), _LEAST_ROOT))
     return tuple(roots)
 
 
 def _edges(nodes: np.ndarray) -> np.ndarray:
+    """Where the cells about the nodes begin and end: half-way between neighbours."""
     return np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
 
 
 def _cells(nodes: np.ndarray) -> np.ndarray:
+    """Lengths of the cells about the nodes, radians."""
     return np.diff(_edges(nodes))
 
 
 def _solid(nodes: np.ndarray) -> np.ndarray:
+    """Solid angles of the cells about nodes of a polar angle, over 2 pi."""
     return -np.diff(np.cos(_edges(nodes)))

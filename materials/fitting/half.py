@@ -19,8 +19,10 @@ ALLOWED = 0.1
 
 @dataclass(frozen=True, eq=False)
 class HalfStorage:
-    """Packs to store, whether they are half precision, and why: `cost` is the ΔE94 that it adds at p99 (None: not
-    measured).
+    """Packs to store, whether they are in half precision, and why.
+
+    cost : ΔE94 that half precision adds to the 99th percentile; None where that was not measured.
+    reason : for people.
     """
 
     packs: tuple[FactorPack, ...]

@@ -18,29 +18,36 @@ from ...spectral.basis import SpectralBasis
 from ..axes import Axis, Frame
 from ..factors import FactorPack, frame_angles
 from .axis_samples import AxisSamples
-from .cp import balanced, extrapolated
-from .seen import FARTHEST, SeenSamples
+from .cp import Factors, balanced, extrapolated_sweeps
+from .seen import SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
 _SPECTRAL_STEPS = 4
-# Wavelengths at which one guard leans are farther apart than this many samples.
+# One guard looks at wavelengths that are farther apart than this many samples.
 _APART = 6
-# Guards that are farther beyond their limit than this many times the limit lean on it by the first power: a square
-# would let the worst of them rule over everything that pictures show.
-_FIRM = 2.0
+# Guards whose packs are farther beyond the limit than this many times the limit cost by the first power: a square would
+# let the worst of them rule over everything that pictures show.
+_LINEAR_FROM = 2.0
 # Beyond the upper limit by this share of it counts as much as beyond the lower one by all of that.
 _HIGH = 0.1
+# Keeps a system without any data solvable; its reciprocal is far from overflow.
 _TINY = 1e-100
+# Cosines that the factors of new terms begin with.
+_WAVES = 4
 
 
 class JointProblem:
-    """The packs' grids met with the samples: what stays the same while factors change."""
+    """Packs and samples together: where samples lie on the packs' grids, which stays while factors change.
+
+    The factors that change are a list: axis by axis (n, R) of the first pack, then its spectra (S, R); then those of
+    the next pack.
+    """
 
     def __init__(self, packs: tuple[FactorPack, ...], samples: SeenSamples) -> None:
         self.packs, self.samples = packs, samples
-        # Guards lean on their limits anew in every sweep: what they ask for is this problem's own.
+        # What guards ask for changes in every sweep: it is this problem's own.
         if len(samples.guards):
-            self.samples = samples = replace(samples, eye=samples.eye.copy())
+            self.samples = samples = replace(samples, sensitivity=samples.sensitivity.copy())
         self._targets = samples.targets.copy()
         self._sorted: dict[int, np.ndarray] = {}
         self._grids: list[list[AxisSamples]] = []
@@ -53,134 +60,135 @@ class JointProblem:
                 [AxisSamples.of(axis.position(at.angles[axis.name]), axis.size, axis.periodic) for axis in pack.axes]
             )
 
-    def start(self) -> list[Float[np.ndarray, "_ _"]]:
-        """Factors of all packs, axis by axis, each pack's spectra (S,R) last."""
-        state = []
+    def factors(self) -> Factors:
+        """The packs' own factors, balanced."""
+        found: Factors = []
         for pack in self.packs:
-            state += balanced([*pack.factors, (pack.basis.reconstruct(pack.spectral) @ self.samples.analysis).T])
-        return state
+            found += balanced([*pack.factors, (pack.basis.reconstruct(pack.spectral) @ self.samples.analysis).T])
+        return found
 
-    def packed(self, state: list[Float[np.ndarray, "_ _"]]) -> tuple[FactorPack, ...]:
+    def packs_of(self, factors: Factors) -> tuple[FactorPack, ...]:
         """The packs of these factors."""
         found = []
-        for pack, (*factors, spectral) in zip(self.packs, self._split(state), strict=True):
-            samples = spectral.T @ self.samples.synthesis
+        for pack, (*along_axes, spectral) in zip(self.packs, self._split(factors), strict=True):
+            sampled = spectral.T @ self.samples.synthesis
             found.append(
-                replace(pack, factors=tuple(factors), spectral=samples, basis=SpectralBasis.sampled(), error=None)
+                replace(pack, factors=tuple(along_axes), spectral=sampled, basis=SpectralBasis.sampled(), error=None)
             )
         return tuple(found)
 
-    def _split(self, state: list[np.ndarray]) -> list[list[np.ndarray]]:
+    def _split(self, factors: Factors) -> list[Factors]:
+        """The factors of each pack."""
         parts, first = [], 0
         for pack in self.packs:
             count = len(pack.axes) + 1
-            parts.append(list(state[first : first + count]))
+            parts.append(list(factors[first : first + count]))
             first += count
         return parts
 
-    def terms(self, state: list[Float[np.ndarray, "_ _"]]) -> Float[np.ndarray, "N R"]:
+    def terms(self, factors: Factors) -> Float[np.ndarray, "N R"]:
         """Every term of all packs at every sample, without its spectrum."""
         return np.hstack(
             [
-                _product(scale, [grid.between(factor) for grid, factor in zip(grids, part[:-1], strict=True)])
-                for scale, grids, part in zip(self._scales, self._grids, self._split(state), strict=True)
+                _product(scale, [grid.interpolated(factor) for grid, factor in zip(grids, part[:-1], strict=True)])
+                for scale, grids, part in zip(self._scales, self._grids, self._split(factors), strict=True)
             ]
         )
 
-    def spectra(self, state: list[Float[np.ndarray, "_ _"]]) -> Float[np.ndarray, "R S"]:
+    def spectra(self, factors: Factors) -> Float[np.ndarray, "R S"]:
         """The spectra of all terms."""
-        return np.hstack([part[-1] for part in self._split(state)]).T
+        return np.hstack([part[-1] for part in self._split(factors)]).T
 
-    def with_spectra(
-        self, state: list[Float[np.ndarray, "_ _"]], spectra: Float[np.ndarray, "R S"]
-    ) -> list[Float[np.ndarray, "_ _"]]:
+    def with_spectra(self, factors: Factors, spectra: Float[np.ndarray, "R S"]) -> Factors:
         """The same factors with other spectra."""
         rows = np.split(spectra, self._starts[1:-1])
-        parts = zip(self._split(state), rows, strict=True)
+        parts = zip(self._split(factors), rows, strict=True)
         return [factor for part, row in parts for factor in (*part[:-1], row.T)]
 
-    def with_best_spectra(self, state: list[Float[np.ndarray, "_ _"]]) -> list[Float[np.ndarray, "_ _"]]:
+    def with_best_spectra(self, factors: Factors) -> Factors:
         """The same factors with spectra found for them: a start whose lengths mean nothing yet."""
-        terms = self.terms(state)
+        terms = self.terms(factors)
         nothing = np.zeros((terms.shape[1], self.samples.targets.shape[1]))
         spectra, _ = self._spectra(terms, nothing, self.samples.targets.T.copy())
-        return self.balanced(self.with_spectra(state, spectra))
+        return self.balanced(self.with_spectra(factors, spectra))
 
-    def balanced(self, state: list[Float[np.ndarray, "_ _"]]) -> list[Float[np.ndarray, "_ _"]]:
+    def balanced(self, factors: Factors) -> Factors:
         """The same terms, each term's length shared equally among its factors."""
-        return [factor for part in self._split(state) for factor in balanced(part)]
+        return [factor for part in self._split(factors) for factor in balanced(part)]
 
-    def swept(self, state: list[Float[np.ndarray, "_ _"]]) -> tuple[list[Float[np.ndarray, "_ _"]], float]:
-        """One round over all packs and axes, then all spectra at once; and the objective that is left."""
-        parts = self._split(state)
+    def sweep(self, factors: Factors) -> tuple[Factors, float]:
+        """Better factors, after one round over all packs and axes, then all spectra at once; and their objective."""
+        parts = self._split(factors)
         values = [
-            [grid.between(factor) for grid, factor in zip(grids, part[:-1], strict=True)]
+            [grid.interpolated(factor) for grid, factor in zip(grids, part[:-1], strict=True)]
             for grids, part in zip(self._grids, parts, strict=True)
         ]
         terms = [_product(scale, value) for scale, value in zip(self._scales, values, strict=True)]
-        self._lean(terms, [part[-1] for part in parts])
+        self._aim_guards(terms, [part[-1] for part in parts])
         left = self._targets.T.copy()
         for term, part in zip(terms, parts, strict=True):
             left -= part[-1] @ term.T
         for number, (grids, part, value) in enumerate(zip(self._grids, parts, values, strict=True)):
             spectral = part[-1]
             target = left + spectral @ terms[number].T
-            aim = self.samples.felt(target).T @ spectral
+            aim = self.samples.half_gradient(target).T @ spectral
             for mode, grid in enumerate(grids):
                 rest = _product(self._scales[number], [v for m, v in enumerate(value) if m != mode])
-                part[mode] = grid.solved(part[mode], rest, self._rows(grid), spectral, self.samples.plain, aim * rest)
-                value[mode] = grid.between(part[mode])
+                part[mode] = grid.best_factor(
+                    part[mode], rest, self._rows(grid), spectral, self.samples.base_weight, aim * rest
+                )
+                value[mode] = grid.interpolated(part[mode])
             terms[number] = _product(self._scales[number], value)
             left = target - spectral @ terms[number].T
-        state = [factor for part in parts for factor in part]
-        spectra, left = self._spectra(np.hstack(terms), self.spectra(state), left)
-        return self.with_spectra(state, spectra), self.objective(left, np.hstack(terms), spectra)
+        factors = [factor for part in parts for factor in part]
+        spectra, left = self._spectra(np.hstack(terms), self.spectra(factors), left)
+        return self.with_spectra(factors, spectra), self.objective(left, np.hstack(terms), spectra)
 
     def objective(
         self, left: Float[np.ndarray, "S N"], terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"]
     ) -> float:
-        """Sum of the squares of what is left, as the eye has it, and of what guards are beyond their limits."""
+        """Cost of what is left, in squared ΔE94 to first order, and of what packs are beyond the limits of guards."""
         samples, first = self.samples, len(self.samples.wi) - len(self.samples.guards)
-        eye, left = samples.eye[:, :, :first], left[:, :first]
-        seen = np.einsum("ksn,sn->kn", eye, left)
-        found = float(np.vdot(seen, seen) + samples.plain[:first] @ np.sum(left**2, axis=0))
+        left = left[:, :first]
+        seen = np.einsum("ksn,sn->kn", samples.sensitivity[:, :, :first], left)
+        found = float(np.vdot(seen, seen) + samples.base_weight[:first] @ np.sum(left**2, axis=0))
         if samples.limits is not None:
             low, high = samples.limits
             values = np.pi * (terms[first:] @ spectra) @ samples.synthesis
             beyond = np.maximum(np.maximum((low - values) / -low, (values - high) / (_HIGH * high)), 0.0)
-            found += float(samples.guards @ (low[0] ** 2 * _leaned(beyond.max(axis=1))))
+            found += float(samples.guards @ (low[0] ** 2 * _guard_cost(beyond.max(axis=1))))
         return found
 
     def _spectra(
         self, terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"], left: Float[np.ndarray, "S N"]
     ) -> tuple[Float[np.ndarray, "R S"], Float[np.ndarray, "S N"]]:
         """A few steps of conjugate gradients, preconditioned as if an error counted the same whatever its colour."""
-        felt = self.samples.felt
+        half_gradient = self.samples.half_gradient
         matrix = (terms * self._weights[:, None]).T @ terms
         matrix[np.diag_indices_from(matrix)] *= 1.0 + 1e-9
         matrix[np.diag_indices_from(matrix)] += _TINY
         factor = cho_factor(matrix)
-        gradient = (felt(left) @ terms).T
+        gradient = (half_gradient(left) @ terms).T
         steered = cho_solve(factor, gradient)
         step, slope = steered, float(np.sum(gradient * steered))
         for _ in range(_SPECTRAL_STEPS):
             if not slope > 0.0:
                 break
             moved = step.T @ terms.T
-            felt_moved = felt(moved)
-            curvature = float(np.vdot(moved, felt_moved))
+            turned = half_gradient(moved)
+            curvature = float(np.vdot(moved, turned))
             if not curvature > 0.0:
                 break
             length = slope / curvature
             spectra, left = spectra + length * step, left - length * moved
-            gradient = gradient - length * (felt_moved @ terms).T
+            gradient = gradient - length * (turned @ terms).T
             steered = cho_solve(factor, gradient)
             before, slope = slope, float(np.sum(gradient * steered))
             step = steered + slope / before * step
         return spectra, left
 
-    def _lean(self, terms: list[Float[np.ndarray, "N _"]], spectra: list[Float[np.ndarray, "S _"]]) -> None:
-        """Let each guard lean on the limits that it is beyond now, at the few wavelengths where it is most."""
+    def _aim_guards(self, terms: list[Float[np.ndarray, "N _"]], spectra: list[Float[np.ndarray, "S _"]]) -> None:
+        """Let each guard ask for the limits that packs are beyond now, at the few wavelengths where they are most."""
         samples = self.samples
         count = len(samples.guards)
         if not count or samples.limits is None:
@@ -192,43 +200,43 @@ class JointProblem:
         over = _HIGH * high[:, None]
         beyond = np.maximum((low[:, None] - values) / -low[:, None], (values - high[:, None]) / over)
         every = np.arange(count)
-        eye = np.zeros((*samples.eye.shape[:2], count))
-        aims = np.zeros((len(eye), count))
-        for number in range(len(eye)):
+        asked = np.zeros((*samples.sensitivity.shape[:2], count))
+        aims = np.zeros((len(asked), count))
+        for number in range(len(asked)):
             at = np.argmax(beyond, axis=0)
             active = beyond[at, every] > 0.0
             limit = np.where(values[at, every] < 0.0, low[at], high[at])
-            # A square that touches `_leaned` where the guard is now and is nowhere below it: costs still only fall.
-            softened = np.sqrt(_FIRM / np.maximum(beyond[at, every], _FIRM))
+            # A square that touches `_guard_cost` where packs are now and is nowhere below it: costs still only fall.
+            softened = np.sqrt(_LINEAR_FROM / np.maximum(beyond[at, every], _LINEAR_FROM))
             weight = np.where(active, np.sqrt(samples.guards) * softened, 0.0)
             weight *= np.where(values[at, every] < 0, 1.0, -low[at] / (_HIGH * limit))
-            eye[number] = rows[at].T * weight
+            asked[number] = rows[at].T * weight
             aims[number] = limit * weight
             beyond[np.abs(np.arange(len(beyond))[:, None] - at) <= _APART] = 0.0
-        short = aims - np.einsum("ksg,sg->kg", eye, now)
-        back = np.linalg.pinv(eye.transpose(2, 0, 1), rcond=1e-6)
+        short = aims - np.einsum("ksg,sg->kg", asked, now)
+        back = np.linalg.pinv(asked.transpose(2, 0, 1), rcond=1e-6)
         targets = now.T + np.einsum("gsk,kg->gs", back, short)
-        samples.eye[:, :, last] = eye
+        samples.sensitivity[:, :, last] = asked
         self._targets[last] = targets
-        self._weights[last] = np.einsum("ksg,ksg->g", eye, eye) / len(samples.synthesis)
+        self._weights[last] = np.einsum("ksg,ksg->g", asked, asked) / len(samples.synthesis)
         for grids in self._grids:
             for grid in grids:
                 if id(grid) in self._sorted:
                     place = np.empty(len(grid.order), dtype=np.intp)
                     place[grid.order] = np.arange(len(place))
-                    self._sorted[id(grid)][place[last]] = eye.transpose(2, 0, 1)
+                    self._sorted[id(grid)][place[last]] = asked.transpose(2, 0, 1)
 
     def _rows(self, grid: AxisSamples) -> Float[np.ndarray, "N K S"]:
-        """`SeenSamples.eye` in the order of an axis."""
+        """`SeenSamples.sensitivity` (N, K, S) in the order of an axis."""
         if id(grid) not in self._sorted:
-            self._sorted[id(grid)] = np.ascontiguousarray(self.samples.eye.transpose(2, 0, 1)[grid.order])
+            self._sorted[id(grid)] = np.ascontiguousarray(self.samples.sensitivity.transpose(2, 0, 1)[grid.order])
         return self._sorted[id(grid)]
 
     @cached_property
     def _weights(self) -> Float[np.ndarray, " N"]:
         """What an error at each sample counts, whatever its colour."""
-        eye = self.samples.eye
-        return np.einsum("ksn,ksn->n", eye, eye) / eye.shape[1] + self.samples.plain
+        seen = self.samples.sensitivity
+        return np.einsum("ksn,ksn->n", seen, seen) / seen.shape[1] + self.samples.base_weight
 
 
 def _product(scale: Float[np.ndarray, " N"], values: list[Float[np.ndarray, "N R"]]) -> Float[np.ndarray, "N R"]:
@@ -239,9 +247,9 @@ def _product(scale: Float[np.ndarray, " N"], values: list[Float[np.ndarray, "N R
     return found
 
 
-def _leaned(beyond: Float[np.ndarray, " G"]) -> Float[np.ndarray, " G"]:
-    """Huber's cost of being so many times a limit beyond it."""
-    return np.where(beyond <= _FIRM, beyond**2, _FIRM * (2.0 * beyond - _FIRM))
+def _guard_cost(beyond: Float[np.ndarray, " G"]) -> Float[np.ndarray, " G"]:
+    """Huber's cost of being beyond a limit, in multiples of it: the square, and linear from `_LINEAR_FROM` on."""
+    return np.where(beyond <= _LINEAR_FROM, beyond**2, _LINEAR_FROM * (2.0 * beyond - _LINEAR_FROM))
 
 
 def refined(
@@ -249,27 +257,29 @@ def refined(
     samples: SeenSamples,
     sweeps: int = 8,
 ) -> tuple[tuple[FactorPack, ...], float]:
-    """The packs after some rounds over all their factors together, and the objective relative to that of no packs.
+    """The packs after some sweeps over all their factors together, and what they leave relative to no packs at all.
 
     The objective never rises: the sum over the samples of the squared ΔE94, to first order, and of a small share of
-    what another light might show.
+    what another light might show. The second result is the square root of its ratio, 0 where there is no light.
     """
     problem = JointProblem(packs, samples)
-    state, left = extrapolated(problem.swept, problem.start(), sweeps, 0.0, problem.balanced)
+    factors, left = extrapolated_sweeps(problem.sweep, problem.factors(), sweeps, 0.0, problem.balanced)
     nothing = samples.cost(())
-    return problem.packed(state), float(np.sqrt(left / nothing)) if nothing > 0 else 0.0
+    return problem.packs_of(factors), float(np.sqrt(left / nothing)) if nothing > 0 else 0.0
 
 
-def held(packs: tuple[FactorPack, ...], samples: SeenSamples, sweeps: int) -> tuple[FactorPack, ...]:
-    """The packs after some rounds without extrapolation: they move no farther than their guards ask them to."""
+def refined_without_extrapolation(
+    packs: tuple[FactorPack, ...], samples: SeenSamples, sweeps: int
+) -> tuple[FactorPack, ...]:
+    """The packs after some sweeps, none from a stretched point: they move no farther than their guards ask them to."""
     problem = JointProblem(packs, samples)
-    state = problem.start()
+    factors = problem.factors()
     for _ in range(sweeps):
-        state, _ = problem.swept(state)
-    return problem.packed(state)
+        factors, _ = problem.sweep(factors)
+    return problem.packs_of(factors)
 
 
-def added(
+def new_terms(
     packs: tuple[FactorPack, ...],
     samples: SeenSamples,
     frame: Frame,
@@ -278,70 +288,23 @@ def added(
     seed: int,
     sweeps: int = 12,
 ) -> tuple[FactorPack, float]:
-    """A pack of `rank` new terms, fitted to what the others leave (which stay as they are); and the objective then.
+    """A pack of `rank` new terms, fitted to what `packs` leave, which stay as they are; and the objective then.
 
     Starts from smooth random factors, a few cosines each: nodes between samples are then no worse than those on them.
     """
-    rest = samples.less(packs)
+    rest = samples.minus(packs)
     generator = np.random.default_rng((seed, sum(pack.rank for pack in packs), len(frame), axes[0].size))
     factors = tuple(_smooth(axis, rank, generator) for axis in axes)
     spectra = generator.standard_normal((rank, len(samples.synthesis))) @ samples.synthesis
     problem = JointProblem((FactorPack(frame, axes, factors, spectra, SpectralBasis.sampled()),), rest)
-    state = problem.with_best_spectra(problem.start())
-    state, left = extrapolated(problem.swept, state, sweeps, 0.0, problem.balanced)
-    return problem.packed(state)[0], left
+    factors = problem.with_best_spectra(problem.factors())
+    factors, left = extrapolated_sweeps(problem.sweep, factors, sweeps, 0.0, problem.balanced)
+    return problem.packs_of(factors)[0], left
 
 
 def _smooth(axis: Axis, rank: int, generator: np.random.Generator) -> Float[np.ndarray, "n R"]:
-    order = np.arange(4)
+    """Sums of a few cosines along an axis, the slower ones the larger."""
+    order = np.arange(_WAVES)
     u = np.linspace(0.0, 1.0, axis.size)[:, None]
     waves = np.cos((2.0 if axis.periodic else 1.0) * np.pi * order * u)
-    return waves @ (generator.standard_normal((4, rank)) / (1.0 + order)[:, None])
-
-
-def finer(pack: FactorPack, most: int) -> FactorPack:
-    """The same function on axes with a node between any two, as far as an axis then has `most` nodes at most."""
-    axes, factors = [], []
-    for axis, factor in zip(pack.axes, pack.factors, strict=True):
-        if 2 * axis.size - 1 <= most:
-            axis = replace(axis, size=2 * axis.size - 1)
-            between = np.empty((axis.size, pack.rank))
-            between[::2], between[1::2] = factor, 0.5 * (factor[1:] + factor[:-1])
-            factor = between
-        axes.append(axis)
-        factors.append(factor)
-    return replace(pack, axes=tuple(axes), factors=tuple(factors), precision="single", error=None)
-
-
-def axes_in_sight(frame: Frame, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
-    """The grid in frame hd with theta_d only as far as lights of samples stand; beyond, factors are held constant."""
-    if frame != "hd" or axes[1].maximum <= 0.5 * FARTHEST:
-        return axes
-    return (axes[0], replace(axes[1], maximum=0.5 * FARTHEST), *axes[2:])
-
-
-def in_sight(pack: FactorPack) -> FactorPack:
-    """The pack on `axes_in_sight`, the same function up to there."""
-    axes = axes_in_sight(pack.frame, pack.axes)
-    if axes is pack.axes:
-        return pack
-    position = pack.axes[1].position(axes[1].nodes)
-    factor = AxisSamples.of(position, pack.axes[1].size, False).between(pack.factors[1])
-    factors = (pack.factors[0], factor, *pack.factors[2:])
-    return replace(pack, axes=axes, factors=factors, precision="single", error=None)
-
-
-def merged(packs: tuple[FactorPack, ...]) -> tuple[FactorPack, ...]:
-    """One pack for each frame and grid, in the order in which they first appear."""
-    groups: dict[tuple, list[FactorPack]] = {}
-    for pack in packs:
-        groups.setdefault((pack.frame, pack.axes), []).append(pack)
-    return tuple(
-        replace(
-            group[0],
-            factors=tuple(np.hstack(columns) for columns in zip(*(pack.factors for pack in group), strict=True)),
-            spectral=np.vstack([pack.spectral for pack in group]),
-            error=None,
-        )
-        for group in groups.values()
-    )
+    return waves @ (generator.standard_normal((_WAVES, rank)) / (1.0 + order)[:, None])

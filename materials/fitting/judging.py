@@ -21,8 +21,8 @@ MEAN_SHARE = 0.3
 BACK_SHARE = 4.0
 # The highlight's own pixels are its steepest flanks: their 99th percentile may be this many times the budget.
 HIGHLIGHT_SHARE = 4.0
-# XYZ of the samples of each view (front, back and, where there is one, the highlight) under each light.
-Seen = tuple[Float[np.ndarray, "_ _ 3"], ...]
+# XYZ (lights, N, 3) of the samples of each view: front, back and, where there is one, the highlight.
+ViewsXyz = tuple[Float[np.ndarray, "_ _ 3"], ...]
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """The measured error of some packs, and the worst p99 lit from behind."""
+class Judgement:
+    """The measured error of some packs; back: the worst 99th percentile of ΔE94 lit from behind, under any light."""
 
     error: FitError
     back: float
@@ -63,7 +63,7 @@ class Judged:
 
     @property
     def score(self) -> float:
-        """What is held against the budget."""
+        """What is held against the budget, in ΔE94."""
         return max(self.front, self.back / BACK_SHARE)
 
     @property
@@ -77,15 +77,21 @@ class Judged:
         return self.front + self.error.p99
 
     @property
-    def behind(self) -> bool:
-        """Whether light from behind decides."""
+    def back_decides(self) -> bool:
+        """Whether it is light from behind that decides the score."""
         return self.back / BACK_SHARE == self.score
 
 
 @dataclass(eq=False)
 class Judge:
-    """The original, seen on the protocol under all its lights; packs are compared with it, and every trial is told, and
-    what the fit is `doing` in between, in words.
+    """The original on the protocol under all its lights, which packs are compared with.
+
+    pixels : of the sphere protocol. tried : called with every trial. doing : called with words for what the fit does in
+    between. begun : when the fit began, seconds. trials : all that were recorded, in order.
+
+    Raises
+    ------
+    InputError : the BRDF is not finite somewhere on the sphere.
     """
 
     brdf: Brdf
@@ -109,20 +115,27 @@ class Judge:
                 "the BRDF is not finite", field="brdf", found="NaN or infinity on the sphere", expected="numbers"
             )
 
-    def others(self, lobe: Brdf) -> Seen:
-        """XYZ of all but this lobe."""
+    def others(self, lobe: Brdf) -> ViewsXyz:
+        """XYZ of the original without this lobe of it, in each view."""
         return tuple(
             whole - view.references(lobe, LIGHTS) for view, whole in zip(self.views, self.references, strict=True)
         )
 
-    def judged(self, packs: tuple[FactorPack, ...], others: Seen | None = None, relative: float = 0.0) -> Judged:
-        """`others`: what shades beside the packs, exactly known."""
+    def judge_packs(
+        self, packs: tuple[FactorPack, ...], others: ViewsXyz | None = None, relative: float = 0.0
+    ) -> Judgement:
+        """How far off packs are.
+
+        others : XYZ of what shades beside the packs and is exactly known. relative : the relative error of the table
+        that they come from, which goes into the judgement as it is.
+        """
         seen = [view.samples(packs, LIGHTS) for view in self.views]
         if others is not None:
             seen = [xyz + beside for xyz, beside in zip(seen, others, strict=True)]
-        return Judged(replace(self._error(seen), relative_error=relative), self._back(seen[1]))
+        return Judgement(replace(self._error(seen), relative_error=relative), self._back(seen[1]))
 
     def _error(self, seen: list[np.ndarray]) -> FitError:
+        """The error from the front and in the highlight, under every light."""
         return self.front.compare_lights(self.references[0], seen[0], LIGHTS, self._highlights(seen))
 
     def _highlights(self, seen: list[np.ndarray]) -> list[float]:
@@ -138,17 +151,21 @@ class Judge:
         return [float(p99) for p99 in found]
 
     def _back(self, seen: np.ndarray) -> float:
+        """The worst 99th percentile lit from behind, under any light."""
         found = (
             self.back.under(light).compare(self.references[1][index], seen[index]) for index, light in enumerate(LIGHTS)
         )
         return max(one.p99 for one in found)
 
-    def tell(self, trial: Trial) -> None:
-        """Keep the trial and pass it on."""
+    def record(
+        self, lobe: int, frame: str, rank: int, judgement: Judgement, kept: bool, candidate: str, *, joint: bool
+    ) -> None:
+        """Keep a trial (see `Trial`) and pass it on to whoever asked for the fit."""
+        trial = Trial(lobe, frame, rank, self.seconds, judgement.error, judgement.score, kept, candidate, joint)
         self.trials.append(trial)
         self.tried(trial)
 
     @property
     def seconds(self) -> float:
-        """Since the fit began."""
+        """Time since the fit began."""
         return time.perf_counter() - self.begun

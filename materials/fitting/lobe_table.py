@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
+from tensorly.cp_tensor import CPTensor
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
@@ -16,7 +17,7 @@ from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..axes import Axis
 from ..brdf import Lobe
 from ..factors import FactorPack
-from .cp import CompressedTable, Factors, WeightedTable, weighted_cp
+from .cp import CompressedTable, WeightedTable, absorbed, weighted_cp
 from .decompose import decompose_compressed
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots
 from .smoothing import smoothed_pack
@@ -28,20 +29,36 @@ METHODS: tuple[Method, ...] = ("joint", "weighted", "incremental", "refitted")
 
 # Energy of the seen, observer-weighted spectra that their basis may lose.
 _SPECTRAL_LOST = 1e-8
+# Nodes, about, whose spectra that basis is found from.
 _PILOT = 1500
+# Spectra count at each wavelength by what the observer sees there, and by this share of the most at least.
+_LEAST_OBSERVED = 0.05
+# Weighted sweeps over the table, at most.
 _SWEEPS = 40
-# Where packs are refined afterwards, large problems (nodes times squared rank) are only begun on the table.
-_LARGE, _FEW_SWEEPS = 10_000_000, 6
-# So many terms end in this or that local minimum, whatever rounding leads to: of some starts, the best after a few
-# sweeps goes on.
-_MANY_TERMS, _STARTS, _FIRST_SWEEPS = 6, 4, 8
-# Share of the energy that the packs of four may lose before they are looked for, and the most columns of a core.
-_LOST, _MOST = 1e-9, 112
+# Where packs are refined afterwards, problems larger than this (nodes times squared rank) are only begun on the table.
+_LARGE = 10_000_000
+# Weighted sweeps of such a beginning, at most.
+_FEW_SWEEPS = 6
+# So many terms or more end in this or that local minimum, whatever rounding leads to: several starts are tried.
+_MANY_TERMS = 6
+# Starts that are tried for many terms; the best goes on.
+_STARTS = 4
+# Weighted sweeps of each of those starts before they are compared.
+_FIRST_SWEEPS = 8
+# Share of the energy that compression may lose before packs of four are looked for.
+_LOST = 1e-9
+# Columns that a basis of the compressed table has at most.
+_MOST_COLUMNS = 112
 
 
 @dataclass(frozen=True, eq=False)
 class LobeTable:
-    """values (*grid, S) in the lobe's own spectra, `synthesis` (S,L) on the working wavelengths; weights of nodes."""
+    """A lobe on the grid of `axes`.
+
+    values : f_r cos(theta_i) in frame io, f_r in frame hd, as coefficients of the lobe's own S spectra.
+    weights : what the square of an error counts at each node.
+    synthesis : those spectra on the working wavelengths.
+    """
 
     lobe: Lobe
     axes: tuple[Axis, ...]
@@ -51,7 +68,10 @@ class LobeTable:
 
     @classmethod
     def of(cls, lobe: Lobe, observed: Float[np.ndarray, "L 3"], axes: tuple[Axis, ...] | None = None) -> LobeTable:
-        """Tabulate; `observed` (L,3) is light x observer at the lobe's wavelengths.
+        """Tabulate a lobe.
+
+        observed : light times observer at the lobe's own wavelengths, Y of the perfect diffuser = 1.
+        axes : the grid, in place of the lobe's own or the one that would be made for it.
 
         Raises
         ------
@@ -75,7 +95,7 @@ class LobeTable:
 
     @property
     def black(self) -> bool:
-        """No light at any node."""
+        """Whether there is no light at any node."""
         return not np.any(self.values)
 
     def pack(self, rank: int, seed: int, method: Method, smooth: bool = False) -> tuple[FactorPack, float]:
@@ -85,10 +105,10 @@ class LobeTable:
         pack is refined afterwards. "incremental", "refitted": packs of four terms, unweighted (`decompose`).
         """
         if self.black:
-            return self._packed([np.zeros((size, 1)) for size in self.values.shape]), 0.0
+            return self._packed(CPTensor((None, [np.zeros((size, 1)) for size in self.values.shape]))), 0.0
         if method in ("incremental", "refitted"):
             found = decompose_compressed(self._form, rank, method=method, seed=seed)
-            pack, relative = self._packed(list(found.factors)), found.relative_error
+            pack, relative = self._packed(found.cp), found.relative_error
         else:
             few = method == "joint" and self.weights.size * rank**2 > _LARGE
             start = self._compressed.decomposed(rank, seed)
@@ -96,25 +116,30 @@ class LobeTable:
                 others = (self._compressed.decomposed(rank, (seed, number)) for number in range(1, _STARTS))
                 begun = (weighted_cp(self._weighted, one, _FIRST_SWEEPS) for one in (start, *others))
                 start, _ = min(begun, key=lambda one: one[1])
-            factors, left = weighted_cp(self._weighted, start, _FEW_SWEEPS if few else _SWEEPS)
-            pack, relative = self._packed(factors), float(np.sqrt(max(left, 0.0) / self._weighted.energy))
+            found, left = weighted_cp(self._weighted, start, _FEW_SWEEPS if few else _SWEEPS)
+            pack, relative = self._packed(found), float(np.sqrt(max(left, 0.0) / self._weighted.energy))
         return (smoothed_pack(pack) if smooth else pack), relative
 
-    def _packed(self, factors: Factors) -> FactorPack:
-        spectral = factors[-1].T @ self.synthesis
-        return FactorPack(self.lobe.frame, self.axes, tuple(factors[:-1]), spectral, SpectralBasis.sampled())
+    def _packed(self, decomposition: CPTensor) -> FactorPack:
+        """The pack of a decomposition of `values`, its last mode written as spectra."""
+        *factors, coefficients = absorbed(decomposition)
+        spectral = coefficients.T @ self.synthesis
+        return FactorPack(self.lobe.frame, self.axes, tuple(factors), spectral, SpectralBasis.sampled())
 
     @cached_property
     def _weighted(self) -> WeightedTable:
+        """Laid out for sweeps with the nodes' true weights."""
         return WeightedTable(self.values, self.weights)
 
     @cached_property
     def _compressed(self) -> CompressedTable:
+        """Under separable weights: what starts are drawn from."""
         return CompressedTable.of(self.values, separable_roots(self.weights))
 
     @cached_property
     def _form(self) -> Tucker:
-        return compressed(self.values, _LOST, _MOST)
+        """Without weights: what packs of four are looked for in."""
+        return compressed(self.values, _LOST, _MOST_COLUMNS)
 
 
 def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -126,9 +151,9 @@ def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> t
     rows = np.flatnonzero((wi[:, 2] > 1e-3) & (wo[:, 2] > 1e-3))
     rows = rows[:: max(1, len(rows) // _PILOT)]
     spectra = lobe.brdf.eval(wi[rows], wo[rows]) * np.sqrt(wi[rows, 2:] * wo[rows, 2:])
-    eye = np.linalg.norm(observed, axis=1)
-    eye = np.maximum(eye / eye.max(), 0.05)
-    _, singular, right = np.linalg.svd(spectra * eye, full_matrices=False)
+    bright = np.linalg.norm(observed, axis=1)
+    bright = np.maximum(bright / bright.max(), _LEAST_OBSERVED)
+    _, singular, right = np.linalg.svd(spectra * bright, full_matrices=False)
     energy = np.cumsum(singular[::-1] ** 2)[::-1]
     size = max(1, int(np.sum(energy > _SPECTRAL_LOST * energy[0]))) if energy[0] > 0 else 1
-    return eye[:, None] * right[:size].T, right[:size] / eye
+    return bright[:, None] * right[:size].T, right[:size] / bright

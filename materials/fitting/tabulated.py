@@ -17,15 +17,20 @@ from ..factors import frame_angles
 
 # The horizon itself has no f_r (it is zero there by definition), so that a node on it is evaluated just above.
 HORIZON_MARGIN = 1e-4
+# Nodes that a BRDF is evaluated at in one go.
 _BLOCK = 16384
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Values on the grid of `axes`: f_r cos(theta_i) in frame io, f_r in frame hd, 1/sr.
+    """A BRDF on the grid of `axes`.
 
-    `reached` is False where no pair of directions above the horizon has these angles: there values are 0, without
-    meaning.
+    values : f_r cos(theta_i) in frame io, f_r in frame hd, 1/sr; or their coefficients (`tabulate`).
+    reached : False where no pair of directions above the horizon has these angles: there values are 0, without meaning.
+
+    Raises
+    ------
+    InputError : the axes are not those of the frame, or the arrays do not fit them.
     """
 
     frame: Frame
@@ -68,6 +73,7 @@ def node_directions(
 
 
 def _frozen(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The arrays, which nobody may change from now on: they are cached."""
     wi.setflags(write=False)
     wo.setflags(write=False)
     return wi, wo
@@ -100,16 +106,18 @@ def tabulate(
 
 @dataclass(frozen=True, eq=False)
 class TabulatedBrdf(Brdf):
-    """Multilinear look-up in a table; corners that no real pair of directions reaches take no part."""
+    """A table as a BRDF: multilinear between nodes; corners that no real pair of directions reaches take no part."""
 
     table: Table
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The table's own."""
         return self.table.wavelengths_nm
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Whether the grid has no azimuth about the normal."""
         return len(self.table.axes) == 3
 
     def eval(

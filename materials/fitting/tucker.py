@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from tensorly.cp_tensor import CPTensor
 
 from ...spectral.errors import InputError
 
@@ -26,9 +27,10 @@ class Tucker:
     energy: float
     lost: float
 
-    def expanded(self, factors: list[Float[np.ndarray, "_ R"]]) -> list[Float[np.ndarray, "_ R"]]:
-        """CP factors of the core as CP factors of the table; lengths and errors do not change."""
-        return [basis @ factor for basis, factor in zip(self.bases, factors, strict=True)]
+    def expanded(self, core: CPTensor) -> CPTensor:
+        """A CP decomposition of the core as one of the table; lengths and errors do not change."""
+        weights, factors = core
+        return CPTensor((weights, [basis @ factor for basis, factor in zip(self.bases, factors, strict=True)]))
 
 
 def compressed(table: Float[np.ndarray, "..."], lost: float = 1e-10, most: int | None = None) -> Tucker:
@@ -82,6 +84,7 @@ def mode_gram(tensor: Float[np.ndarray, "..."], mode: int) -> Float[np.ndarray, 
 
 def projected(tensor: Float[np.ndarray, "..."], basis: Float[np.ndarray, "n k"], mode: int) -> Float[np.ndarray, "..."]:
     """The tensor with `mode` expressed in the columns of `basis`: a contiguous array of size k along it."""
+    # tensorly's `mode_dot` copies the table before it is smaller than it was: here the last mode is a view.
     if mode == tensor.ndim - 1:
         return (tensor.reshape(-1, tensor.shape[mode]) @ basis).reshape(*tensor.shape[:-1], basis.shape[1])
     columns = np.moveaxis(tensor, mode, 0)

@@ -1,9 +1,9 @@
 """The nearest spectra that keep packs within their bounds, factors as they are: convex, and always with a solution.
 
 With the factors fixed, what packs shade to is linear in their spectra, the cost of all errors is quadratic, and the
-bounds are half spaces that black is inside of. Half spaces are added where a search finds the bounds broken, until it
-finds none (Kelley 1960's cutting planes). Each problem is one of least distance: Lawson and Hanson 1974, Solving Least
-Squares Problems, chapter 23.
+bounds are half spaces that black is inside of. Half spaces are added where a search finds packs beyond the bounds,
+until it finds none (Kelley 1960's cutting planes). Each problem is one of least distance: Lawson and Hanson 1974,
+Solving Least Squares Problems, chapter 23.
 """
 
 from __future__ import annotations
@@ -14,33 +14,37 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from ..factors import FactorPack
-from .bounds import Bounds, Broken
+from .bounds import Bounds, Violations
 from .joint import JointProblem
 from .seen import SeenSamples
 
-# Searches at most, and half spaces a search may add.
-_ROUNDS, _PLACES = 20, 300
-# Pull towards the spectra as they were, as a share of each one's curvature, and the least as a share of the largest:
-# what samples hardly show stays.
-_PULL, _LEAST_PULL = 1e-2, 1e-9
+# Searches at most.
+_ROUNDS = 20
+# Half spaces that a search may add.
+_PLACES = 300
+# Pull towards the spectra as they were, as a share of each one's curvature.
+_PULL = 1e-2
+# The least pull, as a share of the largest curvature: spectra that samples hardly show stay as they were.
+_LEAST_PULL = 1e-9
 # What a change where guards stand counts against one beyond their limits: pictures hardly show those places, and
 # nothing else keeps spectra from leaving the bounds there by more than they did anywhere.
 _STAY = 3e-5
+# Samples whose curvature is worked out in one go.
 _BLOCK = 2048
 
 
 def within_bounds(
-    packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds, broken: Broken | None = None
+    packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds, violations: Violations | None = None
 ) -> tuple[tuple[FactorPack, ...], bool]:
-    """The packs with the nearest spectra within `bounds`, and whether the last search found none broken.
+    """The packs with the nearest spectra within `bounds`, and whether the last search found no place beyond them.
 
-    broken : where they are `bounds.broken` now, if that is known.
+    violations : where the packs are beyond them now (`Bounds.violations`), if that is known.
     """
-    broken = bounds.broken(packs) if broken is None else broken
-    if not len(broken):
+    violations = bounds.violations(packs) if violations is None else violations
+    if not len(violations):
         return packs, True
     problem = JointProblem(packs, samples)
-    state = problem.start()
+    state = problem.factors()
     terms, spectra = problem.terms(state), problem.spectra(state)
     curvature = _curvature(terms, samples)
     pull = np.maximum(_PULL * np.diag(curvature), _LEAST_PULL * np.diag(curvature).max())
@@ -49,13 +53,13 @@ def within_bounds(
     free = spectra.reshape(-1)
     planes, least = np.empty((0, free.size)), np.empty(0)
     for _ in range(_ROUNDS):
-        rows, limits = _half_spaces(broken, packs, samples, bounds)
+        rows, limits = _half_spaces(violations, packs, samples, bounds)
         planes, least = np.vstack([planes, rows]), np.concatenate([least, limits])
         found, active = _least_distance(lower, free, planes, least)
         planes, least = planes[active], least[active]
-        packs = problem.packed(problem.with_spectra(state, found.reshape(spectra.shape)))
-        broken = bounds.broken(packs)
-        if not len(broken):
+        packs = problem.packs_of(problem.with_spectra(state, found.reshape(spectra.shape)))
+        violations = bounds.violations(packs)
+        if not len(violations):
             return packs, True
     return packs, False
 
@@ -67,9 +71,9 @@ def _curvature(terms: Float[np.ndarray, "N R"], samples: SeenSamples) -> Float[n
     found = np.zeros((len(a), len(c)))
     for start in range(0, len(terms), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        eye = samples.eye[:, :, rows]
-        colour = np.einsum("kcn,kcn->cn", eye[:, c], eye[:, d])
-        colour[c == d] += samples.plain[rows]
+        seen = samples.sensitivity[:, :, rows]
+        colour = np.einsum("kcn,kcn->cn", seen[:, c], seen[:, d])
+        colour[c == d] += samples.base_weight[rows]
         found += (terms[rows][:, a] * terms[rows][:, b]).T @ colour.T
     whole = np.empty((rank, rank, size, size))
     whole[a[:, None], b[:, None], c, d] = whole[b[:, None], a[:, None], c, d] = found
@@ -84,15 +88,15 @@ def _curvature(terms: Float[np.ndarray, "N R"], samples: SeenSamples) -> Float[n
 
 
 def _half_spaces(
-    broken: Broken, packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds
+    violations: Violations, packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds
 ) -> tuple[Float[np.ndarray, "M RS"], Float[np.ndarray, " M"]]:
-    """Rows and limits of `rows @ spectra >= limits`, one for each pair where the bounds are broken."""
+    """Rows and limits of `rows @ spectra >= limits`, one for each pair where the bounds are violations."""
     some = slice(0, _PLACES)
-    wi, wo, at = broken.wi[some], broken.wo[some], broken.wavelength[some]
+    wi, wo, at = violations.wi[some], violations.wo[some], violations.wavelength[some]
     geometry = np.hstack([pack.geometry(wi, wo) for pack in packs])
     rows = np.pi * (geometry[:, :, None] * samples.synthesis[:, at].T[:, None, :]).reshape(len(wi), -1)
     low, high = bounds.limits[:, at]
-    below = broken.low[some]
+    below = violations.low[some]
     return np.where(below, 1.0, -1.0)[:, None] * rows, np.where(below, low, -high)
 
 

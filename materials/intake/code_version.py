@@ -22,8 +22,8 @@ _ROOT = Path(__file__).parents[2]
 _FIT, _COLOUR = "materials/intake/work", "materials/records/record_colour"
 # Of all models, a fit needs the one that it is told of. Readers do not count: what was read has a hash of its own.
 _ALL_MODELS = "materials/analytic/__init__"
-# What gives numbers. Of numpy and scipy, releases of one series mend faults alone; colour-science holds tables.
-_LIBRARIES = (("numpy", 2), ("scipy", 2), ("colour-science", None))
+# What gives numbers. Of most, releases of one series mend faults alone; colour-science holds tables.
+_LIBRARIES = (("numpy", 2), ("scipy", 2), ("tensorly", 2), ("colour-science", None))
 _READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
 # Parsing all sources would take ten times as long. A test holds this to the parser.
 _IMPORT = re.compile(rb"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)

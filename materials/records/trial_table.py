@@ -12,7 +12,7 @@ import numpy as np
 from ..factors import FitError, LightError
 
 if TYPE_CHECKING:
-    from ..fitting.fit import Trial
+    from ..fitting.judging import Trial
 
 _PLAIN = (bool, int, float, str, type(None))
 
@@ -37,7 +37,7 @@ def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
     Raises TypeError where a field without a default has no column.
     """
     # Whoever only looks into a catalogue does not wait for the fit.
-    from ..fitting.fit import Trial
+    from ..fitting.judging import Trial
 
     return tuple(
         _built(Trial, {name: table[name][row] for name in table.dtype.names or ()}) for row in range(len(table))

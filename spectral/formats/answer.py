@@ -54,7 +54,7 @@ NO_ANSWER = Answer()
 
 
 def contradiction(
-    answer: Answer, quantity: str, words: str, *, file: str | Path, field: str | None = None
+    answer: Answer, quantity: str, words: str, *, file: str | Path | None = None, field: str | None = None
 ) -> InputError:
     """The refusal of a file that says another quantity than the person who imports it."""
     return InputError(

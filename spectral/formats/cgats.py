@@ -19,31 +19,13 @@ from .answer import NO_ANSWER, Answer, Scale
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
 from .cgats_quantity import Told, check_agreement, signs_of_table, told_quantity
 from .cgats_tables import CgatsTable, read_tables
-from .reading import SpectralFile, StatedColour
+from .reading import SpectralFile, StatedColour, names_its_file
 from .shared.gathering import MOST_SAMPLES, Gathering
 from .shared.luminance import Luminances, luminances
-from .shared.resemblance import likenesses
 from .shared.scale import Divisor, Values, divisor_of
-from .shared.signs import (
-    Decision,
-    Sign,
-    contradicted,
-    decided,
-    is_sensitivity,
-    not_a_colour,
-    signs_of_all,
-    speaks_against,
-    taken_as,
-    undecided,
-)
+from .shared.signs import Decision, Sign, decided, signs_of_all, undecided
 from .shared.text import head_text, is_missing, shortened
-from .shared.words import (
-    colour_axis,
-    condition_in,
-    illuminant_in,
-    observer_in,
-    stated_colours,
-)
+from .shared.words import colour_axis, condition_in, illuminant_in, observer_in, stated_colours
 
 NAME = "CGATS"
 ASKS = True
@@ -52,6 +34,7 @@ SUFFIXES = (".txt", ".sp", ".cie", ".ti3", ".it8", ".ccss", ".cgats")
 _IDENTIFIER = re.compile(r"\s*(?:CGATS|ISO ?28178|IT8|CTI[123]|CCSS|CCMX|SPECT\b|CMF\b|CAL\b|LGOROWLENGTH|MPP\b)", re.I)
 _KEYWORD = re.compile(r"^\s*(?:BEGIN_DATA_FORMAT|BEGIN_DATA|NUMBER_OF_FIELDS|NUMBER_OF_SETS|KEYWORD\s+\")", re.M)
 _MARKED = {"PCT": 100.0, "DEC": 1.0}
+_SCALES: dict[float, Scale] = {100.0: "percent", 1.0: "fraction"}
 _NAMES = ("SAMPLE_NAME", "PATCH_NAME", "SAMPLE_LOC", "SAMPLE_ID", "SAMPLEID", "SAMPLENAME", "ID", "NAME", "STRING")
 _ILLUMINANT_KEYS = ("ILLUMINATION_NAME", "ILLUMINANT", "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER")
 _OBSERVER_KEYS = ("OBSERVER_ANGLE", "OBSERVER", "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER", "MEASUREMENT_SOURCE")
@@ -77,6 +60,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return bool(_KEYWORD.search(text) or (_IDENTIFIER.match(first) and len(first.split()) <= 2))
 
 
+@names_its_file
 def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of every table, with the XYZ and Lab beside it.
 
@@ -102,7 +86,6 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     if without and len(without) == len(tables):
         raise InputError(
             "no spectra in this file",
-            file=path,
             field="BEGIN_DATA_FORMAT",
             found="; ".join(without[:4]),
             expected="spectral fields such as SPECTRAL_NM380, SPEC_380 or nm380",
@@ -121,9 +104,9 @@ def _holdings(table: CgatsTable) -> str:
 def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, answer: Answer) -> None:
     fields, points = bands(table), pairs(table)
     if len(table.rows) * max(len(fields), len(points)) > MOST_SAMPLES:
-        raise InputError("too many samples in one file", file=path, expected=f"at most {MOST_SAMPLES}")
+        raise InputError("too many samples in one file", expected=f"at most {MOST_SAMPLES}")
     if fields:
-        grid, order = grid_of(table, fields, path)
+        grid, order = grid_of(table, fields)
         values_at, marks = [fields[index].column for index in order], {band.scale for band in fields}
     else:
         grid, values_at, marks = None, [pair[1] for pair in points], {pair[2] for pair in points}
@@ -139,9 +122,9 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
         stated_colours({field: table.number(row[column]) for column, field in colours}, light, angle)
         for row in table.rows
     ]
-    told = told_quantity(table, [band.quantity for band in fields], path)
+    told = told_quantity(table, [band.quantity for band in fields])
     try:
-        decision, scale = _measured(table, told, marks, values, grids, stated, answer, gathering)
+        decision, scale = _measured(table, told, marks, values, grids, stated, answer, path)
     except InputError as reason:
         gathering.rejected.append((place or path.stem, reason))
         return
@@ -152,21 +135,12 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
         name = name or (path.stem if len(table.rows) == 1 else f"{path.stem} {index + 1}")
         wrong = next((row[at] for at in values_at if np.isnan(table.number(row[at])) and not is_missing(row[at])), None)
         if wrong is not None:
-            refusal = InputError("not a number", file=path, field=name, found=repr(shortened(wrong, 40)))
+            refusal = InputError("not a number", field=name, found=repr(shortened(wrong, 40)))
             gathering.rejected.append((name, refusal))
             continue
         others = {field: shortened(row[column]) for column, field in beside if not _is_colour(field) and row[column]}
-        details = {**others, **common}
-        gathering.add(
-            name,
-            grids[index],
-            values[index],
-            decision.quantity,
-            divisor=scale.by,
-            stated=stated[index],
-            details=details,
-            taken=taken_as(decision, None if decision.quantity == "emission" else scale),
-        )
+        details = others | common
+        gathering.take(name, grids[index], values[index], decision, scale, stated=stated[index], details=details)
 
 
 def _measured(
@@ -177,7 +151,7 @@ def _measured(
     grids: list[np.ndarray],
     stated: list[tuple[StatedColour, ...]],
     answer: Answer,
-    gathering: Gathering,
+    path: Path,
 ) -> tuple[Decision, Divisor]:
     """What the values (N,L) of a table are, and what to divide them by.
 
@@ -186,16 +160,17 @@ def _measured(
     InputError
         Nothing tells, or what does is at odds with the numbers, the colours beside, or the person.
     """
-    path = gathering.path
     finite = values[np.isfinite(values)]
-    lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    norm = _norm(table, marks, path)
+    highest = float(finite.max()) if finite.size else 0.0
+    norm = _norm(table, marks)
     few = slice(_COMPARED)
 
     def beside(divisor: float) -> Luminances:
         return luminances(grids[few], values[few] / divisor, stated[few])
 
-    numbers = _signs_of_numbers(grids, values, path)
+    # The signs of the numbers, where all are on one grid.
+    one_grid = bool(grids) and all(grid is grids[0] for grid in grids)
+    numbers = signs_of_all(grids[0], values, "BEGIN_DATA") if one_grid else []
     if told.quantity is not None:
         signs = [Sign("words", told.quantity, told.words, True)]
     else:
@@ -203,50 +178,31 @@ def _measured(
         above = table.identifier.upper() == "SPECT" and norm is not None and highest / norm > _ABOVE_NORM
         condition = condition_in(" ".join(table.keywords.get(key, "") for key in _CONDITION_KEYS))
         signs = [*signs_of_table(table, told, condition, beside(usual), above, path), *numbers]
-    decision = decided(signs, answer, path)
+    decision = decided(signs, numbers, answer, None, "BEGIN_DATA")
     if decision is None:
-        raise undecided(signs, path, None, len(values))
-    if speaks_against(decision, numbers):
-        raise contradicted(decision, numbers, path, "BEGIN_DATA")
-    scale = _divisor(table, decision, marks, norm, (lowest, highest), answer, path)
+        raise undecided(signs, None, len(values))
+    # A file that says how surfaces were measured says reflectance, if not the word.
+    worded = decision.stated or answer.quantity is None
+    scale = _divisor(table, decision, marks, norm, Values.of(finite, decision.quantity, worded), answer)
     if norm and norm != 1.0:
-        gathering.note(f"values are divided by SPECTRAL_NORM, {norm:g}")
-    elif scale.note:
-        gathering.note(scale.note)
+        scale = scale._replace(note=f"values are divided by SPECTRAL_NORM, {norm:g}")
     dark = norm is None and scale.by == 100.0 and highest <= _DARKEST_PERCENT
     if decision.quantity != "emission" and (not decision.stated or dark):
         assumed = f"{decision.quantity} in {'percent' if scale.by == 100.0 else f'parts of {scale.by:g}'}"
-        check_agreement(beside(scale.by).ratio, assumed, path)
+        check_agreement(beside(scale.by).ratio, assumed)
     return decision, scale
-
-
-def _signs_of_numbers(grids: list[np.ndarray], values: np.ndarray, path: Path) -> list[Sign]:
-    """The signs that the numbers of every sample have, where all are on one grid.
-
-    Raises
-    ------
-    InputError
-        They are those of an observer.
-    """
-    if not grids or any(grid is not grids[0] for grid in grids):
-        return []
-    alike = likenesses(grids[0], values)
-    if observers := [likeness for likeness in alike if likeness is not None and is_sensitivity(likeness)]:
-        raise not_a_colour(observers[0], path, "BEGIN_DATA")
-    return signs_of_all(grids[0], values, alike)
 
 
 def _is_colour(field: str) -> bool:
     return "_" in field and colour_axis(field) is not None
 
 
-def _norm(table: CgatsTable, marks: set[str], path: Path) -> float | None:
+def _norm(table: CgatsTable, marks: set[str]) -> float | None:
     """What the file divides by, None where it does not say; the names of fields may say it, too, and then the same."""
-    norm = keyword_number(table, "SPECTRAL_NORM", path)
+    norm = keyword_number(table, "SPECTRAL_NORM")
     if norm is not None and not norm > 0.0:
         raise InputError(
             "a norm that nothing can be divided by",
-            file=path,
             field="SPECTRAL_NORM",
             found=f"{norm:g}",
             expected="a positive number, such as 100",
@@ -255,7 +211,6 @@ def _norm(table: CgatsTable, marks: set[str], path: Path) -> float | None:
     if norm is not None and said - {norm}:
         raise InputError(
             "two units in one table",
-            file=path,
             field="SPECTRAL_NORM",
             found=f"{norm:g}, and fields named {' and '.join(f'SPECTRAL_{mark}' for mark in sorted(marks))}",
             expected="100 with SPECTRAL_PCT, 1 with SPECTRAL_DEC",
@@ -265,33 +220,22 @@ def _norm(table: CgatsTable, marks: set[str], path: Path) -> float | None:
 
 
 def _divisor(
-    table: CgatsTable,
-    decision: Decision,
-    marks: set[str],
-    norm: float | None,
-    ends: tuple[float, float],
-    answer: Answer,
-    path: Path,
+    table: CgatsTable, decision: Decision, marks: set[str], norm: float | None, values: Values, answer: Answer
 ) -> Divisor:
     """What to divide by for fractions: the norm, else what the names of fields or the format say, else the values."""
     if decision.quantity == "emission":
         return Divisor(norm or 1.0, "fraction", "")
-    # A file that says how surfaces were measured says reflectance, if not the word.
-    worded = decision.stated or answer.quantity is None
-    values = Values(*ends, decision.quantity != "transmittance", worded)
-    by_argyll = table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
-    if norm not in (None, 1.0, 100.0):
-        return Divisor(norm, "fraction", f"SPECTRAL_NORM {norm:g}")
     if norm is not None:
-        return divisor_of(values, "percent" if norm == 100.0 else "fraction", "SPECTRAL_NORM", answer.scale, path)
-    if "PCT" in marks or "DEC" in marks:
-        mark = "PCT" if "PCT" in marks else "DEC"
-        stated: Scale = "percent" if mark == "PCT" else "fraction"
-        return divisor_of(values, stated, f"fields called SPECTRAL_{mark}", answer.scale, path)
+        if norm not in _SCALES:
+            return Divisor(norm, "fraction", f"SPECTRAL_NORM {norm:g}")
+        return divisor_of(values, _SCALES[norm], "SPECTRAL_NORM", answer.scale)
+    if mark := next((mark for mark in _MARKED if mark in marks), None):
+        return divisor_of(values, _SCALES[_MARKED[mark]], f"fields called SPECTRAL_{mark}", answer.scale)
+    by_argyll = table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
     if table.identifier.upper().startswith("CTI") and (by_argyll or values.highest > _DARKEST_PERCENT):
         note = "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
-        return divisor_of(values, "percent", "the format", answer.scale, path)._replace(note=note)
-    return divisor_of(values, None, "", answer.scale, path)
+        return divisor_of(values, "percent", "the format", answer.scale)._replace(note=note)
+    return divisor_of(values, None, "", answer.scale)
 
 
 def _common(table: CgatsTable, place: str) -> dict[str, str]:

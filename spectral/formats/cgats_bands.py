@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +76,7 @@ def pairs(table: CgatsTable) -> list[tuple[int, int, str]]:
     ]
 
 
-def grid_of(table: CgatsTable, found: list[Band], path: Path) -> tuple[np.ndarray, list[int]]:
+def grid_of(table: CgatsTable, found: list[Band]) -> tuple[np.ndarray, list[int]]:
     """Wavelengths (L,) ascending and the order of the bands.
 
     ArgyllCMS names a band for its wavelength rounded to a nanometre: SPECTRAL_BANDS, SPECTRAL_START_NM and
@@ -85,24 +84,22 @@ def grid_of(table: CgatsTable, found: list[Band], path: Path) -> tuple[np.ndarra
     """
     order = sorted(range(len(found)), key=lambda index: found[index].nm)
     named = np.array([found[index].nm for index in order])
-    count = keyword_number(table, "SPECTRAL_BANDS", path)
+    count = keyword_number(table, "SPECTRAL_BANDS")
     if count is not None and count != len(found):
         raise InputError(
             "the data format has not the number of bands that the file states",
-            file=path,
             field="SPECTRAL_BANDS",
             found=f"{len(found)} spectral fields",
             expected=f"{count:g}, as stated",
             hint="export the file again, or correct the count",
         )
-    start, end = keyword_number(table, "SPECTRAL_START_NM", path), keyword_number(table, "SPECTRAL_END_NM", path)
+    start, end = keyword_number(table, "SPECTRAL_START_NM"), keyword_number(table, "SPECTRAL_END_NM")
     if start is None or end is None or not start < end:
         return named, order
     exact = np.linspace(start, end, len(found))
     if (np.abs(exact - named) > 0.5 + 1e-6).any():
         raise InputError(
             "the file says two things of where its bands are",
-            file=path,
             field="SPECTRAL_START_NM and SPECTRAL_END_NM",
             found=f"{start:g} to {end:g} nm, and fields named for {named[0]:g} to {named[-1]:g} nm",
             expected="the first and the last wavelength of the fields",
@@ -111,12 +108,12 @@ def grid_of(table: CgatsTable, found: list[Band], path: Path) -> tuple[np.ndarra
     return exact, order
 
 
-def keyword_number(table: CgatsTable, key: str, path: Path) -> float | None:
+def keyword_number(table: CgatsTable, key: str) -> float | None:
     """The number that a keyword states, None where the file does not have it."""
     words = table.keywords.get(key)
     if words is None:
         return None
     value = table.number(words.strip())
     if np.isnan(value):
-        raise InputError("not a number", file=path, field=key, found=shortened(words) or "nothing", expected="a number")
+        raise InputError("not a number", field=key, found=shortened(words) or "nothing", expected="a number")
     return value

@@ -65,7 +65,7 @@ class Told(NamedTuple):
     named_by: str = ""
 
 
-def told_quantity(table: CgatsTable, named: Iterable[Quantity | None], path: Path) -> Told:
+def told_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Told:
     """By rules 1 to 6 at the head of this module; `named` is what the names of spectral fields say.
 
     Raises
@@ -86,9 +86,9 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None], path: Pat
         return Told("emission", f"the keyword {min(named_display)}")
     target = _TARGET.match(table.identifier)
     identified = _TARGETS[target[1]] if target else None
-    said = _by_words(keywords, path)
+    said = _by_words(keywords)
     if identified and said and said != identified:
-        raise _contradiction(path, "identifier", f"{table.identifier}, and words that say {said}")
+        raise _contradiction("identifier", f"{table.identifier}, and words that say {said}")
     by_field: Quantity | None = next((one for one in named if one), None)
     if identified or by_field or said:
         where = (
@@ -102,10 +102,8 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None], path: Pat
     return Told(None)
 
 
-def _by_words(keywords: dict[str, str], path: Path) -> Quantity | None:
-    by_mode: dict[str, Quantity] = {}
-    described: dict[str, Quantity] = {}
-    others: dict[str, Quantity] = {}
+def _by_words(keywords: dict[str, str]) -> Quantity | None:
+    by_rank: tuple[dict[str, Quantity], ...] = ({}, {}, {})  # of mode, descriptions, any other
     for key, words in keywords.items():
         if key in _DESCRIPTIONS:
             told = None if _BOILERPLATE.search(words) else quantity_in(words)
@@ -113,22 +111,21 @@ def _by_words(keywords: dict[str, str], path: Path) -> Quantity | None:
                 expected = "reflectance, transmittance or emission"
                 raise InputError(
                     f"{told} is not the spectrum of a colour",
-                    file=path,
                     field=key,
                     found=shortened(words),
                     expected=expected,
                     hint=f"where it is another one, {_STATE}",
                 )
             if quantity := measured(told):
-                described[key] = quantity
+                by_rank[1][key] = quantity
         elif quantity := measured(quantity_in(words)) if "UNIT" in key else _one_of(words):
             if _MODE.search(key):
-                by_mode[key] = quantity
+                by_rank[0][key] = quantity
             elif key not in _ELSEWHERE:
-                others[key] = quantity
-    for found in (by_mode, described, others):
+                by_rank[2][key] = quantity
+    for found in by_rank:
         if len(set(found.values())) > 1:
-            raise _contradiction(path, " and ".join(found), ", ".join(dict.fromkeys(found.values())))
+            raise _contradiction(" and ".join(found), ", ".join(dict.fromkeys(found.values())))
         if found:
             return next(iter(found.values()))
     return None
@@ -139,15 +136,10 @@ def _one_of(words: str) -> Quantity | None:
     return found[0] if len(found) == 1 else None
 
 
-def _contradiction(path: Path, field: str, found: str) -> InputError:
+def _contradiction(field: str, found: str) -> InputError:
     expected = "one of emission, reflectance and transmittance"
     return InputError(
-        "the file says two things of what was measured",
-        file=path,
-        field=field,
-        found=found,
-        expected=expected,
-        hint=_STATE,
+        "the file says two things of what was measured", field=field, found=found, expected=expected, hint=_STATE
     )
 
 
@@ -190,12 +182,11 @@ def signs_of_table(
     return found
 
 
-def check_agreement(ratio: float | None, assumed: str, path: Path) -> None:
+def check_agreement(ratio: float | None, assumed: str) -> None:
     """Refuse what was only assumed where the colours beside the spectra say that it is wrong, by a factor of ten."""
     if ratio is not None and not 0.1 < ratio < 10.0:
         raise InputError(
             "the spectra are not those of the colours beside them",
-            file=path,
             field="XYZ and Lab",
             found=f"a luminance {ratio:.3g} times that of the spectra, taken as {assumed}",
             expected="a file that says what was measured, and the scale of its values",

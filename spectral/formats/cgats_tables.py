@@ -69,28 +69,27 @@ def read_tables(path: Path) -> list[CgatsTable]:
         No data, a format and data that do not fit together, counts other than the file states, or an end that is
         missing.
     """
-    lines = enumerate(read_lines(path), 1)
+    lines = _numbered(read_lines(path))
     keywords: dict[str, str] = {}
     fields: list[str] = []
     tables: list[CgatsTable] = []
     identifier, counts, begun = "", {}, False
     for line_number, line in lines:
-        _check_length(line, line_number, path)
         words = tokens(line)
         if not words:
             continue
         key = words[0].upper()
         if key == "BEGIN_DATA_FORMAT":
-            fields = _joined(_format(words[1:], lines, path, line_number))
+            fields = _joined(_format(words[1:], lines, line_number))
         elif key == "BEGIN_DATA":
             if not fields:
                 raise InputError(
-                    "data without a format", file=path, field=f"line {line_number}", expected="BEGIN_DATA_FORMAT before"
+                    "data without a format", field=f"line {line_number}", expected="BEGIN_DATA_FORMAT before"
                 )
-            tables.append(_table(identifier, dict(keywords), fields, counts, lines, path))
+            tables.append(_table(identifier, dict(keywords), fields, counts, lines))
             counts, begun = {}, False
         elif key in ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS"):
-            counts[key] = _count(words, path, line_number)
+            counts[key] = _count(words, line_number)
         elif key == "KEYWORD":
             continue
         elif len(words) == 1 and not begun and (not tables or _IDENTIFIER.match(words[0])):
@@ -100,7 +99,6 @@ def read_tables(path: Path) -> list[CgatsTable]:
     if not tables:
         raise InputError(
             "no data in this CGATS file",
-            file=path,
             found=f"a format of {len(fields)} fields" if fields else "keywords alone",
             expected="BEGIN_DATA_FORMAT and BEGIN_DATA, each with its end",
             hint="the file may be truncated; export it again",
@@ -108,18 +106,18 @@ def read_tables(path: Path) -> list[CgatsTable]:
     return tables
 
 
-def _check_length(line: str, line_number: int, path: Path) -> None:
-    if len(line) > LONGEST_LINE:
-        raise InputError(
-            "a line is too long", file=path, field=f"line {line_number}", expected=f"{LONGEST_LINE} characters at most"
-        )
+def _numbered(lines: list[str]) -> Iterator[tuple[int, str]]:
+    """The lines with their numbers, each short enough to be one of a measurement."""
+    for at, line in enumerate(lines, 1):
+        if len(line) > LONGEST_LINE:
+            raise InputError("a line is too long", field=f"line {at}", expected=f"{LONGEST_LINE} characters at most")
+        yield at, line
 
 
-def _count(words: list[str], path: Path, line_number: int) -> int:
+def _count(words: list[str], line_number: int) -> int:
     if len(words) < 2 or not re.fullmatch(r"\d{1,9}", words[1]):
         raise InputError(
             "not a count",
-            file=path,
             field=f"{words[0]}, line {line_number}",
             found=shortened(" ".join(words[1:])) or "nothing",
             expected="a whole number",
@@ -127,20 +125,17 @@ def _count(words: list[str], path: Path, line_number: int) -> int:
     return int(words[1])
 
 
-def _format(fields: list[str], lines: Iterator[tuple[int, str]], path: Path, begun: int) -> list[str]:
-    fields = list(fields)
+def _format(fields: list[str], lines: Iterator[tuple[int, str]], begun: int) -> list[str]:
     while "END_DATA_FORMAT" not in (field.upper() for field in fields[-1:]):
         following = next(lines, None)
         if following is None or len(fields) > MOST_FIELDS or following[1].lstrip()[:10].upper() == "BEGIN_DATA":
             raise InputError(
                 "a data format without its end",
-                file=path,
                 field=f"BEGIN_DATA_FORMAT, line {begun}",
                 found=f"{len(fields)} fields",
                 expected=f"END_DATA_FORMAT after at most {MOST_FIELDS} fields",
                 hint="the file may be truncated; export it again",
             )
-        _check_length(following[1], following[0], path)
         fields += tokens(following[1])
     return fields[:-1]
 
@@ -167,33 +162,29 @@ def _table(
     fields: list[str],
     counts: dict[str, int],
     lines: Iterator[tuple[int, str]],
-    path: Path,
 ) -> CgatsTable:
     declared = counts.get("NUMBER_OF_FIELDS")
-    if declared is not None and declared != len(fields):
+    if declared not in (None, len(fields)):
         raise InputError(
             "the data format has not the number of fields that the file states",
-            file=path,
             field="NUMBER_OF_FIELDS",
             found=f"{len(fields)} fields in the format",
             expected=f"{declared}, as stated",
             hint="export the file again, or correct the count",
         )
-    rows, ended = _rows(fields, lines, path)
+    rows, ended = _rows(fields, lines)
     stated = counts.get("NUMBER_OF_SETS")
     if not ended and stated != len(rows):
         raise InputError(
             "data without its end",
-            file=path,
             field="END_DATA",
             found=f"{len(rows)} sets, then the end of the file",
             expected=f"{stated} sets and END_DATA" if stated is not None else "END_DATA",
             hint="the file is truncated; export it again",
         )
-    if stated is not None and stated != len(rows):
+    if stated not in (None, len(rows)):
         raise InputError(
             "the data have not the number of sets that the file states",
-            file=path,
             field="NUMBER_OF_SETS",
             found=f"{len(rows)} sets in the data",
             expected=f"{stated}, as stated",
@@ -205,22 +196,18 @@ def _table(
     return CgatsTable(identifier, keywords, fields, rows, "," if comma else ".", tuple(notes))
 
 
-def _rows(fields: list[str], lines: Iterator[tuple[int, str]], path: Path) -> tuple[list[list[str]], bool]:
+def _rows(fields: list[str], lines: Iterator[tuple[int, str]]) -> tuple[list[list[str]], bool]:
     """Sets of data up to END_DATA; a set may run over several lines, and names without quotes hold spaces where tabs
     part the cells.
     """
     rows: list[list[str]] = []
     pending: list[str] = []
-    begun = 0
+    begun, ended = 0, False
     for line_number, line in lines:
-        _check_length(line, line_number, path)
-        stripped = line.strip()
-        if not stripped:
+        if not line.strip():
             continue
-        if stripped.upper() == "END_DATA":
-            if pending:
-                raise _misfit(len(pending), len(fields), begun, path)
-            return rows, True
+        if ended := line.strip().upper() == "END_DATA":
+            break
         if "\t" in line and not pending:
             cells = [cell.strip().strip('"') for cell in line.rstrip("\r\n").split("\t")]
             if len(cells) == len(fields) + 1 and not cells[-1]:
@@ -230,25 +217,20 @@ def _rows(fields: list[str], lines: Iterator[tuple[int, str]], path: Path) -> tu
                 continue
         words = tokens(line)
         begun = begun if pending else line_number
-        if len(pending) + len(words) > len(fields) and len(words) <= len(fields) and pending:
-            raise _misfit(len(pending), len(fields), begun, path)
+        if pending and len(words) <= len(fields) < len(pending) + len(words):
+            break
         pending += words
         if len(pending) > len(fields):
-            raise _misfit(len(pending), len(fields), begun, path)
+            break
         if len(pending) == len(fields):
             rows.append(pending)
             pending = []
     if pending:
-        raise _misfit(len(pending), len(fields), begun, path)
-    return rows, False
-
-
-def _misfit(found: int, expected: int, line_number: int, path: Path) -> InputError:
-    return InputError(
-        "a set does not fit the data format",
-        file=path,
-        field=f"line {line_number}",
-        found=f"{found} values",
-        expected=f"{expected} values, one a field",
-        hint="the file may be truncated, or a name with spaces lacks its quotation marks",
-    )
+        raise InputError(
+            "a set does not fit the data format",
+            field=f"line {begun}",
+            found=f"{len(pending)} values",
+            expected=f"{len(fields)} values, one a field",
+            hint="the file may be truncated, or a name with spaces lacks its quotation marks",
+        )
+    return rows, ended

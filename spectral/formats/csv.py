@@ -19,12 +19,13 @@ from ..files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
 from .answer import NO_ANSWER, Answer
-from .reading import HEAD, SpectralFile
+from .reading import HEAD, SpectralFile, names_its_file
 from .shared.text import head_text, is_jcamp
-from .tables.column import ragged
 from .tables.dialect import comment, dialect_of, two_numbers
-from .tables.entries import read_table
+from .tables.entries import gathered
 from .tables.layout import layout_of
+from .tables.parsing import parse_table
+from .tables.section import ragged
 
 NAME = "table (CSV, TSV)"
 ASKS = True
@@ -57,6 +58,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return layout_of(rows, dialect) is not None
 
 
+@names_its_file
 def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of a table; what the file does not call anything is what the `answer` says, or refused.
 
@@ -65,10 +67,11 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     InputError
         No table of wavelengths and numbers, or none of its spectra can be used.
     """
-    return read_table(path, NAME, answer)
+    return gathered(parse_table(path), path, NAME, answer)
 
 
-def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> dict[str, Spectrum]:
+@names_its_file
+def read_csv_spectra(path: Path, quantity: Quantity = "reflectance") -> dict[str, Spectrum]:
     """Read every spectrum of a table, by name.
 
     Layout: one header row, then numbers. Either the first column holds wavelengths in nm and each further column is a
@@ -82,47 +85,37 @@ def read_csv_spectra(path: str | Path, quantity: Quantity = "reflectance") -> di
         Missing, empty, binary or ragged files; cells that are no numbers; wavelengths in another unit, descending or
         repeated; values that `quantity` cannot take.
     """
-    path = Path(path)
-    rows = _rows(path)
-    if _is_number(rows[0][1][0]) and _ascends(rows):
-        count = len(rows[0][1])
-        named = [path.stem] if count == 2 else [f"column {number}" for number in range(2, count + 1)]
-        rows.insert(0, (0, ["nm", *named]))
-    header, body = rows[0][1], rows[1:]
-    first_column = [row[0] for _, row in body]
+    lines, rows = _rows(path)
+    first_column = [row[0] for row in rows]
+    if _looks_like_nm(first_column) and all(float(a) < float(b) for a, b in pairwise(first_column)):
+        named = [path.stem] if len(rows[0]) == 2 else [f"column {number}" for number in range(2, len(rows[0]) + 1)]
+        lines, rows = [0, *lines], [["nm", *named], *rows]
+    header, first_column = rows[0], [row[0] for row in rows[1:]]
     down = _is_number(first_column[0])
-    across = (
-        len(header) > 2
-        and all(_is_number(cell) for cell in header[1:])
-        and (not down or (_looks_like_nm(header[1:]) and not _looks_like_nm(first_column)))
-    )
+    across = len(header) > 2 and all(map(_is_number, header[1:]))
+    across = across and (not down or (_looks_like_nm(header[1:]) and not _looks_like_nm(first_column)))
     if not across and not down:
-        raise _without_wavelengths(path, "first column", first_column)
-    for line, row in body:
+        raise _without_wavelengths("first column", first_column)
+    for line, row in zip(lines, rows, strict=True):
         if len(row) != len(header):
-            raise ragged(path, line, len(row), len(header))
-    if across:
-        axis, axis_field, names = header[1:], "header", first_column
-        table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body])
-    else:
-        axis, axis_field, names = first_column, "first column", header[1:]
-        table = np.array([[_number(cell, path, line) for cell in row[1:]] for line, row in body]).T
-    if not all(_is_number(cell) for cell in axis) or table.size == 0:
-        raise _without_wavelengths(path, axis_field, axis)
-    wavelengths_nm = validated_wavelengths([float(cell) for cell in axis], file=path, field=axis_field)
+            raise ragged(line, len(row), len(header))
+    table = np.array([[_number(cell, line) for cell in row[1:]] for line, row in zip(lines[1:], rows[1:], strict=True)])
+    axis, names, field = (header[1:], first_column, "header") if across else (first_column, header[1:], "first column")
+    if not all(map(_is_number, axis)) or table.size == 0:
+        raise _without_wavelengths(field, axis)
+    wavelengths_nm = validated_wavelengths([float(cell) for cell in axis], field=field)
     spectra: dict[str, Spectrum] = {}
-    for name, values in zip(names, table, strict=True):
+    for name, values in zip(names, table if across else table.T, strict=True):
         if name in spectra:
-            raise InputError("two spectra share a name", file=path, field=name or "no name", expected="each name once")
-        check_values(values, wavelengths_nm, quantity, file=path, field=name)
+            raise InputError("two spectra share a name", field=name or "no name", expected="each name once")
+        check_values(values, wavelengths_nm, quantity, field=name)
         spectra[name] = Spectrum.sampled(wavelengths_nm, values, quantity)
     return spectra
 
 
-def _without_wavelengths(path: Path, field: str, cells: list[str]) -> InputError:
+def _without_wavelengths(field: str, cells: list[str]) -> InputError:
     return InputError(
         "no wavelengths in this table",
-        file=path,
         field=field,
         found=", ".join(cells[:3]) or "nothing",
         expected="wavelengths in nm down the first column or across the header",
@@ -130,31 +123,19 @@ def _without_wavelengths(path: Path, field: str, cells: list[str]) -> InputError
     )
 
 
-def _ascends(rows: list[tuple[int, list[str]]]) -> bool:
-    """Whether the first column goes on from its first cell as wavelengths do: then there is no header."""
-    column = [row[0] for _, row in rows]
-    return _looks_like_nm(column) and all(float(a) < float(b) for a, b in pairwise(column))
-
-
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and stripped cells of each row that is neither blank nor a comment; a last column that is empty
+def _rows(path: Path) -> tuple[list[int], list[list[str]]]:
+    """Line numbers and stripped cells of the rows that are neither blank nor comments; a last column that is empty
     throughout, as spreadsheets leave it, is left out.
     """
-    lines = [
-        (n, line) for n, line in enumerate(read_text(path).splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"
-    ]
-    delimiter = max("\t;,", key=lambda mark: lines[0][1].count(mark)) if lines else ","
-    rows = [(n, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]) for n, line in lines]
-    if all(len(row) == len(rows[0][1]) > 2 and not row[-1] for _, row in rows):
-        rows = [(n, row[:-1]) for n, row in rows]
-    if len(rows) < 2 or len(rows[0][1]) < 2:
-        raise InputError(
-            "not a table of spectra",
-            file=path,
-            found=f"{len(rows)} rows",
-            expected="a header row and at least one row of numbers",
-        )
-    return rows
+    kept = [(n, text) for n, text in enumerate(read_text(path).splitlines(), 1) if text.strip()[:1] not in ("", "#")]
+    delimiter = max("\t;,", key=kept[0][1].count) if kept else ","
+    rows = [[cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))] for _, text in kept]
+    if all(len(row) == len(rows[0]) > 2 and not row[-1] for row in rows):
+        rows = [row[:-1] for row in rows]
+    if len(rows) < 2 or len(rows[0]) < 2:
+        expected = "a header row and at least one row of numbers"
+        raise InputError("not a table of spectra", found=f"{len(rows)} rows", expected=expected)
+    return [line for line, _ in kept], rows
 
 
 def _is_number(cell: str) -> bool:
@@ -165,15 +146,10 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _number(cell: str, path: Path, line: int) -> float:
+def _number(cell: str, line: int) -> float:
     if not _is_number(cell):
-        raise InputError(
-            "not a number",
-            file=path,
-            field=f"line {line}",
-            found=repr(cell),
-            expected="a number with a point as decimal mark",
-        )
+        expected = "a number with a point as decimal mark"
+        raise InputError("not a number", field=f"line {line}", found=repr(cell), expected=expected)
     return float(cell)
 
 

@@ -19,7 +19,7 @@ from ..errors import InputError
 from ..spectrum import Quantity
 from .cxf_metadata import file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
-from .reading import SpectralFile
+from .reading import SpectralFile, names_its_file
 from .shared.gathering import Gathering
 from .shared.text import shortened
 from .shared.xml import Vocabulary, number, read_xml, root_name
@@ -48,6 +48,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return name in ("CxF", "CXF") or (name is not None and path.suffix.lower() in SUFFIXES)
 
 
+@names_its_file
 def read(path: Path) -> SpectralFile:
     """Every spectrum of a file; objects whose spectrum cannot be used are in `rejected`.
 
@@ -56,13 +57,11 @@ def read(path: Path) -> SpectralFile:
     InputError
         Not well-formed, not CxF3, or no object has a spectrum: the message lists what is there instead.
     """
-    path = Path(path)
     root = read_xml(path)
     known = Vocabulary(root, NAMESPACE)
     if known.name(root) != "CxF" or "gretagmacbeth" in known.root_uri.lower():
         raise InputError(
             "not a CxF3 file",
-            file=path,
             field="root element",
             found=root.tag[:120],
             expected=f"CxF in namespace {NAMESPACE}",
@@ -95,16 +94,16 @@ def read(path: Path) -> SpectralFile:
         for value, label, (stated, left) in zip(spectra, _labels(spectra, specifications), shares, strict=True):
             called = f"{name}, {label}" if label else name
             try:
-                told = _referenced(value, specifications, path, called, gathered)
-                grid, samples, quantity = _samples(value, told, known, path, called, gathered)
+                told = _referenced(value, specifications, called, gathered)
+                grid, samples, quantity = _samples(value, told, known, called, gathered)
             except InputError as reason:
                 gathered.rejected.append((called, reason))
                 continue
             bounded = known.name(value) in _LISTS and told.angles is None
             most = _LARGEST_FRACTION if bounded else _LARGEST_FACTOR
             if quantity != "emission" and (samples >= most).any():
-                percent = percent or _percent(path, called, f"{samples.max():g}")
-                gathered.rejected.append((called, _percent(path, called, f"{samples.max():g}")))
+                percent = percent or _percent(called, f"{samples.max():g}")
+                gathered.rejected.append((called, _percent(called, f"{samples.max():g}")))
                 continue
             details = object_details(item, value, told, known) | other | left
             if quantity == "emission":
@@ -114,17 +113,16 @@ def read(path: Path) -> SpectralFile:
         # A dark sample in percent looks like a bright one in fractions: the others tell.
         fractions = [entry for entry in gathered.entries if entry.spectrum.quantity != "emission"]
         found = f"{percent.found} in {percent.field}"
-        gathered.rejected += [(entry.name, _percent(path, entry.name, found)) for entry in fractions]
+        gathered.rejected += [(entry.name, _percent(entry.name, found)) for entry in fractions]
         gathered.entries = [entry for entry in gathered.entries if entry.spectrum.quantity == "emission"]
     if not gathered.entries and not gathered.rejected:
-        raise _without_spectra(path, root, objects, known)
+        raise _without_spectra(root, objects, known)
     return gathered.finish(file_details(root, known))
 
 
-def _percent(path: Path, field: str, found: str) -> InputError:
+def _percent(field: str, found: str) -> InputError:
     return InputError(
         "the file looks like percent",
-        file=path,
         field=field,
         found=found,
         expected=f"fractions; CxF3 has 100 % = 1.0, and lists of less than {_LARGEST_FRACTION:g} throughout",
@@ -169,7 +167,7 @@ def _named_by(value: Element, known: Mapping[str, Specification | None]) -> Spec
 
 
 def _referenced(
-    value: Element, known: Mapping[str, Specification | None], path: Path, field: str, gathered: Gathering
+    value: Element, known: Mapping[str, Specification | None], field: str, gathered: Gathering
 ) -> Specification:
     """The specification that a value names."""
     wanted = value.get("ColorSpecification")
@@ -178,11 +176,10 @@ def _referenced(
         if len(known) == 1 and (only := next(iter(known.values()))) is not None:
             gathered.note("no ColorSpecification is named; the only one of the file was taken", field)
             return only
-        raise InputError("the spectrum names no ColorSpecification", file=path, field=field, expected=expected)
+        raise InputError("the spectrum names no ColorSpecification", field=field, expected=expected)
     if wanted not in known:
         raise InputError(
             f"ColorSpecification {wanted!r} is not in the file",
-            file=path,
             field=field,
             found=f"a reference to {wanted!r}",
             expected=expected,
@@ -190,12 +187,12 @@ def _referenced(
         )
     found = known[wanted]
     if found is None:
-        raise InputError("two ColorSpecifications share an Id", file=path, field=field, found=wanted)
+        raise InputError("two ColorSpecifications share an Id", field=field, found=wanted)
     return found
 
 
 def _samples(
-    value: Element, told: Specification, known: Vocabulary, path: Path, field: str, gathered: Gathering
+    value: Element, told: Specification, known: Vocabulary, field: str, gathered: Gathering
 ) -> tuple[np.ndarray, np.ndarray, Quantity]:
     """Wavelengths, values and quantity of one spectrum."""
     kind = known.name(value) or ""
@@ -204,47 +201,43 @@ def _samples(
     if quantity is None:
         raise InputError(
             "the file does not say what this spectrum measures",
-            file=path,
             field=field,
             found=f"MeasurementType {told.details.get('measurement', 'missing')}",
             expected="Spectrum_Reflectance, Spectrum_Transmittance or Spectrum_Emissive",
         )
     if listed:
-        samples = np.array([number(text, file=path, field=field) for text in (value.text or "").split()])
-        grid = _even_grid(value, told, len(samples), path, field, gathered)
+        samples = np.array([number(text, field) for text in (value.text or "").split()])
+        grid = _even_grid(value, told, len(samples), field, gathered)
     else:
         if told.assumed:
             gathered.note(told.assumed)
         points = list(known.children(value, "SpectralPoint"))
-        grid = np.array([number(point.get("WL", ""), file=path, field=field) for point in points])
-        samples = np.array([number((point.text or "").strip(), file=path, field=field) for point in points])
+        grid = np.array([number(point.get("WL", ""), field) for point in points])
+        samples = np.array([number((point.text or "").strip(), field) for point in points])
         grid, samples = gathered.ascending(field, grid, samples)
     return grid, samples, quantity
 
 
-def _even_grid(
-    value: Element, told: Specification, count: int, path: Path, field: str, gathered: Gathering
-) -> np.ndarray:
+def _even_grid(value: Element, told: Specification, count: int, field: str, gathered: Gathering) -> np.ndarray:
     """Wavelengths of a list: the start that it gives itself counts before that of its specification."""
     start, step = value.get("StartWL", told.start), value.get("Increment", told.increment)
     if start is None or step is None:
         lacking = "StartWL" if start is None else "Increment"
         raise InputError(
             f"no wavelengths: {lacking} is missing",
-            file=path,
             field=field,
             found=f"{count} values",
             expected='a WavelengthRange such as StartWL="380" Increment="10" in its ColorSpecification',
         )
-    first, apart = (number(text, file=path, field=field) for text in (start, step))
+    first, apart = (number(text, field) for text in (start, step))
     if told.start is not None and value.get("StartWL") is not None:
-        other = number(told.start, file=path, field=field)
+        other = number(told.start, field)
         if other != first:
             gathered.note(
                 f"starts at {first:g} nm, as it says itself, not at {other:g} nm, as its specification", field
             )
     if not (np.isfinite([first, apart]).all() and apart > 0):
-        raise InputError("no even steps", file=path, field=field, found=f"{start} by {step}", expected="nm, above 0")
+        raise InputError("no even steps", field=field, found=f"{start} by {step}", expected="nm, above 0")
     return first + apart * np.arange(count)
 
 
@@ -269,13 +262,12 @@ def _labels(spectra: list[Element], specifications: Mapping[str, Specification |
     return [f"spectrum {place}" for place in range(1, len(spectra) + 1)]
 
 
-def _without_spectra(path: Path, root: Element, objects: list[Element], known: Vocabulary) -> InputError:
+def _without_spectra(root: Element, objects: list[Element], known: Vocabulary) -> InputError:
     """The refusal of a file without spectra, which says what its objects have instead."""
     if not objects:
         there = list(dict.fromkeys(known.name(part) or "" for part in known.children(root)))
         return InputError(
             "no spectra: the file has no objects",
-            file=path,
             field="Resources",
             found=f"{shortened(', '.join(there[:6])) or 'nothing'} in the file",
             expected="Resources with an ObjectCollection, and spectra in its objects",
@@ -295,7 +287,6 @@ def _without_spectra(path: Path, root: Element, objects: list[Element], known: V
     bare = set(kinds) == {"no colour values"}
     return InputError(
         "no spectra: the objects have no values" if bare else "no spectra: the objects have other values only",
-        file=path,
         field="ObjectCollection",
         found=f"{len(objects)} objects ({told}): {names}{', ...' if len(objects) > 6 else ''}",
         expected="one ReflectanceSpectrum, TransmittanceSpectrum, EmissiveSpectrum or CustomSpectrum at least",

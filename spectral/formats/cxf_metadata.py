@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,7 +92,7 @@ def stated_values(
             gathered.note(f"{kind} refers to no ColorSpecification of the file and is kept as text", name)
         else:
             try:
-                colour = _colour(kind, value, told, known, gathered.path, name)
+                colour = _colour(kind, value, told, known, name)
             except InputError as reason:
                 gathered.note(f"{kind} is not used: {reason.problem}", name)
         if colour is None or told is None:
@@ -103,9 +102,7 @@ def stated_values(
     return colours, kept(other)
 
 
-def _colour(
-    kind: str, value: Element, told: Specification, known: Vocabulary, path: Path, name: str
-) -> StatedColour | None:
+def _colour(kind: str, value: Element, told: Specification, known: Vocabulary, name: str) -> StatedColour | None:
     """XYZ or Lab of a value that is one or turns into one without further data."""
     axes = {
         "ColorCIEXYZ": "XYZ", "ColorEmissiveCIEXYZ": "XYZ", "ColorCIExyY": "xyY", "ColorEmissiveCIExyY": "xyY",
@@ -113,15 +110,15 @@ def _colour(
     }.get(kind)  # fmt: skip
     if axes is None:
         return None
-    a, b, c = (number(known.text(value, axis), file=path, field=f"{name}: {kind}") for axis in axes)
+    a, b, c = (number(known.text(value, axis), f"{name}: {kind}") for axis in axes)
     if axes == "xyY":
         if not b > 0:
-            raise InputError("no chromaticity", file=path, field=name, found=f"y = {b:g}", expected="y > 0")
+            raise InputError("no chromaticity", field=name, found=f"y = {b:g}", expected="y > 0")
         a, b, c = a * c / b, c, (1.0 - a - b) * c / b
     elif axes == "LCH":
         b, c = b * np.cos(np.radians(c)), b * np.sin(np.radians(c))
     if not np.isfinite([a, b, c]).all():
-        raise InputError("not a finite number", file=path, field=name, found=f"{a} {b} {c}")
+        raise InputError("not a finite number", field=name, found=f"{a} {b} {c}")
     space = "Lab" if axes in ("LAB", "LCH") else "XYZ"
     return StatedColour(space, np.array([a, b, c], dtype=np.float64), told.illuminant, told.observer)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
-from .reading import SpectralFile
+from .reading import SpectralFile, names_its_file
 from .shared.gathering import Gathering
 from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 
@@ -40,7 +40,7 @@ _QUANTITIES: dict[str, tuple[Quantity, str]] = {
 
 _READ = (
     "SpectralQuantity", "ReflectionGeometry", "TransmissionGeometry", "BandwidthFWHM", "BandwidthCorrected",
-    "SpectralData",
+    "SpectralData"
 )  # fmt: skip
 # Far above any radiance factor that is not a mirror's, far below a reading in percent.
 _LARGEST_FRACTION = 3.0
@@ -52,6 +52,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return name is not None and (name.upper().startswith("IESTM27") or path.suffix.lower() in SUFFIXES)
 
 
+@names_its_file
 def read(path: Path) -> SpectralFile:
     """The spectrum of a file, named by its description.
 
@@ -60,13 +61,10 @@ def read(path: Path) -> SpectralFile:
     InputError
         Not well-formed, not TM-27, without spectral data, or of a quantity that is none of ours.
     """
-    path = Path(path)
     root = read_xml(path)
     known = Vocabulary(root, NAMESPACE)
     if not (known.name(root) or "").upper().startswith("IESTM27"):
-        raise InputError(
-            "not an IES TM-27 file", file=path, field="root element", found=root.tag[:120], expected="IESTM2714"
-        )
+        raise InputError("not an IES TM-27 file", field="root element", found=root.tag[:120], expected="IESTM2714")
     gathered = Gathering(path, NAME)
     if known.note and known.root_uri != _OTHER_NAMESPACE:
         gathered.note(known.note)
@@ -78,7 +76,7 @@ def read(path: Path) -> SpectralFile:
         about["version"] = root.get("version", "")
     distributions = list(known.children(root, "SpectralDistribution"))
     if not distributions:
-        raise InputError("no SpectralDistribution", file=path, expected="one with SpectralData")
+        raise InputError("no SpectralDistribution", expected="one with SpectralData")
     name = next(
         (about[key] for key in ("Description", "UniqueIdentifier", "CatalogNumber") if about.get(key)), path.stem
     )
@@ -88,12 +86,11 @@ def read(path: Path) -> SpectralFile:
 
 
 def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary) -> None:
-    path, field = gathered.path, "SpectralData"
+    field = "SpectralData"
     told = known.text(element, "SpectralQuantity")
     if told.lower() not in _QUANTITIES:
         raise InputError(
             "a quantity that is no reflectance, transmittance or emission" if told else "no SpectralQuantity",
-            file=path,
             field="SpectralQuantity",
             found=told or None,
             expected=", ".join(_QUANTITIES),
@@ -101,13 +98,12 @@ def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str]
         )
     quantity, units = _QUANTITIES[told.lower()]
     points = list(known.children(element, field))
-    grid = np.array([number(point.get("wavelength", ""), file=path, field=field) for point in points])
-    samples = np.array([number((point.text or "").strip(), file=path, field=field) for point in points])
+    grid = np.array([number(point.get("wavelength", ""), field) for point in points])
+    samples = np.array([number((point.text or "").strip(), field) for point in points])
     grid, samples = gathered.ascending(name, grid, samples)
     if quantity != "emission" and (samples > _LARGEST_FRACTION).any():
         raise InputError(
             f"{told} looks like percent",
-            file=path,
             field=field,
             found=f"{samples.max():g}",
             expected="fractions, 1 for all of the light or for the perfect diffuser",

@@ -8,13 +8,13 @@ stated tristimulus values.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from .answer import NO_ANSWER, Answer
-from .reading import SpectralFile
+from .reading import SpectralFile, names_its_file
 from .shared.signs import Sign
 from .shared.text import head_text, is_jcamp
-from .tables.column import Column
 from .tables.dialect import dialect_of
 from .tables.entries import gathered
 from .tables.parsing import Table, parse_table
@@ -47,6 +47,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return sum(bool(found and found[1] and 100.0 <= found[0] <= 20_000.0) for found in first) >= 3
 
 
+@names_its_file
 def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read the spectrum of an instrument's report: emission where it has the keys of a light meter.
 
@@ -68,11 +69,11 @@ def _finest(table: Table) -> Table:
     blocks = [block for block in table.blocks if block]
     if len(blocks) < 2 or any(len(block) != 1 for block in blocks):
         return table
-    columns: list[Column] = [block[0] for block in blocks]
+    columns = [block[0] for block in blocks]
     ends = {(min(column.wavelengths), max(column.wavelengths)) for column in columns}
     sizes = [len(column.wavelengths) for column in columns]
     if len(ends) > 1 or len(set(sizes)) < len(sizes):
         return table
     finest = columns[sizes.index(max(sizes))]
     note = f"the report lists the spectrum at {len(columns)} steps; the finest, of {max(sizes)} samples, is read"
-    return Table(table.dialect, [[finest]], table.preamble, table.words, [*table.notes, note])
+    return replace(table, blocks=[[finest]], notes=[*table.notes, note])

@@ -15,12 +15,13 @@ import numpy as np
 
 from ..errors import InputError
 from .answer import NO_ANSWER, Answer
-from .mat_quantity import decision_of, no_colour, response, scale_of
 from .mat_variables import Variable, is_hdf5, read_variables
-from .reading import SpectralFile
-from .shared.gathering import MOST_SPECTRA, Gathering
-from .shared.signs import taken_as
+from .reading import SpectralFile, names_its_file
+from .shared.gathering import MOST_SPECTRA, Gathering, in_visible
+from .shared.scale import Divisor, Values, divisor_of
+from .shared.signs import Decision, Sign, decided, signs_beside, signs_of_all, signs_of_name, undecided
 from .shared.text import shortened
+from .shared.words import measured, quantity_in, quantity_in_lines, unit_in
 
 NAME = "MATLAB"
 ASKS = True
@@ -30,6 +31,19 @@ _AXIS = re.compile(r"(?:.*[._])?(?:wave(?:length|len)?s?|wl|wls|wvl|lambdas?|lam
 _STEPS = re.compile(r"S_(\w+)")
 _NAMES = re.compile(r"(?:.*[._])?(?:names?|labels?|samples?|ids?|titles?|chips?|patch(?:es)?)", re.I)
 _NOT_SPECTRA = re.compile(r"(?:\w*basis|\w*coeff?s?|xyz|lab|rgb|srgb|mean|std|sigma)(?:_\w+)?", re.I)
+_KIND = {"sur": "reflectance", "srf": "reflectance", "spd": "emission", "refl": "reflectance", "spec": None}
+# At the top of a file of the Psychophysics Toolbox: sensitivities and bases.
+_TOOLBOX = {"T": "sensitivities (T_...)", "B": "basis functions (B_...)"}
+_RESPONSES = (
+    ("colour-matching functions", r"xyz(?:\d\w*)?|cmfs?|colou?r[ -]?match\w*"),
+    (
+        "sensitivities of the eye",
+        r"cones?|lms|fundamentals|stockman|smith[ -]?pokorny|v ?lambda|luminosity|photopic|scotopic",
+    ),
+    ("optical densities", r"den|densit(?:y|ies)|macular"),
+    ("sensitivities of a camera", r"sensitivit(?:y|ies)|responsivit(?:y|ies)|quantum efficiency|qe"),
+)
+_ILLUM = re.compile(r"(?<![a-z])illum(?:s|inants?)?(?![a-z])", re.I)
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -43,6 +57,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return is_hdf5(head) or first_matrix
 
 
+@names_its_file
 def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read every array that is as long as the wavelengths.
 
@@ -56,17 +71,16 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     numbers = {name: value for name, value in variables.items() if isinstance(value, np.ndarray)}
     words = {name: value for name, value in variables.items() if isinstance(value, list) and not _NAMES.fullmatch(name)}
     said = "\n".join("\n".join(value) for value in words.values())[:8000]
-    axes = _axes(numbers, variables, path, gathering)
-    arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes, path)) is not None}
-    responses = {name: what for name in arrays if (what := response(name))}
+    axes = _axes(numbers, variables, gathering)
+    arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes)) is not None}
+    responses = {name: what for name in arrays if (what := _response(name) or _of_toolbox(name))}
     left = {name: axis for name, axis in arrays.items() if name not in responses and not _is_no_spectrum(name)}
     if not left:
         if responses:
-            raise no_colour(*next((what, name) for name, what in responses.items()), path)
+            raise _no_colour(*next((what, name) for name, what in responses.items()))
         sizes = " or ".join(str(size) for size in sorted({grid.size for grid in axes.values()}))
         raise InputError(
             "no spectra beside the wavelengths",
-            file=path,
             field=next(iter(axes)),
             found=_listed(variables),
             expected=f"an array with {sizes} rows or columns",
@@ -76,11 +90,12 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
         gathering.note(f"{name} is left out: {responses.get(name, 'no spectrum, by its name')}")
     details = {name: shortened("; ".join(value), 400) for name, value in words.items()}
     for name, axis in left.items():
-        _gather(name, numbers[name], axes[axis], said, variables, len(left) > 1, gathering, path, answer)
+        stem = f"{path.stem} {name}" if len(left) > 1 else path.stem
+        _gather(name, numbers[name], axes[axis], said, variables, stem, gathering, answer)
     return gathering.finish(details)
 
 
-def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray], path: Path) -> str | None:
+def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray]) -> str | None:
     """Which of the wavelengths an array goes with: those of its own struct, else the only ones of its size."""
     vector = value.ndim == 2 and min(value.shape) == 1
     if name in axes or value.ndim != 2 or _AXIS.fullmatch(name):
@@ -94,7 +109,6 @@ def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray], path: Pa
     if any(not np.array_equal(axes[chosen[0]], axes[axis]) for axis in chosen[1:]):
         raise InputError(
             "two vectors of wavelengths",
-            file=path,
             field=name,
             found=" and ".join(chosen[:4]),
             expected="one vector of wavelengths beside the spectra, or one in each struct",
@@ -108,7 +122,7 @@ def _is_no_spectrum(name: str) -> bool:
 
 
 def _axes(
-    numbers: dict[str, np.ndarray], variables: dict[str, Variable], path: Path, gathering: Gathering
+    numbers: dict[str, np.ndarray], variables: dict[str, Variable], gathering: Gathering
 ) -> dict[str, np.ndarray]:
     """Every vector of wavelengths (L,), by name."""
     found = {
@@ -134,7 +148,6 @@ def _axes(
             return {name: flat}
     raise InputError(
         "no wavelengths in this MATLAB file",
-        file=path,
         found=_listed(variables),
         expected="a vector called wavelength, wave, wl or lambda, in nm",
         hint="save the wavelengths beside the spectra",
@@ -155,9 +168,8 @@ def _gather(
     grid: np.ndarray,
     said: str,
     variables: dict[str, Variable],
-    several: bool,
+    stem: str,
     gathering: Gathering,
-    path: Path,
     answer: Answer,
 ) -> None:
     if values.shape[0] == values.shape[1] == grid.size:
@@ -165,40 +177,104 @@ def _gather(
     spectra = values.T if values.shape[0] == grid.size else values
     if len(spectra) > MOST_SPECTRA:
         raise InputError(
-            "too many spectra in one file",
-            file=path,
-            field=name,
-            found=f"{len(spectra)}",
-            expected=f"at most {MOST_SPECTRA}",
+            "too many spectra in one file", field=name, found=f"{len(spectra)}", expected=f"at most {MOST_SPECTRA}"
         )
     try:
-        decision = decision_of(name, said, grid, spectra, answer, path)
-        scale = scale_of(name, said, grid, spectra, decision, answer, path)
+        decision = _decision(name, said, grid, spectra, answer, gathering.path)
+        scale = _scale(name, said, grid, spectra, decision, answer)
     except InputError as reason:
-        gathering.rejected.append((f"{path.stem} {name}" if several else path.stem, reason))
+        gathering.rejected.append((stem, reason))
         return
-    if scale and scale.note:
-        gathering.note(scale.note)
     labels = _labels(name, len(spectra), variables)
-    stem = f"{path.stem} {name}" if several else path.stem
-    for index, row in enumerate(spectra):
-        label = labels[index] if labels and labels[index] else f"{stem} {index + 1}" if len(spectra) > 1 else stem
-        gathering.add(
-            label,
-            grid,
-            row,
-            decision.quantity,
-            divisor=scale.by if scale else 1.0,
-            details={"variable": name, "column": str(index + 1)},
-            taken=taken_as(decision, scale),
-        )
+    for number, row in enumerate(spectra, 1):
+        label = labels[number - 1] or (f"{stem} {number}" if len(spectra) > 1 else stem)
+        gathering.take(label, grid, row, decision, scale, details={"variable": name, "column": str(number)})
 
 
-def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str] | None:
-    """As many words as there are spectra, of one those beside it in its struct."""
+def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str]:
+    """As many words as there are spectra, of one those beside it in its struct; "" where there are none."""
     struct = name.rpartition(".")[0]
     for key, value in variables.items():
         beside = struct and key.rpartition(".")[0] == struct and _NAMES.fullmatch(key)
         if isinstance(value, list) and len(value) == count and (count > 1 or beside):
             return value
+    return [""] * count
+
+
+def _response(words: str) -> str | None:
+    """What is no spectrum of a colour by these words, such as "colour-matching functions"; None where it may be one."""
+    words = words.rpartition(".")[2].replace("_", " ")
+    if _KIND.get(words.partition(" ")[0].casefold()) or measured(quantity_in(words)):
+        return None
+    return next(
+        (what for what, pattern in _RESPONSES if re.search(rf"(?<![a-z])(?:{pattern})(?![a-z])", words, re.I)), None
+    )
+
+
+def _of_toolbox(name: str) -> str | None:
+    """What a variable of the Psychophysics Toolbox holds that is no spectrum of a colour; None of any other."""
+    return _TOOLBOX[name[0].upper()] if re.fullmatch(r"[TB](?:_\w+)?", name, re.I) else None
+
+
+def _no_colour(what: str, field: str) -> InputError:
+    """The refusal of a variable that is called what is no colour."""
+    return InputError(
+        "not the spectrum of a colour",
+        field=field,
+        found=f"{what}, by its name or comment",
+        expected="reflectance, transmittance or emission",
+        hint="where it is one, call the variable reflectance, transmittance or spd",
+    )
+
+
+def _decision(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answer: Answer, path: Path) -> Decision:
+    """What a variable holds: by its own name, the comment, the person, or signs that agree.
+
+    Raises
+    ------
+    InputError
+        It is no spectrum of a colour, or nothing tells.
+    """
+    numbers = signs_of_all(grid, spectra, name)
+    variable, comment = f"the variable {shortened(name, 40)!r}", f"the comment {shortened(said, 60)!r}"
+    by_name, by_comment = _told(name), quantity_in_lines(said)[0]
+    told = by_name or by_comment
+    if told in ("absorbance", "index"):
+        raise InputError(
+            f"{told} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
+        )
+    if quantity := measured(told):
+        signs = [Sign("words", quantity, variable if by_name else comment, True)]
+    else:
+        if what := _response(said) or _response(path.stem):
+            raise _no_colour(what, name)
+        signs = signs_of_name("file name", path.stem, "the file name") + signs_of_name("names", name, "the variable")
+        if _ILLUM.search(name.replace(".", " ").replace("_", " ")):
+            signs = [Sign("words", "emission", variable, True)]
+        signs += signs_beside(said, "the comment", path) + numbers
+    decision = decided(signs, numbers, answer, name)
+    if decision is None:
+        raise undecided(signs, name, len(spectra))
+    return decision
+
+
+def _scale(
+    name: str, said: str, grid: np.ndarray, spectra: np.ndarray, decision: Decision, answer: Answer
+) -> Divisor | None:
+    """What the values of a variable are divided by; None for an emission, and where there are no values."""
+    visible = spectra[:, in_visible(grid)] if in_visible(grid).any() else spectra
+    finite = visible[np.isfinite(visible)]
+    if decision.quantity == "emission" or not finite.size:
+        return None
+    unit = unit_in(name) or unit_in(said)
+    words = f"the variable {name!r}" if unit_in(name) else f"the comment {shortened(said, 60)!r}"
+    values = Values.of(finite, decision.quantity, decision.stated)
+    return divisor_of(values, unit, words if unit else "", answer.scale)
+
+
+def _told(name: str) -> str | None:
+    """What the name of a variable says, its own before that of the struct that it is in."""
+    for part in reversed(name.split(".")):
+        if told := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
+            return told
     return None

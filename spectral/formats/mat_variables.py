@@ -38,32 +38,28 @@ def read_variables(path: Path) -> dict[str, Variable]:
     size = path.stat().st_size
     if size > LARGEST:
         raise InputError(
-            "too large for a file of spectra",
-            file=path,
-            found=f"{size / 2**20:.0f} MB",
-            expected=f"at most {LARGEST // 2**20} MB",
+            "too large for a file of spectra", found=f"{size / 2**20:.0f} MB", expected=f"at most {LARGEST // 2**20} MB"
         )
     command = [sys.executable, "-m", f"{__package__}.mat_library", str(path.absolute()), str(MOST_SAMPLES)]
     single = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONFAULTHANDLER": ""}
     try:
         done = _run(command, {**os.environ, **single})
     except subprocess.TimeoutExpired:
-        raise _damaged(path, f"nothing after {_PATIENCE:g} seconds") from None
+        raise _damaged(f"nothing after {_PATIENCE:g} seconds") from None
     except OSError as reason:
-        raise _damaged(path, f"{reason.strerror}, when starting the process that reads it") from None
+        raise _damaged(f"{reason.strerror}, when starting the process that reads it") from None
     if done.returncode == 3:
         said = json.loads(done.stdout)
         if said["large"]:
             raise InputError(
                 "a variable is too large",
-                file=path,
                 found=said["words"],
                 expected=f"at most {MOST_SAMPLES} numbers in all",
                 hint="save the spectra alone",
             )
-        raise _damaged(path, f"{said['kind']}: {said['words']}")
+        raise _damaged(f"{said['kind']}: {said['words']}")
     if done.returncode:
-        raise _damaged(path, f"reading it ended with {done.returncode} {done.stderr[-200:].decode(errors='replace')}")
+        raise _damaged(f"reading it ended with {done.returncode} {done.stderr[-200:].decode(errors='replace')}")
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as held:
         names = json.loads(held["names"].tobytes())
         return {
@@ -92,10 +88,9 @@ def _run(command: list[str], env: dict[str, str]) -> subprocess.CompletedProcess
         return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
-def _damaged(path: Path, found: str) -> InputError:
+def _damaged(found: str) -> InputError:
     return InputError(
         "not a MATLAB file that can be read",
-        file=path,
         found=" ".join(found.split()),
         expected="a .mat file of version 4, 5 or 7.3",
         hint="save it again, with save(..., '-v7')",

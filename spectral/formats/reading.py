@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Literal
+from typing import Concatenate, Literal, ParamSpec, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -33,6 +34,22 @@ FORMATS = (
 
 #: Bytes of a file that `recognises` is shown.
 HEAD = 4096
+
+_Options = ParamSpec("_Options")
+_Read = TypeVar("_Read")
+
+
+def names_its_file(read: Callable[Concatenate[Path, _Options], _Read]) -> Callable[Concatenate[Path, _Options], _Read]:
+    """A reader whose refusals name the file that it was given: nothing below it has to carry the path about."""
+
+    @wraps(read)
+    def named(path: Path, *options: _Options.args, **further: _Options.kwargs) -> _Read:
+        try:
+            return read(Path(path), *options, **further)
+        except InputError as reason:
+            raise (reason.at(file=path) if reason.file is None else reason) from None
+
+    return named
 
 
 @dataclass(frozen=True, eq=False)

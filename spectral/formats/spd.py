@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from .answer import NO_ANSWER, Answer
-from .reading import HEAD, SpectralFile
+from .reading import HEAD, SpectralFile, names_its_file
 from .shared.signs import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.entries import gathered
@@ -34,6 +34,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return bool(re.search(r"\d", text)) and text.lstrip()[:1] not in ("<", "{")
 
 
+@names_its_file
 def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Read the columns of a text, or the three spectra of a glazing.
 
@@ -48,7 +49,6 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     if _INDEX.search(path.name):
         raise InputError(
             "a refractive index is not the spectrum of a colour",
-            file=path,
             expected="spectral power, reflectance or transmittance",
             hint="describe the conductor with tables of n and k instead",
         )

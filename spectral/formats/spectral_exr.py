@@ -23,7 +23,7 @@ from ..observers import observer
 from ..spectrum import Quantity, Spectrum, check_values
 from ..upsampling import xyz_from_rgb
 from .exr import MAGIC, MOST_SAMPLES, read_exr, write_exr
-from .reading import SpectralFile
+from .reading import SpectralFile, names_its_file
 from .shared.gathering import Gathering
 
 NAME = "spectral OpenEXR"
@@ -54,6 +54,7 @@ def recognises(path: Path, head: bytes) -> bool:
         return _IN_HEADER.search(file.read(_LONGEST_HEADER)) is not None
 
 
+@names_its_file
 def read(path: Path) -> SpectralFile:
     """One spectrum for each colour of a chart, in the order in which its rows show them.
 
@@ -62,12 +63,10 @@ def read(path: Path) -> SpectralFile:
     InputError
         Not a spectral picture, of more than `MOST_COLOURS` colours (a texture), or fluorescent.
     """
-    path = Path(path)
     image = read_spectral_exr(path)
     if image.reradiation is not None:
         raise InputError(
             "a fluorescent surface is more than one spectrum",
-            file=path,
             found="re-radiation channels",
             expected="plain reflectance or emission",
             hint="import it as a material: metamer catalogue import",
@@ -82,7 +81,6 @@ def read(path: Path) -> SpectralFile:
     if len(colours) > MOST_COLOURS:
         raise InputError(
             "a texture, not a chart of spectra",
-            file=path,
             found=f"{len(colours)} different pixels or more",
             expected=f"at most {MOST_COLOURS} colours",
             hint="import it as a material: metamer catalogue import",
@@ -201,7 +199,8 @@ def _length(wavelength_nm: float) -> str:
     return f"{wavelength_nm:.6f}nm".replace(".", ",")
 
 
-def read_spectral_exr(path: str | Path) -> SpectralImage:
+@names_its_file
+def read_spectral_exr(path: Path) -> SpectralImage:
     """Read emission, reflectance or a bispectral reflectance; wavelengths are sorted by number.
 
     Raises
@@ -221,18 +220,16 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
         if key in held:
             raise InputError(
                 "two channels hold the same wavelength",
-                file=path,
                 field=name,
                 expected="each wavelength once",
                 hint="the file has layers or views; save one of them alone",
             )
         held[key] = pixels
-    _check_shapes(path, [*plain.values(), *shifted.values()], len(plain) if shifted else 1)
+    _check_shapes([*plain.values(), *shifted.values()], len(plain) if shifted else 1)
     kinds = sorted({kind for kind, _ in plain})
     if len(kinds) != 1:
         raise InputError(
             "no spectral channels" if not kinds else "emission and reflectance in one file",
-            file=path,
             field="channels",
             found=", ".join(list(channels)[:6]),
             expected="channels such as T.550,000000nm or S0.550,000000nm",
@@ -240,7 +237,7 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
     quantity = _QUANTITY[kinds[0]]
     wavelengths_nm = np.array(sorted(wavelength for _, wavelength in plain))
     values = np.stack([plain[kinds[0], wavelength] for wavelength in wavelengths_nm], axis=-1).astype(np.float64)
-    check_values(values, wavelengths_nm, quantity, file=path, field=f"{kinds[0]} channels")
+    check_values(values, wavelengths_nm, quantity, field=f"{kinds[0]} channels")
     spectrum = Spectrum.sampled(wavelengths_nm, values, quantity)
     # A damaged header may have an attribute of a type of its own, which is no text.
     units = stated if isinstance(stated := header.get("emissiveUnits"), str) else None
@@ -254,14 +251,12 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
         if absorbed not in index or emitted not in index:
             raise InputError(
                 "a re-radiation channel without its wavelength",
-                file=path,
                 field=f"T.{absorbed:g}nm.{emitted:g}nm",
                 expected="both wavelengths among the T channels",
             )
         if not np.isfinite(pixels).all() or pixels.min() < 0:
             raise InputError(
                 "re-radiation is negative or not a number",
-                file=path,
                 field=f"T.{absorbed:g}nm.{emitted:g}nm",
                 found=f"{pixels[~np.isfinite(pixels) | (pixels < 0)][0]:g}",
                 expected="finite values, >= 0",
@@ -270,13 +265,12 @@ def read_spectral_exr(path: str | Path) -> SpectralImage:
     return SpectralImage(spectrum, reradiation, units)
 
 
-def _check_shapes(path: str | Path, channels: list[np.ndarray], bands: int) -> None:
+def _check_shapes(channels: list[np.ndarray], bands: int) -> None:
     """One size for all channels, and few enough samples: a matrix of all pairs of bands takes `bands` times as many."""
     shapes = sorted({pixels.shape for pixels in channels})
     if len(shapes) > 1:
         raise InputError(
             "channels of different sizes",
-            file=path,
             field="channels",
             found=" and ".join(f"{width} x {height}" for height, width in shapes[:2]),
             expected="one size for all wavelengths",
@@ -286,7 +280,6 @@ def _check_shapes(path: str | Path, channels: list[np.ndarray], bands: int) -> N
     if samples > MOST_SAMPLES:
         raise InputError(
             "too large a picture",
-            file=path,
             field="re-radiation",
             found=f"{shapes[0][1]} x {shapes[0][0]} pixels of {bands} x {bands} bands",
             expected=f"at most {MOST_SAMPLES} samples in all",

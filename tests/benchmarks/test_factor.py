@@ -282,13 +282,15 @@ def test_page_without_points_or_pictures(measured):
 
 def test_page_and_text_show_both_sides_of_the_speed_bar(measured):
     brdf = analytic_cases()[0].make()
-    pytest.importorskip("tensorly")
     row = decompositions.speed_row("matt", brdf, (9, 10, 9, 4), 3, 4)
     assert row["times_faster"] == pytest.approx(row["tensorly_seconds"] / row["seconds"])
     assert row["error_ratio"] == pytest.approx(row["relative_error"] / row["tensorly_relative_error"])
     assert set(row["methods"]) == {"joint", "incremental", "refitted"} and row["peak_bytes"] > row["table_bytes"]
+    for part in row["parts"]:
+        assert part["times_faster"] == pytest.approx(part["tensorly_seconds"] / part["seconds"])
     both = {**measured, "speed": [row]}
     assert "times faster" in report.report(both) and "times faster" in report.page(both)
+    assert all(part["part"] in report.report(both) for part in row["parts"])
 
 
 def test_xyz_of_packs_is_that_of_their_brdf():
@@ -335,7 +337,6 @@ def test_measured_cases_are_of_every_family(shared_data):
 
 
 def test_tensorly_row(monkeypatch):
-    pytest.importorskip("tensorly")
     monkeypatch.setattr(Stopwatch, "SIZE", 64)
     monkeypatch.setattr(decompositions, "speed_row", partial(decompositions.speed_row, shape=(24, 30, 24, 8), rank=8))
     found = benchmark.run(

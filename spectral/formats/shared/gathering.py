@@ -11,6 +11,8 @@ from ...errors import InputError
 from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
 from ..reading import SpectralEntry, SpectralFile, StatedColour
+from .scale import Divisor
+from .signs import Decision, taken_as
 from .text import shortened
 
 #: Spectra in one file, and samples in all of them together.
@@ -90,7 +92,6 @@ class Gathering:
         if len(self.entries) + len(self.rejected) >= MOST_SPECTRA or self._samples > MOST_SAMPLES:
             raise InputError(
                 "too many spectra in one file",
-                file=self.path,
                 found=f"more than {MOST_SPECTRA} spectra or {MOST_SAMPLES} samples",
                 hint="split the file",
             )
@@ -104,39 +105,58 @@ class Gathering:
             taken = f"{spectrum.quantity}, above 1; {taken}"
         self.entries.append(SpectralEntry(name, spectrum, stated, said, taken))
 
+    def take(
+        self,
+        name: str,
+        wavelengths_nm: object,
+        values: object,
+        decision: Decision,
+        scale: Divisor | None,
+        *,
+        stated: tuple[StatedColour, ...] = (),
+        details: Mapping[str, str] | None = None,
+    ) -> None:
+        """`add` one spectrum of what was decided, on its scale, which an emission has not."""
+        if scale and scale.note:
+            self.note(scale.note)
+        self.add(
+            name,
+            wavelengths_nm,
+            values,
+            decision.quantity,
+            divisor=scale.by if scale else 1.0,
+            stated=stated,
+            details=details,
+            taken=taken_as(decision, None if decision.quantity == "emission" else scale),
+        )
+
     def _spectrum(
         self, name: str, grid: np.ndarray, samples: np.ndarray, divisor: float, quantity: Quantity, said: dict[str, str]
     ) -> Spectrum:
         deleted = samples <= DELETED
         if deleted.any():
             self.note("samples that the file flags as deleted (-1.23e34) are left out", name)
-            said["deleted samples"] = f"{np.count_nonzero(deleted)} of {deleted.size}"
-            grid, samples = grid[~deleted], samples[~deleted]
-        there = ~np.isnan(samples)
-        if not there.all():
+            grid, samples = _without(deleted, "deleted samples", grid, samples, said)
+        missing = np.isnan(samples)
+        if missing.any():
             self.note("samples without a value are left out", name)
-            said["missing samples"] = f"{np.count_nonzero(~there)} of {there.size}"
-            grid, samples = grid[there], samples[there]
+            grid, samples = _without(missing, "missing samples", grid, samples, said)
         if grid.size > 1 and (np.diff(grid) < 0).all():
             self.note("wavelengths descend in the file and are turned round", name)
             grid, samples = grid[::-1], samples[::-1]
         if samples.size < 2:
             raise InputError(
-                "not a spectrum",
-                file=self.path,
-                field=name,
-                found=f"{samples.size} samples",
-                expected="two samples or more",
+                "not a spectrum", field=name, found=f"{samples.size} samples", expected="two samples or more"
             )
-        if not (np.abs(samples) < _LARGEST).all():
+        beyond = ~(np.abs(samples) < _LARGEST)
+        if beyond.any():
             raise InputError(
                 "a value is out of range",
-                file=self.path,
                 field=name,
-                found=f"{samples[~(np.abs(samples) < _LARGEST)][0]:g}",
+                found=f"{samples[beyond][0]:g}",
                 expected=f"less than {_LARGEST:g}",
             )
-        grid, samples = validated_wavelengths(grid, file=self.path, field=name), samples / divisor
+        grid, samples = validated_wavelengths(grid, field=name), samples / divisor
         grid, samples = self._without_noise(name, grid, samples, quantity, said)
         negative = samples < 0.0
         floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
@@ -151,7 +171,6 @@ class Gathering:
         if quantity == "reflectance" and samples.max() > _LARGEST_FACTOR:
             raise InputError(
                 "reflectance looks like percent",
-                file=self.path,
                 field=name,
                 found=f"{samples.max():g}" + (f", divided by {divisor:g} already" if divisor != 1.0 else ""),
                 expected=f"fractions of 1; radiance factors up to {_LARGEST_FACTOR:g}",
@@ -160,7 +179,7 @@ class Gathering:
         if quantity == "reflectance" and samples.max() > 1.0 + 1e-9 and samples.min() >= 0.0:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"
-        check_values(samples, grid, quantity, file=self.path, field=name)
+        check_values(samples, grid, quantity, field=name)
         return Spectrum(samples, self._shared(grid, name), quantity)
 
     def _without_noise(
@@ -188,7 +207,6 @@ class Gathering:
             if grid.size > _FINEST:
                 raise InputError(
                     "sampled too finely",
-                    file=self.path,
                     field=name,
                     found=f"{grid.size} samples",
                     expected=f"at most {_FINEST} samples a spectrum",
@@ -206,24 +224,27 @@ class Gathering:
             No spectrum of it can be used: the reason of the first.
         """
         if not self.entries:
+            if not self.rejected:
+                raise InputError("no spectra in this file", expected="at least one spectrum")
+            first = self.rejected[0][1]
             if len(self.rejected) == 1:
-                raise self.rejected[0][1]
-            if self.rejected:
-                first = self.rejected[0][1]
-                raise InputError(
-                    f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}",
-                    file=self.path,
-                    field=first.field,
-                    found=first.found,
-                    expected=first.expected,
-                    hint=first.hint,
-                )
-            raise InputError("no spectra in this file", file=self.path, expected="at least one spectrum")
+                raise first
+            problem = f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}"
+            said = {"field": first.field, "found": first.found, "expected": first.expected, "hint": first.hint}
+            raise InputError(problem, **said)
         names = [entry.name for entry in self.entries]
         if len(set(names)) < len(names):
             self.note("some spectra share a name; they stay apart, in the order of the file")
         notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())
-        return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, tuple(self.rejected))
+        rejected = tuple((name, reason.at(file=self.path)) for name, reason in self.rejected)
+        return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, rejected)
+
+
+def _without(
+    wrong: np.ndarray, called: str, grid: np.ndarray, samples: np.ndarray, said: dict[str, str]
+) -> tuple[np.ndarray, np.ndarray]:
+    said[called] = f"{np.count_nonzero(wrong)} of {wrong.size}"
+    return grid[~wrong], samples[~wrong]
 
 
 def _sentence(sentence: str, names: list[str], everything: int) -> str:

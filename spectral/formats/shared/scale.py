@@ -7,8 +7,9 @@ percent; numbers that nothing calls anything must not fit both.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from ...errors import InputError
 from ..answer import Scale
@@ -43,6 +44,12 @@ class Values(NamedTuple):
     surface: bool
     worded: bool
 
+    @classmethod
+    def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> Values:
+        """The range of finite samples (N), 0 to 0 where there are none."""
+        lowest, highest = (float(samples.min()), float(samples.max())) if samples.size else (0.0, 0.0)
+        return cls(lowest, highest, quantity != "transmittance", worded)
+
     @property
     def said(self) -> str:
         return f"{self.lowest:.4g} to {self.highest:.4g}"
@@ -58,7 +65,7 @@ class Values(NamedTuple):
         return self.lowest > 1.5 or self.highest > 10.0
 
 
-def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale | None, path: Path) -> Divisor:
+def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale | None) -> Divisor:
     """What to divide values by to have fractions of 1.
 
     Parameters
@@ -77,7 +84,6 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale |
         if answer not in (None, stated) and not (impossible[stated] or (stated == "percent" and values.highest <= 1)):
             raise _refusal(
                 "the file states one scale, and --scale another",
-                path,
                 f"{stated}, by {words}; --scale {answer}",
                 "an answer only where the file leaves the question open",
                 "import this file without --scale; where its words are wrong, correct them in the file",
@@ -85,7 +91,6 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale |
         if answer in (None, stated) and impossible[stated] and stated == "percent":
             raise _refusal(
                 "the file states percent, and the numbers say fractions",
-                path,
                 f"{values.said} below {words}: in percent, that is blacker than any surface",
                 "numbers on the scale that the file states",
                 f"{_HINT}, whichever is right",
@@ -97,7 +102,6 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale |
         if impossible[answer]:
             raise _refusal(
                 "the numbers are on another scale than --scale says",
-                path,
                 f"{values.said}; --scale {answer}",
                 "fractions from 0 to 1, radiance factors up to 10" if answer == "fraction" else "percent of a surface",
                 "import this file without --scale, or with the other one",
@@ -106,7 +110,6 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale |
     if values.surface and values.highest < _BLACKEST:
         raise _refusal(
             "too dark for a surface, and no unit",
-            path,
             f"{values.said}; the blackest coatings reflect {_BLACKEST:g}",
             "fractions from 0 to 1, or percent",
             "is it a radiance? say --as emission; else write the unit above the values",
@@ -120,7 +123,6 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale |
     above = values.only_percent
     raise _refusal(
         "what scale is that?" if above else "percent or fractions?",
-        path,
         f"{values.said}, no unit stated",
         "a unit in the header, such as % or 0..1",
         f'{_HINT}; or write "reflectance (%)" or "radiance factor" above the values',
@@ -135,5 +137,5 @@ def _divisor(scale: Scale, values: Values, words: str) -> Divisor:
     return Divisor(100.0, scale, words, f"{by_whom} percent: values from {values.said} are divided by 100{doubt}")
 
 
-def _refusal(problem: str, path: Path, found: str, expected: str, hint: str) -> InputError:
-    return InputError(problem, file=path, field="values", found=found, expected=expected, hint=hint)
+def _refusal(problem: str, found: str, expected: str, hint: str) -> InputError:
+    return InputError(problem, field="values", found=found, expected=expected, hint=hint)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, get_args
 
@@ -23,10 +22,10 @@ from jaxtyping import Float
 from ...errors import InputError
 from ...spectrum import Quantity
 from ..answer import Answer, contradiction
-from .names import meant_by
-from .resemblance import Likeness, has_mercury_lines
+from .resemblance import Likeness, has_mercury_lines, likenesses
 from .scale import Divisor
 from .text import shortened
+from .words import meant_by
 
 # Percent of a fluorescent white stay below it, and so does every transmittance.
 _ABOVE_PERCENT = 200.0
@@ -34,8 +33,7 @@ _ABOVE_PERCENT = 200.0
 SETTLED_BY = "say it: --as reflectance, transmittance, emission or radiance-factor"
 
 
-@dataclass(frozen=True)
-class Sign:
+class Sign(NamedTuple):
     """One sign of what was measured.
 
     Parameters
@@ -62,29 +60,48 @@ class Decision(NamedTuple):
     stated: bool
 
 
-def decided(signs: Sequence[Sign], answer: Answer, path: Path, field: str | None = None) -> Decision | None:
+def decided(
+    signs: Sequence[Sign], numbers: Sequence[Sign], answer: Answer, field: str | None = None, data: str | None = None
+) -> Decision | None:
     """The decision by the rules at the head of this module, None where the file is to be refused (`undecided`).
+
+    Parameters
+    ----------
+    numbers : signs in the spectrum's own numbers, which may belie a decision.
+    field : what is decided; `data` : where its numbers stand, where that is another place.
 
     Raises
     ------
     InputError
-        The file states one thing, and the answer is another.
+        The file states one thing, and the answer is another, or the numbers are.
     """
+    decision = _by_rules(signs, answer, field)
+    if decision is not None and _speaks_against(decision, numbers):
+        hint = "correct the heading, or say what it is at the import of this file alone"
+        if decision.words == "--as":
+            hint = f"leave --as and --scale out, or say what the numbers do: --as {numbers[0].says.replace(' ', '-')}"
+        raise InputError(
+            "the words say one thing, and the numbers another",
+            field=data or field,
+            found=f"{decision.quantity}, by {decision.words}; but {' and '.join(sign.words for sign in numbers)}",
+            expected="words and numbers of one thing",
+            hint=hint,
+        )
+    return decision
+
+
+def _by_rules(signs: Sequence[Sign], answer: Answer, field: str | None) -> Decision | None:
     stated = [sign for sign in signs if sign.states]
     if len({sign.says for sign in stated}) == 1:
         quantity, words = _quantity(stated[0].says), _listed(stated)
-        if quantity is None:
-            return None
-        if not answer.allows(quantity):
-            raise contradiction(answer, quantity, words, file=path, field=field)
-        return Decision(answer.quantity or quantity, words, True)
+        if quantity is not None and not answer.allows(quantity):
+            raise contradiction(answer, quantity, words, field=field)
+        return quantity and Decision(answer.quantity or quantity, words, True)
     if answer.quantity is not None:
         return Decision(answer.quantity, "--as", False)
     says, origins = {sign.says for sign in signs}, {sign.origin for sign in signs}
     quantity = _quantity(next(iter(says))) if len(says) == 1 else None
-    if stated or quantity is None or len(origins) < 2:
-        return None
-    return Decision(quantity, _listed(signs), False)
+    return Decision(quantity, _listed(signs), False) if quantity and not stated and len(origins) > 1 else None
 
 
 def _quantity(says: str) -> Quantity | None:
@@ -103,7 +120,7 @@ def taken_as(decision: Decision, scale: Divisor | None) -> str:
     return f"{decision.quantity} in {scale.scale}s, by {by}".replace("in percents", "in percent")
 
 
-def undecided(signs: Iterable[Sign], path: Path, field: str | None, count: int = 1) -> InputError:
+def undecided(signs: Iterable[Sign], field: str | None, count: int = 1) -> InputError:
     """The refusal of spectra that nothing tells: what was looked for, what was found, and what settles it."""
     hints: dict[str, list[str]] = {}
     for sign in signs:
@@ -112,7 +129,6 @@ def undecided(signs: Iterable[Sign], path: Path, field: str | None, count: int =
     many = f"of {count} spectra, " if count > 1 else ""
     return InputError(
         "what was measured?",
-        file=path,
         field=field,
         found=f"{many}{shortened(found, 400) if found else 'no word and no unit that says it'}",
         expected='a heading such as "reflectance (%)" or "irradiance (W/m2/nm)", or two hints that agree',
@@ -153,16 +169,22 @@ def signs_of_numbers(
     return found
 
 
-def signs_of_all(grid: np.ndarray, spectra: np.ndarray, alike: Sequence[Likeness | None]) -> list[Sign]:
-    """The signs that every one of several spectra (N,L) has, where all of them are of one quantity."""
+def signs_of_all(grid: np.ndarray, spectra: np.ndarray, field: str) -> list[Sign]:
+    """The signs that every one of several spectra (N,L) has, where all of them are of one quantity.
+
+    Raises
+    ------
+    InputError
+        One of them is an observer's or a camera's own function.
+    """
+    alike = likenesses(grid, spectra)
+    refuse_sensitivity(alike, field)
     of_each = [signs_of_numbers(grid, row, likeness) for row, likeness in zip(spectra, alike, strict=True)]
-    shared = (
-        set.intersection(*({(sign.origin, sign.says) for sign in signs} for signs in of_each)) if of_each else set()
-    )
-    return [sign for sign in of_each[0] if (sign.origin, sign.says) in shared] if of_each else []
+    first, *others = of_each or [[]]
+    return [one for one in first if all((one.origin, one.says) in {sign[:2] for sign in signs} for signs in others)]
 
 
-def speaks_against(decision: Decision, numbers: Sequence[Sign]) -> bool:
+def _speaks_against(decision: Decision, numbers: Sequence[Sign]) -> bool:
     """Whether a spectrum's own numbers, by two signs, are those of a light or a chart that the decision says it is not.
 
     What a file states as light may be what a chart sent back.
@@ -176,32 +198,14 @@ def speaks_against(decision: Decision, numbers: Sequence[Sign]) -> bool:
     return says == {"emission"}
 
 
-def contradicted(decision: Decision, numbers: Sequence[Sign], path: Path, field: str) -> InputError:
-    """The refusal of a word that the numbers belie."""
-    return InputError(
-        "the words say one thing, and the numbers another",
-        file=path,
-        field=field,
-        found=f"{decision.quantity}, by {decision.words}; but {' and '.join(sign.words for sign in numbers)}",
-        expected="words and numbers of one thing",
-        hint=f"leave --as and --scale out, or say what the numbers do: --as {numbers[0].says.replace(' ', '-')}"
-        if decision.words == "--as"
-        else "correct the heading, or say what it is at the import of this file alone",
-    )
-
-
-def is_sensitivity(likeness: Likeness | None) -> bool:
-    """Whether the numbers are those of an observer or a camera, whatever anybody calls them."""
-    return likeness is not None and likeness.kind == "sensitivity"
-
-
-def not_a_colour(likeness: Likeness, path: Path, field: str) -> InputError:
-    """The refusal of an observer's or a camera's own functions."""
-    return InputError(
-        "a sensitivity is not the spectrum of a colour",
-        file=path,
-        field=field,
-        found=f"the numbers of {likeness.name}",
-        expected="reflectance, transmittance or emission",
-        hint="colour-matching functions, cone fundamentals and responses of sensors are not imported",
-    )
+def refuse_sensitivity(alike: Iterable[Likeness | None], field: str) -> None:
+    """Refuse numbers that are those of an observer or a camera, whatever anybody calls them."""
+    for likeness in alike:
+        if likeness is not None and likeness.kind == "sensitivity":
+            raise InputError(
+                "a sensitivity is not the spectrum of a colour",
+                field=field,
+                found=f"the numbers of {likeness.name}",
+                expected="reflectance, transmittance or emission",
+                hint="colour-matching functions, cone fundamentals and responses of sensors are not imported",
+            )

@@ -73,18 +73,16 @@ def read_lines(path: str | Path) -> list[str]:
         if size > LARGEST:
             raise InputError(
                 "too large for a text of spectra",
-                file=path,
                 found=f"{size / 2**20:.0f} MB",
                 expected=f"at most {LARGEST // 2**20} MB",
                 hint="split the file, or export fewer spectra at a time",
             )
         data = path.read_bytes()
     except OSError as reason:
-        raise InputError("the file cannot be read", file=path, found=reason.strerror) from None
+        raise InputError("the file cannot be read", found=reason.strerror) from None
     if not data.strip():
         raise InputError(
             "the file is empty",
-            file=path,
             found="nothing but white space" if data else "0 bytes",
             expected="text with numbers in it",
             hint="export or copy it again",
@@ -93,16 +91,13 @@ def read_lines(path: str | Path) -> list[str]:
     if count > MOST_LINES:
         raise InputError(
             "too many lines for a text of spectra",
-            file=path,
             found=f"{count} lines",
             expected=f"at most {MOST_LINES}",
             hint="split the file, or export fewer spectra at a time",
         )
     text = decoded(data)
     if text is None:
-        raise InputError(
-            "not a text file", file=path, found=f"first bytes {data[:8]!r}", expected="text with numbers in columns"
-        )
+        raise InputError("not a text file", found=f"first bytes {data[:8]!r}", expected="text with numbers in columns")
     return _LINE_END.split(text)
 
 

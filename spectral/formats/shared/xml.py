@@ -58,26 +58,22 @@ def read_xml(path: Path) -> Element:
     path = existing_file(path)
     size = path.stat().st_size
     if size > MOST_BYTES:
-        raise InputError(
-            "the file is too large", file=path, found=f"{size} bytes", expected=f"at most {MOST_BYTES} bytes of XML"
-        )
+        raise InputError("the file is too large", found=f"{size} bytes", expected=f"at most {MOST_BYTES} bytes of XML")
     data = path.read_bytes().removeprefix(b"\xef\xbb\xbf").lstrip(b" \t\r\n")
     if not data:
         raise InputError(
             "the file is empty",
-            file=path,
             found="nothing but white space" if size else "0 bytes",
             expected="an XML document",
             hint="export or copy it again",
         )
-    parser = XMLParser(target=_bounded_tree(path), forbid_entities=True, forbid_external=True)
+    parser = XMLParser(target=_bounded_tree(), forbid_entities=True, forbid_external=True)
     try:
         parser.feed(data)
         return parser.close()
     except DefusedXmlException as reason:
         raise InputError(
             "the file declares an entity",
-            file=path,
             found=type(reason).__name__,
             expected="XML without entities of its own and without other files",
             hint="if you trust it, save it again without its document type",
@@ -85,10 +81,10 @@ def read_xml(path: Path) -> Element:
     # Encodings that expat does not know come as ValueError or LookupError.
     except (SyntaxError, ValueError, LookupError) as reason:
         hint = "the file may be cut short or damaged; export it again"
-        raise InputError("not well-formed XML", file=path, found=str(reason), hint=hint) from None
+        raise InputError("not well-formed XML", found=str(reason), hint=hint) from None
 
 
-def _bounded_tree(path: Path):
+def _bounded_tree():
     from xml.etree.ElementTree import TreeBuilder
 
     class Bounded(TreeBuilder):
@@ -101,7 +97,6 @@ def _bounded_tree(path: Path):
                 deep = self.depth > MOST_DEPTH
                 raise InputError(
                     "elements are nested too deeply" if deep else "too many elements",
-                    file=path,
                     found=f"more than {MOST_DEPTH if deep else MOST_ELEMENTS}",
                     expected="a file of spectra",
                 )
@@ -190,7 +185,7 @@ def kept(details: Mapping[str, str]) -> dict[str, str]:
     return out | ({"not kept": f"{len(said) - _MOST} more details"} if len(said) > _MOST else {})
 
 
-def number(text: str, *, file: Path, field: str) -> float:
+def number(text: str, field: str) -> float:
     """A number as XML Schema writes it (xs:double)."""
     try:
         if "_" in text or not text.isascii():
@@ -199,5 +194,5 @@ def number(text: str, *, file: Path, field: str) -> float:
     except ValueError:
         hint = "decimal commas are not allowed in XML; export with a point" if "," in text else None
         raise InputError(
-            "not a number", file=file, field=field, found=repr(text[:60]), expected="a number such as 0.25", hint=hint
+            "not a number", field=field, found=repr(text[:60]), expected="a number such as 0.25", hint=hint
         ) from None

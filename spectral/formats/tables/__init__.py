@@ -1,3 +1,4 @@
 """The table in a text file, step by step: how cells are parted (`dialect`), where the wavelengths are (`layout`), the
-columns (`parsing`, `down`, `column`), and what they become (`entries`).
+tables (`parsing`, each a `section`) and their columns (`rows`), what these measure (`quantities`) and what they become
+(`entries`).
 """

@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 from ...errors import InputError
 from ..shared.text import number
@@ -57,11 +57,11 @@ def _wavelength(cell: str, decimal: str) -> tuple[float, bool] | None:
     if plain == plain:
         return plain, False
     cell = cell[:60]
-    if match := _WITH_UNIT.fullmatch(cell):
-        return float(match["nm"].replace(",", ".")) * (1.0 if match["unit"][0] in "nN" else 1000.0), True
-    if match := _WITH_WORD.fullmatch(cell):
-        return float(match["nm"].replace(",", ".")), True
-    return None
+    match = _WITH_UNIT.fullmatch(cell) or _WITH_WORD.fullmatch(cell)
+    if match is None:
+        return None
+    unit = match.groupdict().get("unit") or "nm"
+    return float(match["nm"].replace(",", ".")) * (1.0 if unit[0] in "nN" else 1000.0), True
 
 
 @dataclass(frozen=True)
@@ -75,12 +75,11 @@ class Dialect:
         """Stripped cells of one line."""
         if not self.delimiter:
             return line.split()
-        if '"' not in line:
-            return [cell.strip() for cell in line.split(self.delimiter)]
-        try:
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True))]
-        except (csv.Error, StopIteration):
-            return [cell.strip().strip('"') for cell in line.split(self.delimiter)]
+        if '"' in line:
+            with suppress(csv.Error, StopIteration):
+                quoted = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True))
+                return [cell.strip() for cell in quoted]
+        return [cell.strip().strip('"') for cell in line.split(self.delimiter)]
 
     def number(self, cell: str) -> float:
         """The number in a cell, NaN if there is none; a percent sign after it is left out (see `in_percent`)."""
@@ -89,6 +88,11 @@ class Dialect:
     def wavelength(self, cell: str) -> tuple[float, bool] | None:
         """The wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""
         return _wavelength(cell, self.decimal)
+
+    def told(self, cell: str) -> bool:
+        """Whether a cell names a wavelength with a unit or a word."""
+        found = self.wavelength(cell)
+        return found is not None and found[1]
 
 
 def in_percent(cell: str) -> bool:
@@ -125,15 +129,13 @@ def comment(line: str) -> str | None:
     return line[match.end() :].strip() if match else None
 
 
-def checked_lines(lines: list[str], path: Path) -> list[str]:
-    """The lines, if each is short enough to be a row of a table."""
+def check_lengths(lines: Sequence[str]) -> None:
+    """Refuse a line that is too long to be a row of a table."""
     for index, line in enumerate(lines, 1):
         if len(line) > LONGEST_LINE:
             raise InputError(
                 "a line is too long",
-                file=path,
                 field=f"line {index}",
                 found=f"{len(line)} characters",
                 expected=f"at most {LONGEST_LINE}",
             )
-    return lines

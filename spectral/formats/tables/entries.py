@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -14,35 +13,16 @@ from ...errors import InputError
 from ..answer import Answer, Scale
 from ..reading import SpectralFile, StatedColour
 from ..shared.gathering import DELETED, Gathering, in_visible
-from ..shared.scale import Divisor, Values, divisor_of
-from ..shared.signs import Sign, taken_as, undecided
+from ..shared.scale import Values, divisor_of
+from ..shared.signs import Sign, undecided
 from ..shared.text import shortened
-from ..shared.words import (
-    colour_axis,
-    condition_in,
-    illuminant_in,
-    observer_in,
-    quantity_in,
-    stated_colours,
-    unit_in,
-)
-from .column import Column
-from .parsing import Table, parse_table
-from .quantities import Judged, counts_removed, judged
+from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
+from .parsing import Table
+from .quantities import counts_removed, judge
+from .section import Column
 
 # Columns that say what the Lab and XYZ of a row are for.
 _LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)
-
-
-def read_table(path: Path, format_name: str, answer: Answer, hints: Sequence[Sign] = ()) -> SpectralFile:
-    """Read every spectrum of a text table; `gathered` says what the parameters are.
-
-    Raises
-    ------
-    InputError
-        No table of wavelengths and numbers, or none of its spectra can be used.
-    """
-    return gathered(parse_table(path), path, format_name, answer, hints)
 
 
 def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: Sequence[Sign] = ()) -> SpectralFile:
@@ -60,95 +40,86 @@ def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: 
     gathering = Gathering(path, format_name)
     for note in table.notes:
         gathering.note(note)
-    columns = _without_counts(_named(table, path), gathering)
-    grids = [_grid(column, gathering) for column in columns]
-    together = Counter(column.table for column in columns)
-    stated = [_stated(column, table, together[column.table] == 1) for column in columns]
-    found = judged(columns, grids, stated, answer, hints, path)
-    units = [_unit(column) for column in columns]
-    scales = _scales(columns, grids, found, units, answer, path)
-    open_ones = [(column, one) for column, one in zip(columns, found, strict=True) if not (one.decision or one.refusal)]
-    if open_ones:
-        signs = [sign for _, one in open_ones for sign in one.signs]
-        refusal = undecided(signs, path, ", ".join(column.name for column, _ in open_ones[:3]), len(open_ones))
-        gathering.rejected.append((open_ones[0][0].name, refusal))
-    for column, colours, one, grid, scale in zip(columns, stated, found, grids, scales, strict=True):
-        if one.decision is None or isinstance(scale, InputError):
-            refusal = one.refusal or scale
-            if isinstance(refusal, InputError):
-                gathering.rejected.append((column.name, refusal))
-            continue
-        if scale and scale.note:
-            gathering.note(scale.note)
-        details = dict(column.preamble) if together[column.table] == 1 else {}
-        others = {head: cell for head, cell in column.beside.items() if not colour_axis(head)}
-        details |= {shortened(head, 60): shortened(cell) for head, cell in others.items()}
-        if column.unit:
-            details["units"] = column.unit
-        if condition := condition_in(column.words) or condition_in(column.around):
-            details["condition"] = condition
-        gathering.add(
-            column.name,
-            grid,
-            column.values,
-            one.decision.quantity,
-            divisor=scale.by if scale else 1.0,
-            stated=colours,
-            details=details,
-            taken=taken_as(one.decision, scale),
-        )
+    columns = _named(table, path)
+    kept = counts_removed(columns)
+    if len(kept) < len(columns):
+        gathering.note("columns of raw counts are left out: the file holds what was made of them")
+    together = Counter(column.table for column in kept)
+    for column in kept:
+        column.samples, column.grid_nm = np.asarray(column.values, dtype=np.float64), _grid(column, gathering)
+        column.colours = _colours(column, table, together[column.table] == 1)
+    judge(kept, answer, hints, path)
+    _find_scales(kept, answer)
+    if open_ones := [column for column in kept if not (column.decision or column.refusal)]:
+        signs = [sign for column in open_ones for sign in column.signs]
+        refusal = undecided(signs, ", ".join(column.name for column in open_ones[:3]), len(open_ones))
+        gathering.rejected.append((open_ones[0].name, refusal))
+    for column in kept:
+        if column.refusal:
+            gathering.rejected.append((column.name, column.refusal))
+        elif column.decision is not None:
+            gathering.take(
+                column.name,
+                column.grid_nm,
+                column.samples,
+                column.decision,
+                column.scale,
+                stated=column.colours,
+                details=_details(column, together[column.table] == 1),
+            )
     return gathering.finish(table.preamble)
 
 
-def _stated(column: Column, table: Table, alone: bool) -> tuple[StatedColour, ...]:
+def _details(column: Column, alone: bool) -> dict[str, str]:
+    """What is said of a column; the keys above its table are about it where it is `alone` there."""
+    details = dict(column.preamble) if alone else {}
+    others = {head: cell for head, cell in column.beside.items() if not colour_axis(head)}
+    details |= {shortened(head, 60): shortened(cell) for head, cell in others.items()}
+    if column.unit:
+        details["units"] = column.unit
+    if condition := condition_in(column.words) or condition_in(column.around):
+        details["condition"] = condition
+    return details
+
+
+def _colours(column: Column, table: Table, alone: bool) -> tuple[StatedColour, ...]:
     """The colours beside a column; those in the lines above are its own where it is `alone` in its table."""
-    beside = {key: table.dialect.number(value) for key, value in column.preamble.items()} if alone else {}
-    cells = {head: table.dialect.number(cell) for head, cell in column.beside.items() if colour_axis(head)}
+    said = column.preamble if alone else {}
+    said = said | {head: cell for head, cell in column.beside.items() if colour_axis(head)}
     own = " ".join(cell for head, cell in column.beside.items() if _LIGHT_COLUMN.search(head))
     return stated_colours(
-        {**beside, **cells},
+        {head: table.dialect.number(cell) for head, cell in said.items()},
         illuminant_in(own) or illuminant_in(column.around),
         observer_in(own) or observer_in(column.around),
     )
 
 
-def _scales(
-    columns: Sequence[Column],
-    grids: Sequence[np.ndarray],
-    found: Sequence[Judged],
-    units: Sequence[tuple[Scale | None, str]],
-    answer: Answer,
-    path: Path,
-) -> list[Divisor | InputError | None]:
+def _find_scales(columns: Sequence[Column], answer: Answer) -> None:
     """What each column is divided by: one answer for all columns with one unit below one kind of heading."""
-    groups: dict[tuple[int, Scale | None, str, bool], list[int]] = {}
-    for index, (column, one, unit) in enumerate(zip(columns, found, units, strict=True)):
-        if one.decision is not None and one.decision.quantity != "emission" and column.bad is None:
-            key = (column.alike, unit[0], one.decision.quantity, one.decision.stated)
-            groups.setdefault(key, []).append(index)
-    scales: list[Divisor | InputError | None] = [None] * len(columns)
-    for (_, unit, quantity, stated), places in groups.items():
-        low, high = math.inf, -math.inf
-        for index in places:
-            values = _of_light(grids[index], np.asarray(columns[index].values, dtype=np.float64))
-            low, high = min([low, *values.tolist()]), max([high, *values.tolist()])
-        if not math.isfinite(low):
+    groups: dict[tuple[int, Scale | None, str, bool], list[tuple[Column, str]]] = {}
+    for column in columns:
+        if column.decision is not None and column.decision.quantity != "emission" and column.bad is None:
+            unit, words = _unit(column)
+            key = (column.alike, unit, column.decision.quantity, column.decision.stated)
+            groups.setdefault(key, []).append((column, words))
+    for (_, unit, quantity, stated), group in groups.items():
+        of_light = np.concatenate([_of_light(column.grid_nm, column.samples) for column, _ in group])
+        if not of_light.size:
             continue
-        if unit is None and quantity == "radiance factor" and stated and high <= 20.0:
+        values = Values.of(of_light, quantity, stated)
+        if unit is None and quantity == "radiance factor" and stated and values.highest <= 20.0:
             unit = "fraction"
-        words = next((units[index][1] for index in places if units[index][1]), "the word for it")
-        published = {one.factor for one in (found[index].likeness for index in places) if one} if not stated else set()
-        if unit is None and answer.scale is None and published and all(found[index].likeness for index in places):
-            unit, words = ("percent" if min(published) > 10.0 else "fraction"), "their published scale"
-        values = Values(low, high, quantity != "transmittance", stated)
-        scale: Divisor | InputError
+        words = next((words for _, words in group if words), "the word for it")
+        factors = [column.likeness.factor for column, _ in group if column.likeness]
+        if unit is None and answer.scale is None and not stated and len(factors) == len(group):
+            unit, words = ("percent" if min(factors) > 10.0 else "fraction"), "their published scale"
+        scale = refusal = None
         try:
-            scale = divisor_of(values, unit, words, answer.scale, path)
+            scale = divisor_of(values, unit, words, answer.scale)
         except InputError as reason:
-            scale = reason
-        for index in places:
-            scales[index] = scale
-    return scales
+            refusal = reason
+        for column, _ in group:
+            column.scale, column.refusal = scale, refusal
 
 
 def _grid(column: Column, gathering: Gathering) -> np.ndarray:
@@ -162,8 +133,7 @@ def _grid(column: Column, gathering: Gathering) -> np.ndarray:
 
 def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Values that say on which scale a column is: less flags, empty cells, and noise beyond the visible."""
-    values = np.where(values <= DELETED, np.nan, values)
-    there = ~np.isnan(values)
+    there = values > DELETED
     seen = values[in_visible(grid) & there]
     if seen.size:
         most = float(seen.max())
@@ -173,25 +143,14 @@ def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def _named(table: Table, path: Path) -> list[Column]:
     """All columns, each with a name: the file's where the table gives none, numbered where a later block repeats it."""
-    columns: list[Column] = []
     taken: set[str] = set()
     for number, block in enumerate(table.blocks, 1):
         for column in block:
             column.name = column.name or path.stem
             if column.name in taken:
                 column.name = f"{column.name} ({number})"
-            columns.append(column)
         taken |= {column.name for column in block}
-    return columns
-
-
-def _without_counts(columns: list[Column], gathering: Gathering) -> list[Column]:
-    """Columns less those in counts, where others hold what was made of the counts."""
-    kept = counts_removed(columns)
-    if kept is None:
-        return columns
-    gathering.note("columns of raw counts are left out: the file holds what was made of them")
-    return kept
+    return [column for block in table.blocks for column in block]
 
 
 def _unit(column: Column) -> tuple[Scale | None, str]:

@@ -14,7 +14,7 @@ from ...errors import InputError
 from ..shared.text import read_lines
 from ..shared.words import colour_axis, condition_in, names_power, names_sensitivity, quantity_in
 from .dialect import Dialect, comment, dialect_of
-from .layout import Row, is_wavelength_header, is_wavenumber_header, layout_of, plain_wavelengths
+from .layout import Row, is_wavelength_header, is_wavenumber_header, layout_of, wavelengths_across
 
 # What is larger is no list that somebody keeps beside measurements.
 _LARGEST_BYTES, _MOST_CELLS, _LONGEST_LINE, _SHOWN_LINES = 2 << 20, 100_000, 8000, 2000
@@ -68,11 +68,11 @@ def _has_colours(cells: Iterable[str]) -> bool:
 
 
 def _may_have_wavelengths(rows: Sequence[Row], dialect: Dialect) -> bool:
-    if any(len(plain_wavelengths(cells, dialect)) >= _FEW for _, cells in rows):
+    if any(len(wavelengths_across(cells, dialect)) >= _FEW for _, cells in rows):
         return True
-    if any((found := dialect.wavelength(cell)) is not None and found[1] for _, cells in rows for cell in cells):
+    if any(dialect.told(cell) for _, cells in rows for cell in cells):
         return True
     down = [list(column) for column in zip(*(cells for _, cells in rows), strict=True)]
     # Where marks are damaged, a wavelength has its value in its cell.
     down += [[match[0] if (match := _LEADING.match(cell)) else "" for cell in column] for column in down[:2]]
-    return any(len(plain_wavelengths(cells, dialect)) >= _FEW for cells in down)
+    return any(len(wavelengths_across(cells, dialect)) >= _FEW for cells in down)

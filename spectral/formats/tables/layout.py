@@ -13,6 +13,8 @@ from .dialect import Dialect
 
 #: A row of a table: line number in the file, and stripped cells.
 Row = tuple[int, list[str]]
+#: Which way the wavelengths of a table go.
+Way = Literal["down", "across"]
 
 _WAVELENGTH_WORD = re.compile(
     r"wave.?len|^wave$|^wl\b|lambda|λ|^\W*(?:nm|µm|μm|um|microns?|[åÅ]|angstroms?)\W*$|wellenl|longueur|longitud|lunghezza",
@@ -39,7 +41,7 @@ class Layout:
     axes : "down": columns that hold wavelengths; "across": columns whose header is a wavelength.
     """
 
-    way: Literal["down", "across"]
+    way: Way
     first: int
     header: int | None
     axes: tuple[int, ...]
@@ -81,7 +83,7 @@ def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         return down or across
     head = rows[across.header or 0][1]
     below = [dialect.wavelength(cells[0]) for _, cells in rows[across.first : across.first + 50] if cells]
-    told = sum(bool(found and found[1]) for found in (dialect.wavelength(head[column]) for column in across.axes))
+    told = sum(dialect.told(head[column]) for column in across.axes)
     listed = _plausible([found[0] for found in below if found])
     if down.first <= (across.header or 0) or (listed and is_wavelength_header(head[0])):
         return down
@@ -112,7 +114,7 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         return found
     for first in range(found.first + 1, len(rows) - 2):
         cells = rows[first][1]
-        if len(cells) > 1 and (pair := dialect.wavelength(cells[0])) is not None and pair[1]:
+        if len(cells) > 1 and dialect.told(cells[0]):
             later = _down_from(rows[: first + 6], first, dialect)
             if later is not None and later.first == first and _told(rows, later, dialect):
                 return later
@@ -123,8 +125,7 @@ def _told(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
     """Whether the first wavelengths of a layout carry a unit or a word."""
     axis = layout.axes[0]
     cells = [cells[axis] for _, cells in rows[layout.first : layout.first + 3] if axis < len(cells)]
-    pairs = [dialect.wavelength(cell) for cell in cells]
-    return len(pairs) > 1 and all(pair is not None and pair[1] for pair in pairs)
+    return len(cells) > 1 and all(map(dialect.told, cells))
 
 
 def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | None:
@@ -179,8 +180,7 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]):
         return index
-    first_cell = dialect.wavelength(rows[first][1][0])
-    keyed = first_cell is not None and first_cell[1]  # "380nm" needs no header, and what is above are keys and values
+    keyed = dialect.told(rows[first][1][0])  # "380nm" needs no header, and what is above are keys and values
     if keyed or any(dialect.number(cell) == dialect.number(cell) for cell in cells[1:]):
         return None
     return index
@@ -191,13 +191,12 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     for header, (_, cells) in enumerate(rows[:-1]):
         if len(cells) < 3 and not (len(cells) == 2 and header == 0):
             continue
-        found = [dialect.wavelength(cell) for cell in cells]
-        run = _longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
+        run = wavelengths_across(cells, dialect)
         if len(run) < 2:
             continue
-        told = sum(bool(found[column] and found[column][1]) for column in run)  # type: ignore[index]
-        worded = any(cell and pair is None for cell, pair in zip(cells, found, strict=True))
-        if len(run) < (2 if told == len(run) or len(cells) - len(run) <= 1 else 3 if worded else 5):
+        told = all(dialect.told(cells[column]) for column in run)
+        worded = any(cell and dialect.wavelength(cell) is None for cell in cells)
+        if len(run) < (2 if told or len(cells) - len(run) <= 1 else 3 if worded else 5):
             continue
         first = header + 1
         if first + 1 < len(rows) and is_units_row(rows[first][1]):
@@ -205,25 +204,23 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         below = rows[first][1]
         values = [dialect.number(below[column]) for column in run if column < len(below)]
         if 2 * sum(value == value for value in values) > len(run):
-            return Layout("across", first, header, tuple(run))
+            return Layout("across", first, header, run)
     return None
 
 
 def told_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
     """Columns of the wavelengths in a row that is a header of them, each with its unit or a word; () of any other."""
+    run = wavelengths_across(cells, dialect, told=True)
+    return run if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
+
+
+def wavelengths_across(cells: Sequence[str], dialect: Dialect, told: bool = False) -> tuple[int, ...]:
+    """Columns of the longest stretch of neighbours that are wavelengths, strictly ascending or strictly descending.
+
+    told : whether each must carry its unit or a word.
+    """
     found = [dialect.wavelength(cell) for cell in cells]
-    run = _longest_run([pair[0] if pair and pair[1] and 100.0 <= pair[0] <= 20_000.0 else None for pair in found])
-    return tuple(run) if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
-
-
-def plain_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
-    """Columns of the longest run of wavelengths in a header, whether or not they carry a unit."""
-    found = [dialect.wavelength(cell) for cell in cells]
-    return tuple(_longest_run([pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 else None for pair in found]))
-
-
-def _longest_run(values: Sequence[float | None]) -> list[int]:
-    """Columns of the longest stretch of neighbours with strictly ascending, or strictly descending, values."""
+    values = [pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 and (pair[1] or not told) else None for pair in found]
     best: list[int] = []
     for sign in (1.0, -1.0):
         run: list[int] = []
@@ -236,4 +233,4 @@ def _longest_run(values: Sequence[float | None]) -> list[int]:
             last = value
             if len(run) > len(best):
                 best = list(run)
-    return best
+    return tuple(best)

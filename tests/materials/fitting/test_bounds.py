@@ -40,23 +40,23 @@ def with_a_dip(packs, depth, wavelength):
 def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
     packs, bounds = fit(glossy, pixels=32).packs, Bounds.of(glossy)
     assert bounds.extremes(packs).within
-    assert not len(bounds.broken(packs))
+    assert not len(bounds.violations(packs))
     dipped = with_a_dip(packs, 3.0, wavelength)
     found = bounds.extremes(dipped)
     node = [axis.nodes[index] for axis, index in zip(IO, (30, 29, 15), strict=True)]
     there = np.pi * sum(p.shade(spherical(node[0], 0.0), spherical(node[1], node[2])) for p in dipped)[wavelength]
     assert found.lowest <= 0.98 * there < LOWEST
-    broken = bounds.broken(dipped)
-    assert broken.low.all() and set(broken.wavelength.tolist()) == {wavelength}
+    violations = bounds.violations(dipped)
+    assert violations.low.all() and set(violations.wavelength.tolist()) == {wavelength}
 
 
 def test_what_is_too_bright_is_found(glossy):
     packs, bounds = fit(glossy, pixels=32).packs, Bounds(Lambert(COAT), np.full(L, 0.05))
     found = bounds.extremes(packs)
-    broken = bounds.broken(packs)
+    violations = bounds.violations(packs)
     assert found.ratio > LARGEST and found.lowest >= LOWEST
-    assert len(broken) and not broken.low.any()
-    shaded = np.pi * sum(p.basis.reconstruct(p.shade(broken.wi, broken.wo)) for p in packs)
+    assert len(violations) and not violations.low.any()
+    shaded = np.pi * sum(p.basis.reconstruct(p.shade(violations.wi, violations.wo)) for p in packs)
     assert found.ratio >= shaded.max() / 0.05 * (1.0 - 1e-9)
 
 

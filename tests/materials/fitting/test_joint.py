@@ -11,8 +11,10 @@ from metamer.materials.brdf import Brdf
 from metamer.materials.directions import spherical
 from metamer.materials.fitting.axis_samples import AxisSamples
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fitting.joint import JointProblem, added, held, merged, refined
-from metamer.materials.fitting.seen import seen_pairs, seen_samples
+from metamer.materials.fitting.joint import JointProblem, new_terms, refined, refined_without_extrapolation
+from metamer.materials.fitting.pack_grids import merged
+from metamer.materials.fitting.seen import seen_samples
+from metamer.materials.fitting.seen_pairs import seen_pairs
 from metamer.materials.protocol import LIGHTS, sphere_protocol
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
@@ -53,21 +55,21 @@ def samples(glossy):
 
 @pytest.fixture(scope="module")
 def packs(samples):
-    first, _ = added((), samples, "hd", HD, 2, 0)
-    second, _ = added((first,), samples, "io", IO, 2, 0)
+    first, _ = new_terms((), samples, "hd", HD, 2, 0)
+    second, _ = new_terms((first,), samples, "io", IO, 2, 0)
     return first, second
 
 
 def test_no_step_raises_the_objective(samples, packs):
     problem = JointProblem(packs, samples)
-    state, left = problem.start(), [samples.cost(packs)]
+    state, left = problem.factors(), [samples.cost(packs)]
     for _ in range(6):
-        state, now = problem.swept(state)
+        state, now = problem.sweep(state)
         left.append(now)
     assert all(later <= earlier * (1 + 1e-12) for earlier, later in pairwise(left)), left
     assert left[-1] < 0.9 * left[0]
     # What the sweep says is left is what the packs leave.
-    assert samples.cost(problem.packed(state)) == pytest.approx(left[-1], rel=1e-6)
+    assert samples.cost(problem.packs_of(state)) == pytest.approx(left[-1], rel=1e-6)
 
 
 def test_the_objective_is_the_squared_delta_e_of_small_errors_under_every_light(samples):
@@ -79,9 +81,9 @@ def test_the_objective_is_the_squared_delta_e_of_small_errors_under_every_light(
         weights = sphere_protocol(16, light=light).weights(WORKING_WAVELENGTHS_NM)
         xyz, error = (np.pi * values @ samples.synthesis @ weights for values in (samples.targets, small))
         true += 0.3 * delta_e_xyz(xyz, xyz + error, weights.sum(axis=0)) ** 2
-    felt = np.sum(np.einsum("ksn,ns->kn", samples.eye, small) ** 2, axis=0) / samples.share
-    assert felt.sum() == pytest.approx(true.sum(), rel=0.05)
-    assert (felt <= true * 1.02 + 1e-12).all()
+    counted = np.sum(np.einsum("ksn,ns->kn", samples.sensitivity, small) ** 2, axis=0) / samples.importance
+    assert counted.sum() == pytest.approx(true.sum(), rel=0.05)
+    assert (counted <= true * 1.02 + 1e-12).all()
 
 
 def test_guards_bring_packs_back_between_their_limits_and_cost_nothing_there(samples, packs):
@@ -89,13 +91,13 @@ def test_guards_bring_packs_back_between_their_limits_and_cost_nothing_there(sam
     limits = np.stack([np.full(L, -0.01), np.full(L, 50.0)])
     wi, wo = samples.wi[::40], samples.wo[::40]
     cost = samples.cost(packs)
-    watched = samples.guarded(wi, wo, limits, cost)
+    watched = samples.with_guards(wi, wo, limits, cost)
     assert watched.cost(packs) == pytest.approx(cost, rel=1e-9)
 
     def lowest(some):
         return np.pi * sum(pack.shade(wi, wo) for pack in some).min()
 
-    before, after = lowest(bright), lowest(held(bright, watched, 4))
+    before, after = lowest(bright), lowest(refined_without_extrapolation(bright, watched, 4))
     assert before < -0.1
     assert after > 0.1 * before
 
@@ -103,23 +105,23 @@ def test_guards_bring_packs_back_between_their_limits_and_cost_nothing_there(sam
 def test_black_samples_have_finite_weights():
     black = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.zeros(L))
     samples = seen_samples(AshikhminShirley(black, black, 50.0, 50.0), 2000)
-    assert np.isfinite(samples.eye).all() and np.isfinite(samples.plain).all()
+    assert np.isfinite(samples.sensitivity).all() and np.isfinite(samples.base_weight).all()
     # L* is linear near black, 903.3 a unit of Y.
     dark = samples.xyz[:, 1] < 1e-6
     assert dark.any()
-    assert (samples.plain[dark] > 0).all()
+    assert (samples.base_weight[dark] > 0).all()
 
 
 def test_samples_are_never_the_protocol_s_own_and_show_what_it_shows():
-    wi, wo, share = seen_pairs(4000, 0, True)
+    wi, wo, importance = seen_pairs(4000, 0, True)
     sphere = sphere_protocol(64)
     own = {tuple(row) for row in np.round(np.hstack([sphere.wi, sphere.wo]), 9)}
     assert not own & {tuple(row) for row in np.round(np.hstack([wi, wo]), 9)}
     assert (wi[:, 2] > 0).all() and (wo[:, 2] > 0).all()
     np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1.0, rtol=1e-12)
-    # Weighted by share, points are as common as on a disk: mean cos(theta_o) under head-on light is 2/3.
+    # Weighted by importance, points are as common as on a disk: mean cos(theta_o) under head-on light is 2/3.
     ahead = np.sum(wi * wo, axis=1) > np.cos(np.radians(20.0))
-    assert np.average(wo[ahead, 2], weights=share[ahead]) == pytest.approx(2 / 3, abs=0.03)
+    assert np.average(wo[ahead, 2], weights=importance[ahead]) == pytest.approx(2 / 3, abs=0.03)
 
 
 def test_nodes_that_no_sample_touches_do_not_drift():
@@ -128,7 +130,7 @@ def test_nodes_that_no_sample_touches_do_not_drift():
     axis = AxisSamples.of(position, 12, False)
     factor, rest = np.ones((12, rank)), rng.random((500, rank))
     seen, plain, aim = rng.random((500, 3, rank)), np.ones(500), rng.random((500, rank))
-    found = axis.solved(factor, rest, seen[axis.order], np.eye(rank), plain, aim * rest)
+    found = axis.best_factor(factor, rest, seen[axis.order], np.eye(rank), plain, aim * rest)
     moved = found - factor
     assert np.abs(moved[3:8]).max() > 0.01
     # They follow their neighbour, less and less, and never run ahead of it.
@@ -145,15 +147,15 @@ def test_a_factor_is_solved_for_as_a_dense_system_would(periodic):
     factor = rng.standard_normal((size, rank))
     if periodic:
         factor[-1] = factor[0]
-    rest, felt, plain = rng.random((count, rank)), rng.standard_normal((count, 3, 4)), rng.random(count)
+    rest, counted, plain = rng.random((count, rank)), rng.standard_normal((count, 3, 4)), rng.random(count)
     spectra, target = rng.standard_normal((4, rank)), rng.standard_normal((count, 3))
-    seen = felt @ spectra
+    seen = counted @ spectra
     aim = np.einsum("nkr,nk->nr", seen, target) * rest
-    found = axis.solved(factor, rest, felt[axis.order], spectra, plain, aim)
+    found = axis.best_factor(factor, rest, counted[axis.order], spectra, plain, aim)
     nodes = size - 1 if periodic else size
     rows = np.zeros((count, nodes))
-    rows[np.arange(count), axis.below] += 1 - axis.share
-    rows[np.arange(count), (axis.below + 1) % nodes] += axis.share
+    rows[np.arange(count), axis.below] += 1 - axis.fraction
+    rows[np.arange(count), (axis.below + 1) % nodes] += axis.fraction
     eye = (rows[:, None, :, None] * (seen * rest[:, None])[:, :, None, :]).reshape(3 * count, -1)
     flat = rows[:, None, :, None] * (spectra[None] * rest[:, None])[:, :, None, :] * np.sqrt(plain)[:, None, None, None]
     flat = flat.reshape(4 * count, -1)
@@ -176,7 +178,7 @@ def test_a_factor_is_solved_for_as_a_dense_system_would(periodic):
 def test_an_anisotropic_pack_is_continuous_where_its_azimuths_wrap():
     brdf = AshikhminShirley(RED, GREY, 4.0, 20.0)
     samples = seen_samples(brdf, PAIRS)
-    pack, _ = added((), samples, "hd", TURNED, 3, 0)
+    pack, _ = new_terms((), samples, "hd", TURNED, 3, 0)
     (pack,), _ = refined((pack,), samples, 4)
     for axis, factor in zip(pack.axes, pack.factors, strict=True):
         if axis.periodic:

@@ -105,7 +105,7 @@ def test_what_no_fit_reaches_refits_nothing(changed, module):
 
 
 def test_another_release_of_a_library_counts(copied, monkeypatch):
-    found = {"numpy": "2.1.3", "scipy": "1.14.1", "colour-science": "0.4.6"}
+    found = {"numpy": "2.1.3", "scipy": "1.14.1", "tensorly": "0.9.0", "colour-science": "0.4.6"}
     monkeypatch.setattr(code_version, "version", lambda name: found[name])
     hashes = []
     for name, release in (("", ""), ("numpy", "2.1.4"), ("scipy", "1.15.0"), ("colour-science", "0.4.7")):

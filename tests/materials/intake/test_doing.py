@@ -4,8 +4,8 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
-from metamer.materials.fitting.candidates import LAST_ROUNDS
 from metamer.materials.fitting.fit import RANKS
+from metamer.materials.fitting.growing import LAST_ROUNDS
 from metamer.materials.intake import doing
 from metamer.materials.intake.doing import Doing, Expected, share_done
 from metamer.materials.intake.importing import import_sources

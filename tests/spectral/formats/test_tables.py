@@ -289,6 +289,11 @@ def test_truncated_rows_are_refused(refused):
     assert "too long" in refused(read, ACROSS.replace("0.07\n", "0.07,0.08\n"))[0]
 
 
+@pytest.mark.parametrize("header", ["Sample name 400 410 420\nRed 0.1 0.2 0.3\n", "400 410 420\n0.1 0.2\n0.3 0.4\n"])
+def test_a_spaced_header_of_wavelengths_that_is_longer_than_its_rows_is_refused(refused, header):
+    assert "a row is cut short" in refused(silent, header)[0]
+
+
 def test_mixed_order_of_wavelengths_is_refused(refused):
     assert "wavelengths do not ascend" in refused(silent, DOWN.replace("410", "500"))[0]
 

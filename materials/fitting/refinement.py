@@ -1,0 +1,145 @@
+"""All packs of a candidate refined together, and brought back within their bounds by guards."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ..brdf import Brdf
+from ..factors import FactorPack
+from .bounds import Bounds, Violations
+from .candidates import Candidate, FitSettings
+from .joint import refined, refined_without_extrapolation
+from .judging import Judge
+from .seen import SeenSamples, seen_samples
+from .within import within_bounds
+
+# Pairs drawn for each pixel of the protocol's square; some two thirds are above the horizon.
+_PAIRS_A_PIXEL = 3.5
+# Pairs drawn at least.
+_FEWEST_PAIRS = 12_000
+# How many times as many pairs an anisotropic surface needs, for its azimuths.
+_TIMES_FOR_AZIMUTHS = 1.7
+# Rounds of refinement at most.
+_ROUNDS = 2
+# Share of the distance that a round must gain for another one to follow.
+_LEAST_GAIN = 0.03
+# Factor by which errors under light from behind come to count more, from one round to the next.
+_BACK_STEP = 3.0
+# Times that errors under light from behind count at most.
+_MOST_BACK_WEIGHT = 9.0
+# Rounds that bring packs back within their bounds, at most.
+_BOUNDING_ROUNDS = 9
+# Sweeps of each such round.
+_BOUNDING_SWEEPS = 3
+# What leaving the bounds by 0.02 at one guard costs, as a share of what all errors do.
+_GUARD_COST = 1e-3
+# Spectra alone are tried where packs are beyond their bounds by less than this many times them.
+_NEARLY_WITHIN = 1.15
+# However far beyond they are, spectra alone are tried once in this many rounds.
+_TRY_SPECTRA_EVERY = 3
+# Spectra alone may raise the cost of all errors to this many times what it was.
+_DEAREST_SPECTRA = 1.1
+# From the second of such rounds on, guards that stand count this many times as much as in the round before.
+_FIRMER = 2.0
+# Guards that stand all over the hemispheres from the beginning.
+_FIRST_GUARDS = 3000
+# The squared ΔE94 a sample that the cost of those guards supposes.
+_EXPECTED_ERROR = 0.1
+
+
+class Refinement:
+    """The joint refinement of one fit: its samples, which are drawn when they are first needed, and its guards."""
+
+    def __init__(self, brdf: Brdf, judge: Judge, settings: FitSettings) -> None:
+        self.brdf, self.judge, self.settings = brdf, judge, settings
+        self.bounds = Bounds.of(brdf)
+
+    @cached_property
+    def samples(self) -> SeenSamples:
+        """What is seen of the BRDF, and behind it the guards that stand by now."""
+        pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS)
+        pairs *= 1.0 if self.brdf.isotropic else _TIMES_FOR_AZIMUTHS
+        found = seen_samples(self.brdf, int(pairs), self.settings.seed)
+        wi, wo = self.bounds.everywhere(_FIRST_GUARDS)
+        cost = _GUARD_COST * _EXPECTED_ERROR * float(np.sum(found.importance))
+        return found.with_guards(wi, wo, self.bounds.limits, cost)
+
+    def refine(self, candidate: Candidate) -> Candidate:
+        """The candidate after some rounds, as many as improve its measured distance; the best of them."""
+        best = candidate
+        for _ in range(_ROUNDS):
+            before = best.judgement.score
+            candidate = self.refine_once(candidate, candidate.packs)
+            best = candidate if self.is_gain(candidate, before) else best
+            gained = candidate.judgement.distance <= (1.0 - _LEAST_GAIN) * before
+            more_weight = candidate.judgement.back_decides and candidate.back_weight < _MOST_BACK_WEIGHT
+            if best.judgement.score <= self.settings.budget or not (gained or more_weight):
+                break
+        return best
+
+    def refine_once(self, candidate: Candidate, packs: tuple[FactorPack, ...]) -> Candidate:
+        """The candidate with `packs` in place of its own, after some sweeps over them.
+
+        While light from behind decides the score, errors under it count more and more.
+        """
+        if candidate.judgement.back_decides:
+            weight = min(_BACK_STEP * candidate.back_weight, _MOST_BACK_WEIGHT)
+        else:
+            weight = max(candidate.back_weight / _BACK_STEP, 1.0)
+        found = replace(candidate, packs=packs, stopped="", back_weight=weight, within=False)
+        self.judge.doing(f"{found.rank} terms in {found.frames}")
+        samples = self.samples
+        if weight != 1.0:
+            samples = samples.reweighted(np.where(samples.lit_from_behind, weight, 1.0))
+        packs, relative = refined(packs, samples)
+        judgement = self.judge.judge_packs(packs, None, relative)
+        return replace(found, packs=packs, judgement=judgement, relative_error=relative)
+
+    def is_gain(self, candidate: Candidate, before: float) -> bool:
+        """Whether the candidate's distance is less than `before`; either way the trial is recorded."""
+        kept = candidate.judgement.distance < before
+        self.judge.record(0, candidate.frames, candidate.rank, candidate.judgement, kept, candidate.name, joint=True)
+        return kept
+
+    def guard(self, candidate: Candidate) -> Candidate:
+        """The same packs, with guards from now on wherever they leave their bounds."""
+        violations = self.bounds.violations(candidate.packs)
+        if len(violations):
+            self._add_guards(violations, candidate.packs, 1.0)
+        return replace(candidate, within=not len(violations))
+
+    def bring_within(self, candidate: Candidate) -> Candidate:
+        """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
+
+        What is left is mended by spectra alone as soon as that costs little.
+        """
+        packs, within = candidate.packs, True
+        for number in range(_BOUNDING_ROUNDS):
+            violations = self.bounds.violations(packs)
+            if not len(violations):
+                break
+            self.judge.doing(f"{candidate.rank} terms: {len(violations)} places are still out of the bounds of shading")
+            turn = number % _TRY_SPECTRA_EVERY == _TRY_SPECTRA_EVERY - 1
+            if violations.worst_excess <= _NEARLY_WITHIN or turn:
+                mended, done = within_bounds(packs, self.samples, self.bounds, violations)
+                dear = self.samples.cost(mended) > _DEAREST_SPECTRA * self.samples.cost(packs)
+                if done and (not dear or number == _BOUNDING_ROUNDS - 1):
+                    packs = mended
+                    break
+            self._add_guards(violations, packs, _FIRMER if number else 1.0)
+            packs = refined_without_extrapolation(packs, self.samples, _BOUNDING_SWEEPS)
+        else:
+            within = self.bounds.extremes(packs).within
+        if packs is candidate.packs:
+            return replace(candidate, within=within)
+        judgement = self.judge.judge_packs(packs, None, candidate.relative_error)
+        return replace(candidate, packs=packs, judgement=judgement, within=within)
+
+    def _add_guards(self, violations: Violations, packs: tuple[FactorPack, ...], firmer: float) -> None:
+        """One guard more wherever packs leave their bounds; all that stand already count `firmer` times as much."""
+        standing = replace(self.samples, guards=firmer * self.samples.guards)
+        cost = _GUARD_COST * self.samples.cost(packs)
+        self.samples = standing.with_guards(violations.wi, violations.wo, self.bounds.limits, cost)

@@ -1,0 +1,300 @@
+"""Tables with wavelengths down their columns, or across their header: from rows of cells to columns of numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from ...errors import InputError
+from ..shared.text import shortened
+from ..shared.words import colour_axis, quantity_in, unit_in
+from .dialect import Dialect, in_percent
+from .layout import (
+    Row,
+    is_name_header,
+    is_units_row,
+    is_wavelength_header,
+    is_wavenumber_header,
+    nm_per_unit,
+    told_wavelengths,
+)
+from .section import Column, Section, cell, ragged, trimmed
+
+# Columns that hold no spectrum: scatter of one beside it, and an instrument's own readings. Whole words at the end of a
+# heading, since "dark-skin" and "std white" are names of samples.
+_SCATTER = re.compile(
+    r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|s\.?d\.?|sigma|uncert\w*|err(?:or)?s?|"
+    r"variance)\W*(?:[\[(].*)?",
+    re.I,
+)
+_COUNTER = re.compile(r"#|index|pixel\w*", re.I)
+_READING = re.compile(
+    r"(?:dark|baseline|reference|ref)\.?(?:[ _]*(?:currents?|readings?|spectr\w+|counts?|signals?|scans?|lamp))?\W*",
+    re.I,
+)
+_RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseline)\b.*", re.I)
+_UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
+_GENERIC = re.compile(
+    r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|"
+    r"reflection|reflexion|remission|transmittance|transmission|(?:ir)?radiance|power|intensity|values?|data|"
+    r"emission|spd|spectrum|counts?|"
+    r"measurement|[%]?[rtys][%]?|scope)(?:[ _]*(?:factor|distribution))?(?: ?%)?",
+    re.I,
+)
+
+
+def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
+    """Read wavelengths down columns, each with the columns of values to its right; how many lines below are not read.
+
+    Wavelengths that start again below an empty line are one more block of the same table; below words or comments they
+    are another table, where reading ends.
+    """
+    axes, dialect = table.layout.axes, table.text.dialect
+    # L*, a*, b* or X, Y, Z of each spectrum, a row each.
+    colours = [row for _, row in table.shown[: table.layout.first] if colour_axis(row[0]) and len(row) > 1]
+    columns: list[Column] = []
+    blocks, last, stop_cell, shape = table.blocks, math.nan, "", ""
+    width = stopped = below = 0
+    for line, cells in rows:
+        first = cell(cells, axes[0])
+        shape = shape or _shape(first)
+        found = [_wavelength(cell(cells, axis), shape, dialect) for axis in axes]
+        if not any(at is not None for at in found):
+            if columns and _beside(columns, cells):
+                table.last_line = table.last_line if colours else line
+                continue
+            if not stopped:
+                stopped, stop_cell = line, first or cells[0]
+            below += 1
+            continue
+        at = math.nan if found[0] is None else found[0]
+        begun = columns[0].wavelengths if columns else None
+        if begun and (at == begun[0] or (stopped and not _continues(begun, last, at))):
+            blocks.append(columns)
+            columns = []
+            if stopped or table.text.parted(table.last_line, line):
+                table.further = (line, "down")
+                below = 0
+                break
+        elif stopped and columns:
+            raise InputError(
+                "not a number",
+                field=f"line {stopped}",
+                found=repr(shortened(stop_cell, 40)),
+                expected="a wavelength, as on the lines before and after it",
+            )
+        below = stopped = 0
+        if not columns:
+            width = len(trimmed(cells))
+            columns = _columns(table, cells, width, [] if blocks else notes)
+            for row in colours:
+                _beside(columns, row)
+        most = max(width, len(table.heads))
+        if len(cells) < width:
+            raise ragged(line, len(cells), width)
+        if len(cells) > most and len(trimmed(cells)) > most:
+            raise ragged(line, len(cells), most)
+        by_axis = dict(zip(axes, found, strict=True))
+        for column in columns:
+            if (nm := by_axis[column.place[1]]) is not None:
+                column.wavelengths.append(nm)
+                column.take(line, cell(cells, column.place[0]), dialect)
+        table.count(len(columns))
+        last, table.last_line = at, line
+    if columns:
+        blocks.append(columns)
+    every = [column for block in blocks for column in block]
+    words = {column.words for column in every if column.is_empty and column.bad}
+    beside_numbers = bool(words) and not all(column.is_empty for column in every)
+    if beside_numbers:
+        notes.append(f"columns without numbers are left out: {', '.join(sorted(words)[:6])}")
+    table.blocks = [
+        [column for column in block if not column.is_empty or (column.bad and not beside_numbers)] for block in blocks
+    ]
+    return below
+
+
+def _wavelength(text: str, shape: str, dialect: Dialect) -> float | None:
+    """The wavelength in a cell that is written as the first one was; a word with a number in it is none."""
+    found = dialect.wavelength(text)
+    return found[0] if found and (not found[1] or _shape(text) == shape) else None
+
+
+def _beside(columns: Sequence[Column], cells: Sequence[str]) -> bool:
+    """Whether a row has one tristimulus value for each spectrum (L*, X, ...), which is then put beside it."""
+    label = next((text for text in cells if text), "")
+    if colour_axis(label) is None:
+        return False
+    for column in columns:
+        if value := cell(cells, column.place[0]):
+            column.beside.setdefault(label, value)
+    return True
+
+
+def _aside(head: str, heads: Sequence[str]) -> bool:
+    """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
+    if _READING.fullmatch(head):
+        return any(_RAW.fullmatch(other) for other in heads if other != head)
+    return bool(_SCATTER.fullmatch(head) or _COUNTER.fullmatch(head))
+
+
+def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str]) -> list[Column]:
+    """Empty columns for the values of a block that starts with `cells`."""
+    axes, heads, units = table.layout.axes, table.heads, table.units
+    said = "\n".join(line for line in table.words.splitlines() if re.search("wave|λ|lambda", line, re.I))
+    columns: list[Column] = []
+    aside = []
+    width = max(width, len(heads))
+    for at in range(min(axes) + 1, width):
+        if at in axes:
+            continue
+        axis = max(axis for axis in axes if axis < at)
+        head, unit = cell(heads, at), cell(units, at)
+        if head and width - len(axes) > 1 and _aside(head, heads):
+            aside.append(head)
+            continue
+        unit = unit.strip("[]() ")
+        bracket = _UNIT_BRACKET.search(head)
+        if bracket and (unit_in(bracket[1]) or quantity_in(bracket[1]) or not unit):
+            unit = unit or bracket[1]
+        if not unit and in_percent(cell(cells, at)):
+            unit = "%"
+        if re.search("[A-Za-z%]", head) and is_units_row([head]):
+            head, unit = "", head
+        axis_words = f"{cell(heads, axis)} {cell(units, axis)}"
+        nm = nm_per_unit(axis_words)
+        if nm == 1.0 and not is_wavelength_header(cell(heads, axis)):
+            nm = nm_per_unit(said)
+        if is_wavenumber_header(axis_words):
+            raise InputError(
+                "wavenumbers in place of wavelengths",
+                field=cell(heads, axis),
+                expected="wavelengths in nm, µm or Å",
+                hint="export over wavelength; 10,000,000 / (wavenumber in 1/cm) is the wavelength in nm",
+            )
+        called = f"{axis_words} {said}"
+        is_open = nm == 1.0 and is_wavelength_header(called) and not re.search(r"nm\b|nanomet", called, re.I)
+        name = _name(table, head, at, axis, width - len(axes))
+        columns.append(Column(name, head, unit, array("d"), nm, unit_open=is_open, place=(at, axis)))
+    if aside:
+        notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
+    if not columns:
+        raise InputError(
+            "wavelengths without values",
+            found=", ".join(aside) or shortened(" ".join(cells)),
+            expected="a column of reflectance, transmittance or emission",
+        )
+    return columns
+
+
+def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
+    """The header without its unit; the row above names columns that are only called what was measured."""
+    bracket = _UNIT_BRACKET.search(head)
+    plain = _UNIT_BRACKET.sub("", head).strip() if bracket else head
+    if plain and not is_generic(plain):
+        return head if bracket and not unit_in(head) and not quantity_in(head) else plain
+    above = table.above[-1][1] if table.above and table.layout.header is not None else []
+    if len(above) > 1 and (len(table.layout.axes) > 1 or len(above) >= len(table.heads) > 2):
+        for place in (at, axis):
+            if (name := cell(above, place)) and not is_units_row([name]):
+                return name
+    return "" if count == 1 else plain or f"column {at + 1}"
+
+
+def is_generic(name: str) -> bool:
+    """Whether a heading says what was measured and not of which sample."""
+    return bool(_GENERIC.fullmatch(name))
+
+
+def _continues(begun: array[float], last: float, at: float) -> bool:
+    """Whether a wavelength goes on from the last one in the direction of those before."""
+    return len(begun) < 2 or (at - last) * (begun[1] - begun[0]) > 0.0
+
+
+def _shape(cell: str) -> str:
+    """A cell with its number taken out: "Spectral Data 380[nm]" and "Spectral Data 385[nm]" have one shape."""
+    return re.sub(r"\d+(?:[.,]\d+)?", "0", cell[:60])
+
+
+def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
+    """Read a spectrum a row, until a row is another header of wavelengths."""
+    heads, axes, dialect = table.heads, table.layout.axes, table.text.dialect
+    others = [at for at in range(len(heads)) if at not in set(axes)]
+    wavelengths = array("d", ((dialect.wavelength(heads[at]) or (math.nan,))[0] for at in axes))
+    nm = nm_per_unit(" ".join(heads[: axes[0]]))
+    prefix = re.match(r"\s*([RT])[ _.:-]?\s*\d", heads[axes[0]])
+    plain = [at for at in others if colour_axis(heads[at]) is None]
+    words = " ".join(heads[at] for at in plain)
+    words += {"R": " reflectance", "T": " transmittance"}[prefix[1]] if prefix else ""
+    kinds = [at for at in others if re.search("type|mode|quantity|measure|geometr", heads[at], re.I)]
+    # A name is better than a number; without either, whatever stands first.
+    names = [at for at in plain if is_name_header(heads[at])]
+    names = sorted(names, key=lambda at: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[at], re.I))) + plain
+    columns: list[Column] = []
+    without = pending = 0
+    for line, cells in rows:
+        column = Column("", "", "%" if in_percent(cell(cells, axes[0])) else "", wavelengths, nm)
+        for at in axes:
+            column.take(line, cell(cells, at), dialect)
+        if _is_header(table, others, cells, column, line):
+            if not pending and trimmed(cells) == heads:
+                continue  # repeated, as on each page of a print
+            table.further = (line, "across")
+            break
+        if column.is_empty:
+            pending += 1
+            continue
+        if len(cells) <= axes[-1]:
+            raise ragged(line, len(cells), len(heads))
+        cells = trimmed(cells)
+        if len(cells) > len(heads):
+            raise ragged(line, len(cells), len(heads))
+        without, pending, table.last_line = without + pending, 0, line
+        table.count(len(axes))
+        called = next((at for at in names if cell(cells, at)), -1)
+        column.name = cells[called] if called >= 0 else f"row {len(columns) + 1}"
+        column.words = " ".join([words, *(cells[at] for at in kinds if at < len(cells))])
+        column.beside = {heads[at]: cells[at] for at in others if at != called and heads[at] and cell(cells, at)}
+        columns.append(column)
+    without += pending if table.further is None else 0
+    if without:
+        notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
+    table.blocks = [columns]
+
+
+def _is_header(table: Section, others: Sequence[int], cells: Sequence[str], row: Column, line: int) -> bool:
+    """Whether a row has wavelengths where spectra have values: with their unit, or below the same headings.
+
+    Raises
+    ------
+    InputError
+        Its values could be either.
+    """
+    dialect, heads, values = table.text.dialect, table.heads, row.values
+    if row.is_empty:
+        return len(told_wavelengths(cells, dialect)) >= min(3, len(values))
+    known = [at for at in others if heads[at]]
+    if known and all(at < len(cells) and cells[at].casefold() == heads[at].casefold() for at in known):
+        numbers = [dialect.number(cell) for at, cell in enumerate(cells) if at not in others and cell]
+        if len(numbers) > 1 and _climbs(numbers):
+            return True
+    if len(values) < 5 or not _climbs(values):
+        return False
+    steps = [b - a for a, b in pairwise(values)]
+    if max(steps) - min(steps) > 1e-9 * abs(steps[0]):
+        return False
+    raise InputError(
+        "a spectrum, or the wavelengths of another table?",
+        field=f"line {line}",
+        found=f"{values[0]:g}, {values[1]:g} ... {values[-1]:g} in equal steps",
+        expected="wavelengths with their unit, such as 380nm, or one table a file",
+        hint="write the unit behind the wavelengths, or save the second table as a file of its own",
+    )
+
+
+def _climbs(values: Sequence[float]) -> bool:
+    """Whether values rise throughout in the range of wavelengths in nm."""
+    return values[0] >= 100.0 and values[-1] <= 20_000.0 and all(a < b for a, b in pairwise(values))

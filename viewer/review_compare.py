@@ -1,0 +1,58 @@
+"""What is drawn held against the truth: ΔE94 over the pixels of each material that is judged."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..calibration.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
+from ..lighting.geometry import VisibleGeometry
+from ..lighting.scene import Scene
+from ..spectral.errors import InputError
+from .review_cases import Case, Setting
+from .review_draw import Drawing
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One material of a drawing: share (H, W) of each pixel that shows it, ΔE94 (H, W) there, and its statistics."""
+
+    material: str
+    share: Float[np.ndarray, "H W"]
+    difference: Float[np.ndarray, "H W"]
+    statistics: DeltaEStatistics
+    seconds: float
+
+
+def compare(setting: Setting, case: Case, drawing: Drawing) -> Iterator[Comparison]:
+    """Each material that is judged, over the pixels that show it.
+
+    Raises
+    ------
+    InputError : a material and illuminant of which no pixel can be compared.
+    """
+    for material in case.judged:
+        begun = time.perf_counter()
+        share = np.minimum(drawing.coverage[0], _share_of(setting.geometry, case.scene, material))
+        difference = delta_e_map(drawing.truth_xyz, drawing.sample.values, drawing.white, share)
+        statistics = _statistics(difference, material, drawing.illuminant)
+        yield Comparison(material, share, difference, statistics, time.perf_counter() - begun)
+
+
+def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illuminant_name: str) -> DeltaEStatistics:
+    try:
+        return delta_e_statistics(difference)
+    except InputError as reason:
+        raise reason.at(field=f"{material_id} under {illuminant_name}") from None
+
+
+def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:
+    """(H,W) share of each pixel that shows a material."""
+    wearing = [index for index, part in enumerate(scene.parts) if part.material_id == material_id]
+    pixels = geometry.pixel[np.isin(geometry.part, wearing)]
+    hits = np.bincount(pixels, minlength=geometry.rows * geometry.width)
+    return hits.reshape(geometry.rows, geometry.width) / geometry.samples

@@ -1,0 +1,61 @@
+"""One compared material of a review as files and as a row of the report."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from ..calibration.row import ReviewRow, RowColour, review_row
+from ..materials.reading import GEOMETRY, Reading
+from ..spectral.difference import lab_from_xyz
+from .picture import picture_words
+from .png import quantise
+from .reading import swatch, xyz_in
+from .review_cases import Setting
+from .review_compare import Comparison
+from .review_draw import Drawing
+from .review_files import picture_name, write_row
+from .review_words import provenance_words
+
+
+def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Reading, out: Path) -> ReviewRow:
+    """Write the pictures below `out` and give the row; `reading` is what an instrument reads of the material."""
+    begun = time.perf_counter()
+    scene, display, lit = setting.scene, setting.display, drawing.scene
+    words = picture_words(lit, setting.view, setting.renderer.made_by, setting.version)
+    image, files = write_row(
+        out,
+        picture_name(found.material, None if drawing.own_light else drawing.illuminant),
+        drawing.shown,
+        display.display,
+        drawing.sample,
+        drawing.truth,
+        drawing.coverage,
+        found.difference,
+        words | {"material": found.material},
+    )
+    seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
+    seconds["write"] += seconds.pop("encode")
+    xyz = xyz_in(lit, reading)
+    return review_row(
+        material=found.material,
+        illuminant=drawing.illuminant,
+        observer=scene.observer.name,
+        statistics=found.statistics,
+        picture=quantise(drawing.shown),
+        reference=quantise(drawing.truth_shown),
+        delta_e=found.difference,
+        budget=setting.budget,
+        rows=setting.total,
+        image=image,
+        files=files,
+        seconds=seconds,
+        wavelengths_nm=reading.wavelengths_nm,
+        reflectance=reading.factor,
+        reflectance_label="Radiance factor, light at 45°, seen from 0°",
+        swatch=swatch(display, xyz, drawing.white),
+        colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY),
+        white_xyz=drawing.white,
+        notes=drawing.notes,
+        provenance=provenance_words(setting.records[found.material]),
+    )
