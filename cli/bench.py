@@ -15,6 +15,7 @@ from .shared import comma_separated
 WHAT = {
     "basis": "the error of spectral bases by their size",
     "shading": "the time that folded terms take, beside RGB",
+    "interactive": "another light and another camera, beside drawing anew",
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
     "all": "basis and shading",
 }
@@ -72,6 +73,11 @@ def run(args: argparse.Namespace) -> int:
 
         figures["shading"] = shading.run()
         print(shading.report(figures["shading"]))
+    if args.what == "interactive":
+        from ..benchmarks import interactive
+
+        figures["interactive"] = interactive.run()
+        print(interactive.report(figures["interactive"]))
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0

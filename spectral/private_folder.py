@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .ending import clearing
+from .ending import clearing, undisturbed
 from .locks import abandoned, made_and_held
 
 _NAME = re.compile(r"metamer-[0-9a-f]{32}")
@@ -21,14 +21,23 @@ _NAME = re.compile(r"metamer-[0-9a-f]{32}")
 def private_folder() -> Iterator[Path]:
     """An empty folder that is removed with all that is in it, whichever way the block ends."""
     clear_abandoned()
-    path = Path(tempfile.gettempdir()) / f"metamer-{uuid.uuid4().hex}"
+    path = temporary_folder() / f"metamer-{uuid.uuid4().hex}"
     with clearing(lambda: shutil.rmtree(path, ignore_errors=True)), made_and_held(path, lambda: path.mkdir(mode=0o700)):
         yield path
 
 
+def temporary_folder() -> Path:
+    """The system's folder of temporary files.
+
+    Python tries it with a file of its own when it is first asked for, which a signal must not leave there.
+    """
+    with undisturbed():
+        return Path(tempfile.gettempdir())
+
+
 def clear_abandoned() -> None:
     """Remove private folders whose process was killed."""
-    with suppress(OSError), os.scandir(tempfile.gettempdir()) as entries:
+    with suppress(OSError), os.scandir(temporary_folder()) as entries:
         for entry in entries:
             if _NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False) and abandoned(Path(entry.path)):
                 shutil.rmtree(entry.path, ignore_errors=True)

@@ -15,6 +15,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import tempfile
 import threading
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -27,7 +28,7 @@ from typing import Any, TypeVar
 
 from .ending import clearing, undisturbed
 from .errors import MetamerError
-from .private_folder import clear_abandoned
+from .private_folder import clear_abandoned, temporary_folder
 
 Result = TypeVar("Result")
 #: What each process calls before its first task, and with what.
@@ -200,7 +201,9 @@ class _Worker:
 
     def __init__(self, work: Callable[..., Any], tells: bool, start: Start | None) -> None:
         self.connection, self._theirs = _CONTEXT.Pipe()
-        self.process = _CONTEXT.Process(target=_serve, args=(self._theirs, work, tells), daemon=True)
+        self.process = _CONTEXT.Process(
+            target=_serve, args=(self._theirs, work, tells, str(temporary_folder())), daemon=True
+        )
         self.task: Task | None = None
         self._start = start
 
@@ -252,8 +255,10 @@ def _ending(code: int | None) -> str:
     return f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
 
 
-def _serve(connection: Connection, work: Callable[..., Any], tells: bool) -> None:
+def _serve(connection: Connection, work: Callable[..., Any], tells: bool, temporary: str) -> None:
     """What a process does: a task, its result, the next; until the pipe or the parent is gone."""
+    # Known, it is not tried with a file, which would stay where this process is ended in between.
+    tempfile.tempdir = temporary
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
     words: dict[str, Any] = {"told": lambda what: connection.send(_Said(what))} if tells else {}
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):

@@ -202,3 +202,22 @@ def test_the_command_hears_signals_before_it_imports_anything_else():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout.splitlines() == ["metamer.cli metamer.cli.main metamer.spectral metamer.spectral.ending", ""]
+
+
+def test_the_trial_of_the_temporary_folder_leaves_no_file(tmp_path):
+    """Python writes a file there when it is first asked; the signal comes while that lies there."""
+    code = """
+import tempfile
+from metamer.spectral.private_folder import temporary_folder
+os.environ["TMPDIR"] = str(here)
+unlink = os.unlink
+def disturbed(path, **more):
+    hit()
+    time.sleep(0.2)
+    unlink(path, **more)
+os.unlink = tempfile._os.unlink = disturbed
+temporary_folder()
+time.sleep(30)
+"""
+    code_, lines, left = ended(code, tmp_path)
+    assert (code_, lines, left) == (130, [LINE], [])

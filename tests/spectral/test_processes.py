@@ -216,3 +216,15 @@ def test_a_script_without_a_guard_is_run_once(tmp_path):
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
     assert (done.stdout, done.stderr) == ("begun\n[2.0, 3.0]\n", "")
+
+
+def _temporary():
+    import tempfile
+
+    return tempfile.tempdir
+
+
+def test_processes_know_the_temporary_folder_and_do_not_try_it():
+    import tempfile
+
+    assert [found for _, found in supervised(_temporary, [Task(0, ())], 1)] == [tempfile.gettempdir()]
