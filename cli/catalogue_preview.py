@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from .catalogue_query import add_query_options, found_by
 from .catalogue_words import add_catalogue_argument
-from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, shipped_scene
+from .shared import add_renderer_option, positive_count, progress_bar, renderer_for
 
 if TYPE_CHECKING:
     from ..calibration.preview_page import PreviewCard
@@ -39,7 +39,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Draw; 0, or 4 where a file could not be used or nothing fits."""
-    from ..lighting.scene_files import load_scene
+    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.errors import InputError
     from ..spectral.files import check_writable, written_whole
     from ..viewer.picture import lit_by

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import visible
 from .catalogue_words import add_catalogue_argument, columns, opened
-from .shared import add_renderer_option, renderer_for, shipped_scene
+from .shared import add_renderer_option, renderer_for
 
 if TYPE_CHECKING:
     from ..materials.factors import FactorPack, LightError
@@ -122,7 +122,7 @@ def _stated(record: MaterialRecord) -> str:
 
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
-    from ..lighting.scene_files import load_scene
+    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.files import written_whole
     from ..viewer.material_facts import material_page
 

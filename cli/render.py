@@ -41,7 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene_files import load_scene
-    from ..viewer.picture import check_output, lit_by, render_picture, render_reference, render_spectral
+    from ..viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
 
     if args.reference and args.spectral:
@@ -61,12 +61,14 @@ def run(args: argparse.Namespace) -> int:
         told(cost.words)
     if args.reference:
         with progress_bar("Tracing", quiet=not long) as progress:
-            notes = render_reference(scene, catalogue, args.output, args.camera, warned, progress)
+            notes = reference_picture(scene, catalogue, args.camera, warned, progress).write(args.output, warned)
     else:
-        render = render_spectral if args.spectral else render_picture
         with renderer_for(args.renderer) as renderer, progress_bar("Rendering", quiet=not long) as progress:
             renderer.filtering, renderer.progress = args.filtering, progress
-            notes = render(scene, catalogue, args.output, args.camera, renderer, warned)
+            if args.spectral:
+                notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warned)
+            else:
+                notes = picture(scene, catalogue, args.camera, renderer, warned).write(args.output, warned, renderer)
     for note in (*scene.notes, *notes):
         print(note)
     print(args.output)

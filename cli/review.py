@@ -15,7 +15,6 @@ from .shared import (
     positive_delta_e,
     progress_bar,
     renderer_for,
-    shipped_scene,
     told,
     warned,
 )
@@ -55,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     from importlib.metadata import version
 
     from ..calibration.statistics import beside
-    from ..lighting.scene_files import load_scene
+    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.processes import usable_cores
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.review import review

@@ -9,7 +9,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
@@ -69,11 +68,9 @@ def add_renderer_option(command: argparse.ArgumentParser) -> None:
 
 def renderer_for(choice: str) -> Renderer:
     """The renderer asked for; "auto" falls back to software and says why."""
-    from ..viewer.headless import GLRenderer, SoftwareRenderer, create_renderer
+    from ..viewer.script import renderer_named
 
-    if choice != "auto":
-        return GLRenderer() if choice == "gl" else SoftwareRenderer()
-    renderer, reason = create_renderer()
+    renderer, reason = renderer_named(choice)
     if reason is not None:
         print(f"No OpenGL here, so the software path renders. {reason}")
     return renderer
@@ -87,13 +84,6 @@ def warned(line: str) -> None:
 def told(line: str) -> None:
     """Say on standard error, at once, which long step begins."""
     print(f"metamer: {line}", file=sys.stderr, flush=True)
-
-
-def shipped_scene(name: str = "sphere") -> Path:
-    """A scene that comes with Metamer."""
-    from importlib.resources import files
-
-    return Path(str(files("metamer.examples"))) / f"{name}.toml"
 
 
 def shows_bars(stream: io.TextIOBase | TextIO) -> bool:

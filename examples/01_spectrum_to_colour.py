@@ -7,10 +7,9 @@ black, a spectrum that has no colour under D65.
 from pathlib import Path
 
 import numpy as np
+from metamer import illuminant, observer
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
 from metamer.spectral.formats.csv import read_csv_spectra
-from metamer.spectral.illuminants import illuminant
-from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 CHIPS = Path(__file__).parent.parent / "catalogs" / "shipped" / "spectra" / "munsell_nist_cqs9.csv"

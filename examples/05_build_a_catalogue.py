@@ -5,8 +5,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from metamer.materials.catalogue import Catalogue, import_sources
-from metamer.materials.records.query import Query
+from metamer import Catalogue, Query, import_sources
 from metamer.spectral.errors import UnknownNameError
 
 # A source folder: spectra, `sources.toml` with their origin, licence and hash, and one TOML file a family.

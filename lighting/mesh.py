@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError, UnknownNameError
-from .vectors import dot, orthonormal_frame, stated_tangents, unit
+from .vectors import Number, VectorLike, dot, orthonormal_frame, stated_tangents, unit
 
 # A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
 THINNEST = 1e-10
@@ -138,6 +139,29 @@ class Mesh:
         normals = unit(self.normals @ np.linalg.inv(linear))
         faces = self.faces if determinant > 0.0 else self.faces[:, ::-1]
         return replace(self, vertices=self.vertices @ linear.T + matrix[:3, 3], normals=normals, faces=faces)
+
+    def placed(
+        self,
+        scale: Number | Sequence[Number] = 1.0,
+        rotate_deg: VectorLike = (0.0, 0.0, 0.0),
+        translate: VectorLike = (0.0, 0.0, 0.0),
+    ) -> Mesh:
+        """The mesh scaled, then turned about x, y and z in this order, then moved: the keys of a part of a scene file.
+
+        >>> from metamer.lighting.shapes import plane
+        >>> plane(2.0, 2.0).placed(scale=0.5, rotate_deg=(90, 0, 0), translate=(0, 0, 3)).bounds[1].round(6).tolist()
+        [0.5, 0.5, 3.0]
+        """
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.diag(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
+        for axis, angle in enumerate(np.deg2rad(rotate_deg)):
+            turn = np.eye(3)
+            a, b = (axis + 1) % 3, (axis + 2) % 3
+            turn[a, a] = turn[b, b] = np.cos(angle)
+            turn[b, a], turn[a, b] = np.sin(angle), -np.sin(angle)
+            matrix[:3, :3] = turn @ matrix[:3, :3]
+        matrix[:3, 3] = translate
+        return self.transformed(matrix)
 
     def part(self, name: str) -> Mesh:
         """Only the triangles of the part called `name`."""

@@ -68,14 +68,19 @@ class Review:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A mesh in world coordinates and the id of its material."""
+    """A mesh in world coordinates (`Mesh.placed` puts it there) and the id of its material."""
 
     name: str
     mesh: Mesh
-    material_id: str
+    material: str
+
+    @property
+    def material_id(self) -> str:
+        """`material`, beside which renderers have the materials themselves."""
+        return self.material
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Everything that a picture depends on.
 
@@ -121,6 +126,9 @@ class Scene:
         if self.review is not None:
             self.part(self.review.on)
 
+    def __repr__(self) -> str:
+        return f"<Scene {self.name}: parts {len(self.parts)}, lights {len(self.lights)}, cameras {len(self.cameras)}>"
+
     def part(self, name: str) -> Part:
         """The part called `name`; UnknownNameError gives the nearest."""
         for part in self.parts:
@@ -140,7 +148,7 @@ class Scene:
     @property
     def material_ids(self) -> tuple[str, ...]:
         """Ids of the materials on the parts, each once, in the order of the parts."""
-        return tuple(dict.fromkeys(part.material_id for part in self.parts))
+        return tuple(dict.fromkeys(part.material for part in self.parts))
 
     @property
     def reviewed_part(self) -> str:
@@ -155,7 +163,7 @@ class Scene:
     def with_material(self, part: str, material_id: str) -> Scene:
         """The scene with another material on one part; meshes are shared, so geometry caches stay good."""
         self.part(part)
-        parts = tuple(replace(p, material_id=material_id) if p.name == part else p for p in self.parts)
+        parts = tuple(replace(p, material=material_id) if p.name == part else p for p in self.parts)
         return replace(self, parts=parts)
 
     def with_illuminant(self, spectrum: Spectrum, name: str = "") -> Scene:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,9 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     Raises
     ------
     InputError, UnknownNameError : with the file, the key, and the nearest names there are.
+
+    >>> [part.name for part in load_scene(shipped_scene("patches")).parts]
+    ['chips/1', 'chips/2', 'chips/3', 'chips/4', 'chips/5', 'chips/6']
     """
     path = Path(path)
     try:
@@ -124,7 +128,7 @@ def _parts(
     for field, right in foreign.items():
         if field in got:
             raise InputError("not a key of this part", file=path, field=f"{where}.{field}", expected=right)
-    matrix = _matrix(got)
+    place = {key: got[key] for key in ("scale", "rotate_deg", "translate") if key in got}
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
     with placed(path, where):
@@ -143,7 +147,7 @@ def _parts(
     for part_name, mesh, material in made:
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
-        yield Part(part_name, mesh.transformed(matrix), material)
+        yield Part(part_name, mesh.placed(**place), material)
 
 
 def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None] | None) -> None:
@@ -156,20 +160,6 @@ def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None]
 def _file_mesh(file: Path, got: Mapping[str, Any]) -> Mesh:
     mesh = load_mesh(file, float(got.get("crease_deg", 40.0)))
     return mesh.part(got["mesh_part"]) if "mesh_part" in got else mesh
-
-
-def _matrix(got: Mapping[str, Any]) -> np.ndarray:
-    """world_from_local: scaled, then turned about x, y and z in this order, then moved."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.diag(np.broadcast_to(np.asarray(got.get("scale", 1.0), dtype=np.float64), 3))
-    for axis, angle in enumerate(np.deg2rad(got.get("rotate_deg", np.zeros(3)))):
-        turn = np.eye(3)
-        a, b = (axis + 1) % 3, (axis + 2) % 3
-        turn[a, a] = turn[b, b] = np.cos(angle)
-        turn[b, a], turn[a, b] = np.sin(angle), -np.sin(angle)
-        matrix[:3, :3] = turn @ matrix[:3, :3]
-    matrix[:3, 3] = got.get("translate", np.zeros(3))
-    return matrix
 
 
 def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[str], catalogue: Any) -> Light:
@@ -252,3 +242,15 @@ def _review(table: dict, path: Path, parts: list[str], known_ids: tuple[str, ...
 def _where(kind: str, number: int, table: Mapping[str, Any]) -> str:
     name = table.get("name")
     return f"{kind} {number} ({name})" if isinstance(name, str) else f"{kind} {number}"
+
+
+def shipped_scene(name: str = "sphere") -> Path:
+    """The file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there are.
+
+    >>> shipped_scene("speed_shape").name
+    'speed_shape.toml'
+    """
+    path = Path(str(files("metamer.examples"))) / f"{name}.toml"
+    if not path.is_file():
+        raise UnknownNameError("scene", name, sorted(scene.stem for scene in path.parent.glob("*.toml")))
+    return path

@@ -4,38 +4,18 @@ from __future__ import annotations
 
 import fnmatch
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import InputError, UnknownNameError
-from .records.material import MaterialRecord
+from .material import Material
 from .records.models import SPECTRA, no_surface
 from .records.query import Query, Summary, material_files, summary
 from .records.record import MARKER, SUFFIX, check_marker, read_record
 from .records.record_head import other_material
 
-if TYPE_CHECKING:
-    from .intake.importing import ImportOutcome, ImportReport, import_sources
-
-__all__ = [
-    "Catalogue",
-    "ImportOutcome",
-    "ImportReport",
-    "Query",
-    "Summary",
-    "default_catalogue",
-    "import_sources",
-]
-
-
-def __getattr__(name: str) -> Any:
-    """What makes a catalogue brings every reader and the fit along; who only looks into one does not wait for them."""
-    if name in ("ImportOutcome", "ImportReport", "import_sources"):
-        from .intake import importing
-
-        return getattr(importing, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
 
 
 def default_catalogue() -> Path:
@@ -45,14 +25,17 @@ def default_catalogue() -> Path:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """A folder of materials; "family/name" lies in FOLDER/family/name.h5. Make one with `open`."""
+    """A folder of materials; "family/name" lies in FOLDER/family/name.h5. Make one with `open`.
+
+    `catalogue["family/name"]` loads a material; to go through a catalogue is to go through its ids.
+    """
 
     folder: Path
 
     @classmethod
-    def open(cls, folder: str | Path) -> Catalogue:
-        """The catalogue in `folder`; raises `InputError` where there is none."""
-        folder = Path(folder)
+    def open(cls, folder: str | Path | None = None) -> Catalogue:
+        """The catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none."""
+        folder = default_catalogue() if folder is None else Path(folder)
         hint = f"metamer catalogue import --into {folder}"
         if not folder.exists():
             raise InputError("no such catalogue", file=folder, hint=hint)
@@ -95,15 +78,24 @@ class Catalogue:
             raise UnknownNameError("material", material_id, self.ids(), file=self.folder)
         return path
 
-    def load(self, material_id: str) -> MaterialRecord:
-        """The record of a material, its checksum verified; raises `InputError` naming a file that is damaged."""
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.ids())
+
+    def __len__(self) -> int:
+        return len(self.ids())
+
+    def __getitem__(self, material_id: str) -> Material:
+        return self.load(material_id)
+
+    def load(self, material_id: str) -> Material:
+        """A material, its checksum verified; raises `InputError` naming a file that is damaged."""
         path = self.path(material_id)
         record = read_record(path)
         if record.id != material_id:
             raise other_material(path, record.id, material_id)
-        return record
+        return Material(**vars(record))
 
-    def surface(self, material_id: str) -> MaterialRecord:
+    def surface(self, material_id: str) -> Material:
         """`load` of what a part of a scene can be made of; raises `InputError` for a spectrum without a surface."""
         record = self.load(material_id)
         if not record.is_surface:

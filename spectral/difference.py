@@ -56,6 +56,9 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
     reference_lab : (...,3) the standard, the truth.
     sample_lab : (...,3) the trial, the approximation.
     method : "CIE 1976", "CIE 1994" (graphic arts: kL = 1, K1 = 0.045, K2 = 0.015) or "CIE 2000" (kL = kC = kH = 1).
+
+    >>> delta_e(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]))
+    array(3.)
     """
     formulas = {"CIE 1976": _delta_e_1976, "CIE 1994": _delta_e_1994, "CIE 2000": _delta_e_2000}
     if method not in formulas:

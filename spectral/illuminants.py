@@ -49,6 +49,9 @@ def illuminant(name: str) -> Spectrum:
     ------
     UnknownNameError
         With the nearest names.
+
+    >>> illuminant("F11").quantity
+    'emission'
     """
     folded = name.casefold()
     folded = _ALIASES.get(folded, folded).casefold()

@@ -128,7 +128,11 @@ def _trapezoid(grid: np.ndarray) -> np.ndarray:
 
 @cache
 def observer(name: str) -> Observer:
-    """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10") or by colour-science's key."""
+    """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10") or by colour-science's key.
+
+    >>> observer("1964_10").name
+    'CIE 1964 10 Degree Standard Observer'
+    """
     by_key = {key.casefold(): key for key in OBSERVERS.values()}
     key = OBSERVERS.get(name) or by_key.get(name.casefold())
     if key is None:

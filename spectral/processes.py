@@ -23,6 +23,7 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
+from types import ModuleType
 from typing import Any, TypeVar
 
 from .ending import clearing, undisturbed
@@ -68,8 +69,8 @@ def supervised(
     """Do `work(*arguments)` for each task in `jobs` processes: (key, result) as they come, the result perhaps `Lost`.
 
     `tasks` is asked for the next one when a process is free, so that it may read what it hands out only then. Closing
-    the iterator early ends the processes at once. `work` is a function that a fresh Python can import; what it raises
-    is raised here.
+    the iterator early ends the processes at once. `work`, and what it is given, are of modules that a fresh Python can
+    import: the script that calls is not run again. What `work` raises is raised here.
 
     told : hears (key, what) of what a task says on its way; `work` is then called with `told=`, to say it by.
     """
@@ -295,7 +296,12 @@ def one_thread() -> None:
 
 @contextmanager
 def as_workers_should_start() -> Iterator[None]:
-    """What is started within this inherits a blocked SIGINT and BLAS set to one thread."""
+    """What is started within this inherits a blocked SIGINT and BLAS set to one thread, and does not run our script.
+
+    multiprocessing has each process import the script that was started, for what may be defined there. One that does
+    its work without asking for its `__name__` would start it all over again in every process.
+    """
+    script = sys.modules["__main__"]
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     masks = hasattr(signal, "pthread_sigmask")
     if masks:
@@ -304,8 +310,10 @@ def as_workers_should_start() -> Iterator[None]:
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
         os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+        sys.modules["__main__"] = ModuleType("__main__")
         yield
     finally:
+        sys.modules["__main__"] = script
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name, None)

@@ -29,7 +29,7 @@ Quantity = Literal["reflectance", "transmittance", "radiance factor", "emission"
 _UNBOUNDED = ("radiance factor", "emission")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
     """Samples over wavelengths, and what they measure.
 
@@ -44,6 +44,8 @@ class Spectrum:
     Examples
     --------
     >>> grey = Spectrum.sampled([400.0, 700.0], [0.5, 0.5], "reflectance")
+    >>> grey
+    <Spectrum of reflectance, 400 to 700 nm: 2 samples>
     >>> grey.resampled(np.array([380.0, 550.0])).samples
     array([0.5, 0.5])
     """
@@ -70,6 +72,11 @@ class Spectrum:
                 expected=f"(..., {self.wavelengths_nm.size})",
             )
         check_values(samples, self.wavelengths_nm, self.quantity)
+
+    def __repr__(self) -> str:
+        low, high = self.wavelengths_nm[[0, -1]]
+        shape = " x ".join(map(str, self.samples.shape))
+        return f"<Spectrum of {self.quantity}, {low:g} to {high:g} nm: {shape} samples>"
 
     @classmethod
     def sampled(cls, wavelengths_nm: object, values: object, quantity: Quantity = "reflectance") -> Spectrum:

@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["package-dir"]
 MODULES = [
-    f"{package}.{path.stem}"
+    f"{package}.{path.stem}".removesuffix(".__init__")
     for package, folder in PACKAGES.items()
     for path in sorted((ROOT / folder).glob("*.py"))
     if ">>> " in path.read_text(encoding="utf-8")

@@ -153,5 +153,7 @@ def test_python_of_the_readme(tiny_catalogue, monkeypatch):
     body = 28 / 23 * 0.96 * (1 - (1 - np.cos(np.pi / 4) / 2) ** 5) * (1 - 0.5**5)
     weights = observer("1931_2").weights(illuminant("FL11"), WORKING_WAVELENGTHS_NM)
     expected = weights @ (body * RED + gloss)
-    np.testing.assert_allclose(known["xyz"], expected, rtol=1e-9)
+    np.testing.assert_allclose(known["red"].xyz("FL11"), expected, rtol=1e-9)
     assert expected[0] > expected[1] > expected[2]
+    assert known["picture"].xyz.shape == (256, 256, 3) and known["picture"].coverage[128, 128] == 1
+    assert (tiny_catalogue / "red.png").read_bytes().startswith(b"\x89PNG")

@@ -15,7 +15,8 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SETUPTOOLS = PROJECT["tool"]["setuptools"]
-FOLDERS = {name: ROOT / folder for name, folder in SETUPTOOLS["package-dir"].items()}
+# The packages below the outermost one, which is the root itself: of its own it has a few files that stand there.
+FOLDERS = {name: ROOT / folder for name, folder in SETUPTOOLS["package-dir"].items() if name != "metamer"}
 LONGEST = 400
 # Where one person's machine shows: nothing that is published may depend on it.
 SOMEBODY_S_PATH = re.compile(r"(?<![\w.)\]}>*])/(?:home|Users|work|root|mnt)/\w|\b[A-Z]:\\+Users\\")
@@ -57,7 +58,8 @@ def packages_in(folder, name):
 
 
 def test_declared_packages_are_those_of_the_tree():
-    declared = set(SETUPTOOLS["packages"])
+    assert SETUPTOOLS["package-dir"]["metamer"] == "." and SETUPTOOLS["packages"][0] == "metamer"
+    declared = set(SETUPTOOLS["packages"]) - {"metamer"}
     assert declared == set(FOLDERS), declared ^ set(FOLDERS)
     outermost = {name: folder for name, folder in FOLDERS.items() if name.count(".") == 1}
     there = set().union(*(packages_in(folder, name) for name, folder in outermost.items()))
@@ -94,11 +96,26 @@ def test_packages_import_their_own_relatively():
     outside = re.compile(rf"^\s*(?:from|import) (?:{folders})\b", re.M)
     wrong = []
     for path in tracked("*.py"):
-        ours = path.parts[0] != "examples" and any((ROOT / path).is_relative_to(folder) for folder in FOLDERS.values())
+        within = any((ROOT / path).is_relative_to(folder) for folder in FOLDERS.values())
+        ours = len(path.parts) == 1 or (within and path.parts[0] != "examples")
         text = (ROOT / path).read_text(encoding="utf-8")
         if (inside if ours else outside).search(text):
             wrong.append(path.as_posix())
     assert not wrong, wrong
+
+
+def test_nothing_below_imports_the_outermost_package():
+    """Its names are for scripts. What a fit can reach would else be everything: every change would fit all again."""
+    below = {name.split(".")[1] for name in FOLDERS}
+    beyond = []
+    for path in tracked("*.py"):
+        if path.parts[0] not in below:
+            continue
+        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.level == len(path.parts):
+                named = [node.module] if node.module else [name.name for name in node.names]
+                beyond += [f"{path}:{node.lineno}" for name in named if name.split(".")[0] not in below]
+    assert not beyond, beyond
 
 
 def test_no_file_is_longer_than_a_room():
@@ -150,6 +167,7 @@ def test_imports_point_one_way():
 
 def test_every_package_with_code_is_under_the_import_contract():
     lint = PROJECT["tool"]["importlinter"]
+    assert lint["root_package"] == "metamer"
     layers = {name.strip() for layer in lint["contracts"][0]["layers"] for name in layer.split("|")}
     # Catalogues and examples are folders of data, with an empty __init__; the examples' scripts are nobody's module.
     roots = {
@@ -157,7 +175,7 @@ def test_every_package_with_code_is_under_the_import_contract():
         for name, folder in FOLDERS.items()
         if name.count(".") == 1 and any(path.stem.isidentifier() for path in folder.glob("[!_]*.py"))
     }
-    assert layers == roots == set(lint["root_packages"]) == set(lint["contracts"][1]["ancestors"])
+    assert layers == roots == set(lint["contracts"][1]["ancestors"])
 
 
 def test_the_import_contract_bites(tmp_path):
@@ -165,10 +183,9 @@ def test_the_import_contract_bites(tmp_path):
     lint = PROJECT["tool"]["importlinter"]
     contract = lint["contracts"][0]
     turned = "\n".join(f"    {layer.replace(' | ', ' : ')}" for layer in reversed(contract["layers"]))
-    roots = "\n".join(f"    {name}" for name in lint["root_packages"])
     config = tmp_path / "upside_down.ini"
     config.write_text(
-        f"[importlinter]\nroot_packages =\n{roots}\n\n"
+        f"[importlinter]\nroot_package = {lint['root_package']}\n\n"
         f"[importlinter:contract:1]\nname = upside down\ntype = layers\nlayers =\n{turned}\n"
     )
     command = [tool("lint-imports"), "--no-cache", "--no-logo", "--config", str(config)]

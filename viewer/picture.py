@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ from ..lighting.reference import reference_image
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
-from ..spectral.difference import delta_e_xyz
+from ..spectral.difference import delta_e_xyz, lab_from_xyz
 from ..spectral.errors import UsageError
 from ..spectral.formats.spectral_exr import write_spectral_exr
 from ..spectral.formats.xyz_exr import write_xyz_exr
@@ -38,6 +40,70 @@ SAID_FROM = 0.05
 Warn = Callable[[str], None]
 # With fewer pixels than this that are not black, a picture is looked into.
 _FEW = 0.01
+
+
+def unheard(_line: str) -> None:
+    """Where nobody listens to warnings."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Picture:
+    """A scene as a camera of it sees it.
+
+    Parameters
+    ----------
+    scene, view : what is seen, under the lights that it was rendered in, and from where.
+    xyz : (H,W,3) linear XYZ, row 0 at the top; Y = 1 is the perfect diffuser that receives the reference illuminance.
+    coverage : (H,W) share of each pixel that shows a surface, 0 to 1.
+    made_by : the renderer, in words.
+    """
+
+    scene: Scene
+    view: Camera
+    xyz: Float[np.ndarray, "H W 3"]
+    coverage: Float[np.ndarray, "H W"]
+    made_by: str
+
+    def __repr__(self) -> str:
+        return f"<Picture of {self.scene.name}, {self.view.name}: {self.view.width} x {self.view.height_px}>"
+
+    @cached_property
+    def white(self) -> Float[np.ndarray, "3"]:
+        """XYZ of the perfect diffuser in the mixture of the scene's lights, Y = 1; Lab and displays refer to it."""
+        return self.scene.adopted_white()
+
+    def lab(self) -> Float[np.ndarray, "H W 3"]:
+        """CIELAB relative to `white`."""
+        return lab_from_xyz(self.xyz, self.white)
+
+    def rgb(self) -> UInt8[np.ndarray, "H W 3"]:
+        """The picture over its background as codes of the scene's display."""
+        return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene.viewing), None)[0])
+
+    def write(self, output: str | Path, warn: Warn = unheard, renderer: Renderer | None = None) -> tuple[str, ...]:
+        """Write .exr (XYZ and coverage) or .png (display-encoded); returns what has to be said of it.
+
+        warn : called where the display clips all of the picture.
+        renderer : encodes for the display, where it has a GPU; without, OpenColorIO does it on the CPU.
+
+        Raises
+        ------
+        UsageError : `output` is named like neither of the two.
+        """
+        output = Path(output)
+        check_output(output)
+        words = picture_words(self.scene, self.view, self.made_by, version("metamer"))
+        image = ColourImage(self.xyz, "xyz", self.white)
+        if output.suffix.lower() == ".exr":
+            write_xyz_exr(output, image, np.asarray(self.coverage), words)
+            return ()
+        display = display_for(self.scene.viewing)
+        on = None if renderer is None else display_pass(renderer, display)
+        rgb, notes = _encoded(self.scene, self.xyz, self.coverage, display, on)
+        if notes:
+            say_if_clipped(self.scene, "the picture", image, np.asarray(self.coverage), display, warn)
+        write_png(output, rgb, display=display.display, words=[f"{name}: {value}" for name, value in words.items()])
+        return notes
 
 
 def lit_by(scene: Scene, name: str | None) -> Scene:
@@ -96,40 +162,33 @@ def material_picture(
     return quantise(rgb), notes
 
 
-def unheard(_line: str) -> None:
-    """Where nobody listens to warnings."""
-
-
-def render_picture(
-    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer, warn: Warn = unheard
-) -> tuple[str, ...]:
-    """Render factor packs to `output` (.exr: XYZ, .png: display-encoded); returns what has to be said of it.
+def picture(
+    scene: Scene, catalogue: Catalogue, camera: str | None, renderer: Renderer, warn: Warn = unheard
+) -> Picture:
+    """Render factor packs.
 
     warn : called at once with a line for each reason why the picture may show nothing.
     """
-    check_output(output)
     view = _placed(scene, camera, warn)
     packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
     xyz, coverage = renderer.render(scene, view, packs)
     say_if_blank(scene, view, xyz, coverage, warn)
-    return _write(scene, output, xyz, coverage, _words(scene, camera, renderer.made_by), warn, renderer)
+    return Picture(scene, view, xyz, coverage, renderer.made_by)
 
 
-def render_reference(
+def reference_picture(
     scene: Scene,
     catalogue: Catalogue,
-    output: Path,
     camera: str | None,
     warn: Warn = unheard,
     progress: Callable[[int, int, str], None] | None = None,
-) -> tuple[str, ...]:
+) -> Picture:
     """The same picture by the slow truth: rays, every wavelength, the original data."""
-    check_output(output)
     view = _placed(scene, camera, warn)
     brdfs = {name: catalogue.surface(name).brdf() for name in scene.material_ids}
     xyz, coverage = reference_image(scene, view, brdfs, progress=progress)
     say_if_blank(scene, view, xyz, coverage, warn)
-    return _write(scene, output, xyz, coverage, _words(scene, camera, REFERENCE), warn)
+    return Picture(scene, view, xyz, coverage, REFERENCE)
 
 
 def render_spectral(
@@ -151,7 +210,8 @@ def render_spectral(
     if below.any():
         notes.append(f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.")
     image = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.where(below, 0.0, values), "emission")
-    write_spectral_exr(output, image, SPECTRAL_UNITS, _words(scene, camera, renderer.made_by))
+    words = picture_words(scene, view, renderer.made_by, version("metamer"))
+    write_spectral_exr(output, image, SPECTRAL_UNITS, words)
     return tuple(notes)
 
 
@@ -204,32 +264,6 @@ def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
                 f"{light.spectrum_name or light.name} is finer than the {len(wavelengths_nm)} wavelengths of the "
                 f"picture: folding them shifts the perfect diffuser by ΔE94 {difference:.2f}."
             )
-    return notes
-
-
-def _words(scene: Scene, camera: str | None, made_by: str) -> dict[str, str]:
-    return picture_words(scene, scene.camera(camera), made_by, version("metamer"))
-
-
-def _write(
-    scene: Scene,
-    output: Path,
-    xyz: Float[np.ndarray, "H W 3"],
-    coverage: Float[np.ndarray, "H W"],
-    words: dict[str, str],
-    warn: Warn,
-    renderer: Renderer | None = None,
-) -> tuple[str, ...]:
-    image = ColourImage(xyz, "xyz", scene.adopted_white())
-    if output.suffix.lower() == ".exr":
-        write_xyz_exr(output, image, np.asarray(coverage), words)
-        return ()
-    display = display_for(scene.viewing)
-    on = None if renderer is None else display_pass(renderer, display)
-    rgb, notes = _encoded(scene, xyz, coverage, display, on)
-    if notes:
-        say_if_clipped(scene, "the picture", image, np.asarray(coverage), display, warn)
-    write_png(output, rgb, display=display.display, words=[f"{name}: {value}" for name, value in words.items()])
     return notes
 
 

@@ -18,9 +18,9 @@ from ..calibration.statistics import self_check
 from ..lighting.plan import ScenePlan
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
+from ..materials.reading import Reading
 from ..spectral.ending import clearing, saying
 from .picture import Warn, unheard
-from .reading import Reading
 from .references import Reference, references
 from .renderer import Renderer
 from .review_cases import OWN_LIGHT, Case, Setting, prepared

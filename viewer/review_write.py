@@ -6,10 +6,11 @@ import time
 from pathlib import Path
 
 from ..calibration.row import ReviewRow, RowColour, review_row
+from ..materials.reading import GEOMETRY, Reading
 from ..spectral.difference import lab_from_xyz
 from .picture import picture_words
 from .png import quantise
-from .reading import GEOMETRY, Reading, swatch
+from .reading import swatch, xyz_in
 from .review_cases import Setting
 from .review_compare import Comparison
 from .review_draw import Drawing
@@ -35,7 +36,7 @@ def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Readin
     )
     seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
     seconds["write"] += seconds.pop("encode")
-    xyz = reading.xyz(lit)
+    xyz = xyz_in(lit, reading)
     return review_row(
         material=found.material,
         illuminant=drawing.illuminant,

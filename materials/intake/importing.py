@@ -121,8 +121,7 @@ def import_sources(
     Parameters
     ----------
     sources : files, folders, patterns, zip files and addresses of fsspec, as `inputs.inputs_of` takes them.
-    jobs : processes; default one a core, as far as memory goes. 1 works in this process, unless `apart`; more need a
-        `__main__` that can be imported again (see `multiprocessing`).
+    jobs : processes; default one a core, as far as memory goes. 1 works in this process, unless `apart`.
     apart : fit in other processes, also in one alone. They have one thread of BLAS each, which decides the last bits of
         a fit; and memory that runs out ends them, not this one.
     scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.

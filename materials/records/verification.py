@@ -68,7 +68,7 @@ def verify_catalogue(
     Parameters
     ----------
     quick : checksums and heads (but for their colour) only; errors are not measured again.
-    jobs : processes; default one a core. Several need a `__main__` that can be imported again (see `multiprocessing`).
+    jobs : processes; default one a core.
     progress : called with (done, total, id) after each material.
     """
     files = sorted((material_id, Path(path)) for material_id, path in material_files(folder, SUFFIX))

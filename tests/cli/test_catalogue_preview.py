@@ -3,7 +3,6 @@
 import base64
 import io
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -130,10 +129,9 @@ def test_a_capital_delta_is_drawn_as_one():
 
 @pytest.fixture
 def load_sphere():
-    from metamer.cli.shared import shipped_scene
-    from metamer.lighting.scene_files import load_scene
+    from metamer.lighting.scene_files import load_scene, shipped_scene
 
-    return load_scene(Path(shipped_scene()))
+    return load_scene(shipped_scene())
 
 
 def test_a_target_that_cannot_be_written_is_refused_before_anything_is_drawn(metamer, folder, tmp_path):

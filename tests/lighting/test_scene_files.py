@@ -1,10 +1,16 @@
 import re
+from dataclasses import fields
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.lighting import scene_keys
+from metamer.lighting import scene_keys, shapes
+from metamer.lighting.camera import Camera
 from metamer.lighting.lights import LIGHTS, DirectionalLight, PointLight
+from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh_files import load_mesh
+from metamer.lighting.scene import Part, Review, Scene, Viewing
 from metamer.lighting.scene_files import load_scene
 from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
@@ -34,6 +40,25 @@ def scene(tmp_path):
 
 
 BARE = '[[part]]\nshape = "sphere"\nsubdivisions = 2\nmaterial = "paint/red"\n'
+
+
+def test_python_and_the_file_use_the_same_words():
+    """Keys are fields of the types, or parameters of what makes and places a mesh."""
+
+    def words(kind):
+        return {field.name for field in fields(kind)}
+
+    assert words(Camera) == set(scene_keys.CAMERA)
+    assert words(Viewing) == set(scene_keys.VIEWING)
+    assert words(Review) == set(scene_keys.REVIEW)
+    assert words(Scene) >= set(scene_keys.SCENE)
+    for light in LIGHTS.values():
+        assert words(light) - {"spectrum_name"} == {"name", "spectrum", *light.KEYS}
+    for shape, keys in scene_keys.SHAPES.items():
+        assert set(signature(getattr(shapes, shape)).parameters) >= set(keys)
+    places, reads = ({*signature(one).parameters} - {"self", "path"} for one in (Mesh.placed, load_mesh))
+    # `mesh_part` is `Mesh.part`; a row of patches has a part for each of its `materials`.
+    assert words(Part) | places | reads == set(scene_keys.PART) - {"shape", "mesh_part", "materials"}
 
 
 def test_a_part_and_a_material_are_enough(scene):

@@ -207,6 +207,17 @@ def test_one_thread_of_blas_is_asked_for_before_numpy_comes_and_only_then():
     assert said("import numpy\n") == "None"
 
 
+def test_a_script_without_a_guard_is_run_once(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import math\nfrom metamer.spectral.processes import each_done\n"
+        "print('begun')\nprint(sorted(each_done(math.sqrt, [(4.0,), (9.0,)], 2)))\n"
+        "import sys\nassert sys.modules['__main__'].__file__ == __file__\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    assert (done.stdout, done.stderr) == ("begun\n[2.0, 3.0]\n", "")
+
+
 def _temporary():
     import tempfile
 

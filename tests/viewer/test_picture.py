@@ -14,7 +14,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.headless import GLRenderer
-from metamer.viewer.picture import check_output, lit_by, render_picture, render_reference, render_spectral
+from metamer.viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
 from metamer.viewer.renderer import radiance_weights
 from metamer.viewer.software import SoftwareRenderer
 
@@ -177,7 +177,7 @@ def test_unknown_kinds_of_file(name, spectral, tmp_path):
 @pytest.mark.parametrize("name", ["a.exr", "a.EXR", "a.png"])
 def test_known_kinds_of_file(tiny, software, tmp_path, name):
     scene, catalogue = tiny
-    render_picture(scene, catalogue, tmp_path / name, None, software)
+    picture(scene, catalogue, None, software).write(tmp_path / name)
     assert (tmp_path / name).stat().st_size > 500
 
 
@@ -193,9 +193,9 @@ def test_headers_say_what_a_picture_is_of(tiny, software, tmp_path):
         "renderer": software.made_by,
         "software": f"Metamer {version('metamer')}",
     }
-    render_picture(scene, catalogue, tmp_path / "a.exr", None, software)
+    picture(scene, catalogue, None, software).write(tmp_path / "a.exr")
     render_spectral(scene, catalogue, tmp_path / "s.exr", None, software)
-    render_reference(scene, catalogue, tmp_path / "r.exr", None)
+    reference_picture(scene, catalogue, None).write(tmp_path / "r.exr")
     for name, maker in (("a", said["renderer"]), ("s", said["renderer"]), ("r", "reference: rays, every wavelength")):
         header, _ = read_exr(tmp_path / f"{name}.exr")
         assert header["renderer"].startswith(maker)

@@ -236,7 +236,7 @@ def test_wrong_light_is_found(written, sphere, catalogue):
 def test_scene_without_review_judges_each_material_over_its_own_pixels(scenes, catalogue, tmp_path):
     scene = scenes.lamp_scene(size=40, samples=2)
     names = {"gloss": "tiny/satin-green", "sharp": "tiny/copper", "matt": "tiny/matt-red"}
-    scene = replace(scene, parts=tuple(replace(part, material_id=names[part.material_id]) for part in scene.parts))
+    scene = replace(scene, parts=tuple(replace(part, material=names[part.material_id]) for part in scene.parts))
     _, document = run(scene, catalogue, tmp_path)
     rows = document["results"]
     assert [(row["material"], row["illuminant"]) for row in rows] == [
@@ -270,7 +270,7 @@ def test_swatch_is_seen_in_the_mixture_of_all_lights(scenes, catalogue, tmp_path
 def test_other_parts_keep_their_material(scenes, catalogue, tmp_path):
     """What is swept on one part is judged there alone."""
     scene = scenes.lamp_scene(size=32, samples=2)
-    parts = tuple(replace(part, material_id="tiny/matt-red") for part in scene.parts)
+    parts = tuple(replace(part, material="tiny/matt-red") for part in scene.parts)
     scene = replace(scene, parts=parts, review=Review("part1", ("tiny/copper", "tiny/satin-green"), ("D65",)))
     _, document = run(scene, catalogue, tmp_path)
     first, second = document["results"]

@@ -59,7 +59,7 @@ def test_pictures_that_are_clipped_as_a_whole_are_said(scenes, catalogue, tmp_pa
 def test_a_camera_that_misses_what_is_judged_is_refused_before_any_work(scenes, catalogue, tmp_path, monkeypatch):
     monkeypatch.setattr("metamer.viewer.review.references", lambda *_: pytest.fail("worked for nothing"))
     scene = scenes.lamp_scene("tiny/copper", size=24, samples=1)
-    parts = tuple(replace(part, material_id="tiny/copper") for part in scene.parts)
+    parts = tuple(replace(part, material="tiny/copper") for part in scene.parts)
     scene = replace(scene, parts=parts, review=Review("part0"))
     away = replace(scene.camera(), target=(0.5, 1.0, 9.0))
     with pytest.raises(InputError, match=r'camera near: camera "near" sees nothing: it looks 1\d\d degrees past'):

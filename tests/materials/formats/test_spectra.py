@@ -4,10 +4,11 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.formats import spectra
 from metamer.materials.formats.naming import id_word
 from metamer.materials.formats.spectra import read_sources
+from metamer.materials.intake.importing import import_sources
 from metamer.materials.intake.work import fit_material
 from metamer.materials.protocol import sphere_protocol
 from metamer.materials.records.models import rebuild

@@ -10,9 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake import import_plan, importing, known
-from metamer.materials.intake.importing import ImportInterrupted
+from metamer.materials.intake.importing import ImportInterrupted, import_sources
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import MARKER

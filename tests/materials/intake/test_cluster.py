@@ -7,9 +7,9 @@ import socket
 import sys
 
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake import cluster, known
-from metamer.materials.intake.importing import ImportInterrupted
+from metamer.materials.intake.importing import ImportInterrupted, import_sources
 from metamer.spectral.errors import InputError
 
 distributed = pytest.importorskip("distributed", reason="Dask is not installed; it is in the extra `cluster`")

@@ -4,11 +4,11 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
-from metamer.materials.catalogue import import_sources
 from metamer.materials.fitting.fit import RANKS
 from metamer.materials.fitting.growing import LAST_ROUNDS
 from metamer.materials.intake import doing
 from metamer.materials.intake.doing import Doing, Expected, share_done
+from metamer.materials.intake.importing import import_sources
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.intake.work import fit_material
 from metamer.spectral.processes import Task, supervised

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.formats import merl
 from metamer.materials.formats.registry import format_for, reading_cost
 from metamer.materials.intake import import_cost, import_plan
 from metamer.materials.intake.import_cost import Jobs, fit_too_large, jobs_for
+from metamer.materials.intake.importing import import_sources
 from metamer.spectral.formats.exr import write_exr
 
 SPECTRA = "wavelength_nm,red\n400,0.1\n500,0.2\n600,0.7\n700,0.8\n"

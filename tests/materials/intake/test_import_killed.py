@@ -1,27 +1,24 @@
 """SIGKILL to a process of an import at a random moment: the catalogue opens, verifies, and is completed to the byte."""
 
-import importlib.util
+import importlib
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake.import_folder import writing_to
+from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.verification import verify_catalogue
 from metamer.spectral.files import half_written
 
-FILE = Path(__file__).resolve().parents[3] / "benchmarks" / "importing.py"
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 
 
 @pytest.fixture(scope="module")
 def importing():
-    spec = importlib.util.spec_from_file_location("importing_benchmark", FILE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("metamer.benchmarks.importing")
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ import zipfile
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.formats import registry
 from metamer.materials.intake import import_plan as planning
 from metamer.materials.intake.import_plan import Settings, planned
-from metamer.materials.intake.importing import ImportReport
+from metamer.materials.intake.importing import ImportReport, import_sources
 from metamer.materials.intake.inputs import inputs_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.source import MaterialSource

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue, import_sources
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.formats import registry
 from metamer.materials.intake import import_plan as planning
 from metamer.materials.intake import known
+from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"

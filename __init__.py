@@ -1,0 +1,96 @@
+"""Metamer: measured materials rendered spectrally, and how far off each picture is, in ΔE94.
+
+What a script needs has a name here; each is loaded when it is first asked for, so that `import metamer` costs nothing.
+
+>>> import metamer
+>>> metamer.observer("1931_2").white(metamer.illuminant("A")).round(4)
+array([1.0985, 1.    , 0.3559])
+
+A catalogue is opened by its folder, a material is taken out by its id, a scene is read from its file, and a picture is
+an object with its arrays:
+
+    catalogue = metamer.Catalogue.open("metamer-catalogue")
+    copper = catalogue["metal/copper"]
+    copper.lab("FL11")
+    scene = metamer.load_scene(metamer.shipped_scene("speed_shape"), catalogue)
+    picture = metamer.render(scene, catalogue, illuminant="A")
+    picture.xyz, picture.white, picture.coverage
+    picture.write("copper.png")
+
+Every error that tells of something to mend is a `MetamerError`. What has no name here is in the packages below, which
+docs/architecture.md lists: `metamer.spectral`, `.materials`, `.lighting`, `.viewer`, `.calibration`.
+"""
+
+from __future__ import annotations
+
+# Type checkers take this for true; `typing` alone would take longer to import than all else here.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .lighting.camera import Camera as Camera
+    from .lighting.lights import DirectionalLight as DirectionalLight
+    from .lighting.lights import PointLight as PointLight
+    from .lighting.scene import Part as Part
+    from .lighting.scene import Scene as Scene
+    from .lighting.scene_files import load_scene as load_scene
+    from .lighting.scene_files import shipped_scene as shipped_scene
+    from .materials.catalogue import Catalogue as Catalogue
+    from .materials.intake.importing import import_sources as import_sources
+    from .materials.material import Material as Material
+    from .materials.records.query import Query as Query
+    from .spectral.difference import delta_e as delta_e
+    from .spectral.errors import MetamerError as MetamerError
+    from .spectral.illuminants import illuminant as illuminant
+    from .spectral.observers import observer as observer
+    from .spectral.spectrum import Spectrum as Spectrum
+    from .viewer.picture import Picture as Picture
+    from .viewer.script import render as render
+    from .viewer.script import review as review
+
+    __version__: str
+
+# The same, for when a name is asked for; a test holds the two together.
+_HOMES = {
+    "Camera": "lighting.camera.Camera",
+    "Catalogue": "materials.catalogue.Catalogue",
+    "DirectionalLight": "lighting.lights.DirectionalLight",
+    "Material": "materials.material.Material",
+    "MetamerError": "spectral.errors.MetamerError",
+    "Part": "lighting.scene.Part",
+    "Picture": "viewer.picture.Picture",
+    "PointLight": "lighting.lights.PointLight",
+    "Query": "materials.records.query.Query",
+    "Scene": "lighting.scene.Scene",
+    "Spectrum": "spectral.spectrum.Spectrum",
+    "delta_e": "spectral.difference.delta_e",
+    "illuminant": "spectral.illuminants.illuminant",
+    "import_sources": "materials.intake.importing.import_sources",
+    "load_scene": "lighting.scene_files.load_scene",
+    "observer": "spectral.observers.observer",
+    "render": "viewer.script.render",
+    "review": "viewer.script.review",
+    "shipped_scene": "lighting.scene_files.shipped_scene",
+}
+__all__ = ["__version__", *_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+if not TYPE_CHECKING:  # who checks types shall hear of a name that there is not
+
+    def __getattr__(name: str) -> object:
+        """What a name stands for; from then on it is an attribute like any other."""
+        if name == "__version__":
+            from importlib.metadata import version
+
+            found: object = version("metamer")
+        elif name in _HOMES:
+            from importlib import import_module
+
+            module, _, attribute = _HOMES[name].rpartition(".")
+            found = getattr(import_module(f".{module}", __name__), attribute)
+        else:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = found
+        return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

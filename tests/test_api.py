@@ -1,0 +1,232 @@
+"""`import metamer`: the names that scripts need, loaded when they are asked for."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import warnings
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+import metamer
+import numpy as np
+import pytest
+from metamer.materials.records.record_head import read_head
+from metamer.spectral.errors import InputError, UnknownNameError, UsageError
+from metamer.spectral.formats.xyz_exr import read_xyz_exr
+from metamer.viewer.script import renderer_named
+from metamer.viewer.software import SoftwareRenderer
+from PIL import Image
+
+TREE = ast.parse(Path(metamer.__file__).read_text(encoding="utf-8"))
+
+
+def python(*words, folder=None):
+    """Standard output of a fresh Python."""
+    environment = {**os.environ, "PYTHONUTF8": "1"}
+    done = subprocess.run([sys.executable, *words], cwd=folder, env=environment, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0 and not done.stderr, done.stdout + done.stderr
+    return done.stdout
+
+
+# Names.
+
+
+def test_every_name_is_what_its_module_has():
+    for name in metamer.__all__:
+        assert getattr(metamer, name) is getattr(metamer, name) is not None
+        assert name in dir(metamer)
+    assert metamer.__version__ == version("metamer")
+    assert metamer.Catalogue.__module__ == "metamer.materials.catalogue"
+
+
+def test_type_checkers_see_the_same_names_in_the_same_modules():
+    block = next(node for node in TREE.body if isinstance(node, ast.If))
+    seen = {
+        alias.asname: f"{node.module}.{alias.name}"
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert seen == metamer._HOMES
+    assert find_spec("metamer").submodule_search_locations
+    assert (Path(metamer.__file__).parent / "py.typed").is_file()
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'colour'"):
+        _ = metamer.colour
+    assert not hasattr(metamer, "_nothing")
+
+
+def test_import_brings_nothing_along():
+    code = "import sys; before = set(sys.modules); import metamer; print(*sorted(set(sys.modules) - before))"
+    assert python("-c", code).split() == ["metamer"]
+
+
+def test_every_name_called_first_says_what_it_is():
+    for name in set(metamer.__all__) - {"__version__"}:
+        assert len(getattr(metamer, name).__doc__) > 40, name
+
+
+def test_python_m_metamer_is_the_command(tmp_path):
+    assert python("-m", "metamer", "--version", folder=tmp_path) == f"metamer {version('metamer')}\n"
+    said = python("-m", "metamer", "--help", folder=tmp_path)
+    assert said == python("-m", "metamer.cli.main", "--help", folder=tmp_path)
+    assert said.startswith("usage: metamer ")
+
+
+# Catalogue and material.
+
+
+@pytest.fixture(scope="module")
+def catalogue(tiny_catalogue):
+    return metamer.Catalogue.open(tiny_catalogue)
+
+
+def test_a_catalogue_is_gone_through_by_ids(catalogue):
+    assert list(catalogue) == list(catalogue.ids()) and len(catalogue) == 4
+    assert "tiny/copper" in catalogue and "tiny/gold" not in catalogue
+    copper = catalogue["tiny/copper"]
+    assert isinstance(copper, metamer.Material) and copper.id == "tiny/copper"
+    assert repr(copper) == "<Material tiny/copper: cook_torrance, analytic>"
+    with pytest.raises(UnknownNameError, match="nearest: tiny/copper"):
+        catalogue["tiny/coper"]
+
+
+def test_the_catalogue_of_the_environment_is_the_default(tiny_catalogue, monkeypatch):
+    monkeypatch.setenv("METAMER_CATALOGUE", str(tiny_catalogue))
+    assert metamer.Catalogue.open().folder == tiny_catalogue
+
+
+@pytest.mark.parametrize("light", ["D65", "A", "FL11"])
+def test_colour_of_a_matt_surface_is_that_of_its_reflectance(catalogue, light):
+    red = catalogue["tiny/matt-red"]
+    spectrum, eye = metamer.illuminant(light), metamer.observer("1964_10")
+    expected = eye.weights(spectrum, red.brdf().wavelengths_nm) @ red.parameters["reflectance"]
+    np.testing.assert_allclose(red.xyz(light, "1964_10"), expected, rtol=1e-12)
+    np.testing.assert_array_equal(red.xyz(spectrum, eye), red.xyz(light, "1964_10"))
+    assert red.lab(light, eye)[0] == pytest.approx(116 * np.cbrt(expected[1]) - 16, rel=1e-12)
+    assert metamer.delta_e(red.lab(light), red.lab(light)) == 0
+
+
+def test_colour_is_that_of_lists_but_for_the_error_of_the_packs(catalogue):
+    for name in catalogue:
+        listed = read_head(catalogue.path(name))["colour"]["Lab"]
+        assert metamer.delta_e(catalogue[name].lab(), np.array(listed)) < 1.0, name
+
+
+def test_spectra_without_a_surface_count_as_measured(write_spectrum, tmp_path):
+    write_spectrum(tmp_path, "filter/red", "transmittance")
+    write_spectrum(tmp_path, "lamp/red")
+    catalogue = metamer.Catalogue.open(tmp_path)
+    red = catalogue["filter/red"]
+    spectrum = red.spectrum()
+    expected = metamer.observer("1931_2").weights(metamer.illuminant("A"), spectrum.wavelengths_nm) @ spectrum.samples
+    np.testing.assert_allclose(red.xyz("A"), expected)
+    with pytest.raises(InputError, match="a light has no colour under a light"):
+        catalogue["lamp/red"].lab()
+    assert red.xyz(catalogue["lamp/red"].spectrum())[1] > 0
+
+
+# Scene and picture.
+
+
+SCENE = """
+[[part]]
+shape = "sphere"
+subdivisions = 4
+material = "tiny/satin-green"
+
+[[camera]]
+name = "near"
+width = 24
+height_px = 16
+
+[[camera]]
+name = "away"
+position = [0, 0, 4]
+target = [0, 0, 9]
+width = 24
+height_px = 16
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory, catalogue):
+    path = tmp_path_factory.mktemp("scene") / "ball.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    return metamer.load_scene(path, catalogue)
+
+
+def test_shipped_scenes():
+    assert metamer.load_scene(metamer.shipped_scene()).name == "Sphere"
+    with pytest.raises(UnknownNameError, match="nearest: sphere"):
+        metamer.shipped_scene("spere")
+
+
+def test_a_picture_has_its_arrays_and_writes_what_the_command_writes(scene, catalogue, tmp_path):
+    picture = metamer.render(scene, catalogue, illuminant="A", renderer="software")
+    assert isinstance(picture, metamer.Picture)
+    assert picture.xyz.shape == (16, 24, 3) and picture.coverage.shape == (16, 24)
+    np.testing.assert_array_equal(picture.white, metamer.observer("1931_2").white(metamer.illuminant("A")))
+    assert repr(scene) == "<Scene ball: parts 1, lights 1, cameras 2>"
+    assert repr(picture) == "<Picture of ball, near: 24 x 16>"
+    assert picture.lab().shape == (16, 24, 3) and picture.rgb().dtype == np.uint8
+    command = ["render", scene.path, "--catalogue", catalogue.folder, "--illuminant", "A", "--renderer", "software"]
+    for name in ("a.exr", "a.png"):
+        picture.write(tmp_path / name)
+        python("-m", "metamer", *map(str, command), "-o", str(tmp_path / f"command-{name}"))
+        assert (tmp_path / name).read_bytes() == (tmp_path / f"command-{name}").read_bytes(), name
+    read, coverage = read_xyz_exr(tmp_path / "a.exr")
+    np.testing.assert_array_equal(read.values, picture.xyz)
+    np.testing.assert_array_equal(coverage, picture.coverage)
+    with Image.open(tmp_path / "a.png") as file:
+        np.testing.assert_array_equal(np.asarray(file), picture.rgb())
+    with pytest.raises(UsageError, match=r"written as \.exr or \.png"):
+        picture.write(tmp_path / "a.jpg")
+
+
+def test_the_reference_is_the_slow_truth(scene, catalogue):
+    fast, slow = (metamer.render(scene, catalogue, reference=one, renderer="software") for one in (False, True))
+    inside = (fast.coverage == 1) & (slow.coverage == 1)
+    difference = metamer.delta_e(slow.lab()[inside], fast.lab()[inside])
+    assert 0 < difference.max() < 1.5
+    assert "rays" in slow.made_by
+    with pytest.raises(UsageError, match="no factors to filter"):
+        metamer.render(scene, catalogue, reference=True, filtering="mipmapped")
+
+
+def test_a_renderer_is_kept_where_one_is_given(scene, catalogue):
+    with SoftwareRenderer() as renderer:
+        first, second = (metamer.render(scene, catalogue, renderer=renderer) for _ in range(2))
+    np.testing.assert_array_equal(first.xyz, second.xyz)
+    with pytest.raises(UnknownNameError, match="nearest: software"):
+        renderer_named("softwear")
+
+
+def test_a_picture_of_nothing_is_warned_of(scene, catalogue):
+    with pytest.warns(UserWarning, match="sees no"):
+        metamer.render(scene, catalogue, camera="away", renderer="software")
+
+
+def test_review_of_a_script_is_that_of_the_command(scene, catalogue, tmp_path):
+    steps = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = metamer.review(
+            scene,
+            catalogue,
+            tmp_path / "script",
+            illuminants=["A"],
+            renderer="software",
+            camera="near",
+            progress=lambda *step: steps.append(step),
+        )
+    assert steps == [(1, 1, "tiny/satin-green")] and [row.illuminant for row in found.rows] == ["A"]
+    command = ["review", scene.path, "--catalogue", catalogue.folder, "--illuminants", "A", "--renderer", "software"]
+    said = python("-m", "metamer", *map(str, command), "--camera", "near", "--out", str(tmp_path / "script"))
+    assert "resumed: 1 of 1 rows were there" in said
+    assert re.search(rf"1 row in \d+ s: {found.status}\.", said)
