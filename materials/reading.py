@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.bispectral import Bispectral
+from ..spectral.folding import Folding
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .brdf import Brdf
-from .fluorescent import FluorescentBrdf
 from .records.record_colour import annular_45_0, radiance_factor_45_0
 
 #: How the reading is taken: lit at 45 degrees all around, seen along the normal.
@@ -25,24 +24,23 @@ class Reading:
     Parameters
     ----------
     wavelengths_nm, factor : (L,) radiance factor of what keeps its wavelength, at the data's own wavelengths.
-    surface, spread : of a fluorescent material, its Donaldson matrix and pi times its emission factor; else None, 0.
+    brdf : the data; None where the factor is all there is.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
     factor: Float[np.ndarray, " L"]
-    surface: Bispectral | None = None
-    spread: float = 0.0
+    brdf: Brdf | None = None
 
     @classmethod
     def of(cls, brdf: Brdf) -> Reading:
         """The reading of a material's original data."""
-        factor = radiance_factor_45_0(brdf)
-        if not isinstance(brdf, FluorescentBrdf):
-            return cls(brdf.wavelengths_nm, factor)
-        spread = float(np.pi * brdf.emission_factor(*annular_45_0()).mean())
-        return cls(brdf.wavelengths_nm, factor, brdf.bispectral, spread)
+        return cls(brdf.wavelengths_nm, radiance_factor_45_0(brdf), brdf)
 
     def xyz(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
-        """XYZ under a light; the perfect diffuser has Y = 1. Raises `InputError` as `Observer.weights` does."""
-        xyz = eye.weights(light, self.wavelengths_nm) @ self.factor
-        return xyz if self.surface is None else xyz + self.spread * self.surface.fold_emission(light, eye)
+        """XYZ under a light, emission included; the perfect diffuser has Y = 1.
+
+        Raises `InputError` as `Observer.weights` does.
+        """
+        if self.brdf is None:
+            return eye.weights(light, self.wavelengths_nm) @ self.factor
+        return self.brdf.xyz(*annular_45_0(), Folding(eye, [light], np.pi)).mean(axis=0)
