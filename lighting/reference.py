@@ -77,8 +77,8 @@ def reference_images(
     """
     camera = scene.camera() if camera is None else camera
     for part in scene.parts:
-        if part.material_id not in brdfs:
-            raise UnknownNameError("material", part.material_id, brdfs, file=scene.path, field=f"part {part.name}")
+        if part.material not in brdfs:
+            raise UnknownNameError("material", part.material, brdfs, file=scene.path, field=f"part {part.name}")
     foldings = [
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
         for light in scene.lights
@@ -112,7 +112,7 @@ def _shade(
         part_of = geometry.part[lit.sample]
         for index, part in enumerate(scene.parts):
             mine = np.flatnonzero(part_of == index)
-            brdf = brdfs[part.material_id]
+            brdf = brdfs[part.material]
             values = np.empty((len(mine), 3 * count))
             usual = WORKING_WAVELENGTHS_NM.size
             step = max(block * usual // max(brdf.wavelengths_nm.size, usual), 1)

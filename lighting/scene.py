@@ -74,11 +74,6 @@ class Part:
     mesh: Mesh
     material: str
 
-    @property
-    def material_id(self) -> str:
-        """`material`, beside which renderers have the materials themselves."""
-        return self.material
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:

@@ -172,13 +172,13 @@ class Renderer(Keeping):
         step : which of how many such rounds this is, for `progress`.
         """
         for part in scene.parts:
-            if part.material_id not in packs:
-                raise UnknownNameError("material", part.material_id, packs, file=scene.path, field=f"part {part.name}")
+            if part.material not in packs:
+                raise UnknownNameError("material", part.material, packs, file=scene.path, field=f"part {part.name}")
         layers = [
             Layer(number, lights, pack, weights(scene.lights[lights[0]], pack))
             for number, part in enumerate(scene.parts)
             for lights in _by_spectrum(scene.lights)
-            for pack in packs[part.material_id]
+            for pack in packs[part.material]
         ]
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)

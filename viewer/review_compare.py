@@ -52,7 +52,7 @@ def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illumina
 
 def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:
     """(H,W) share of each pixel that shows a material."""
-    wearing = [index for index, part in enumerate(scene.parts) if part.material_id == material_id]
+    wearing = [index for index, part in enumerate(scene.parts) if part.material == material_id]
     pixels = geometry.pixel[np.isin(geometry.part, wearing)]
     hits = np.bincount(pixels, minlength=geometry.rows * geometry.width)
     return hits.reshape(geometry.rows, geometry.width) / geometry.samples

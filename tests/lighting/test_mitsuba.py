@@ -87,7 +87,7 @@ def mitsuba_pictures(mi, scene, bsdfs, folder, count, seeds=(11, 12)):
         mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, vertex_normals=part.mesh.normals, process=False)
         file = folder / f"{part.name}.ply"
         mesh.export(file, vertex_normal=True)
-        world[part.name] = {"type": "ply", "filename": str(file), "bsdf": bsdfs[part.material_id]}
+        world[part.name] = {"type": "ply", "filename": str(file), "bsdf": bsdfs[part.material]}
     loaded = mi.load_dict(world)
     scale = np.pi / (power @ cmfs[:, 1]) * strength / scene.viewing.reference_illuminance_lux
     return np.stack([np.array(mi.render(loaded, seed=seed), dtype=np.float64) * scale for seed in seeds])

@@ -125,5 +125,5 @@ def far_lamp_scene(material="gloss", size=64, samples=3) -> Scene:
     """The ball, its shadow and the ground by a lamp so far off that the scene is a point to it."""
     scene = lamp_scene(material, size, samples)
     place = 5000.0 * np.array([0.3, 0.6, 0.6])
-    return scene_of([(part.mesh, part.material_id) for part in scene.parts], [lamp(place, 1e3 * place @ place)],
+    return scene_of([(part.mesh, part.material) for part in scene.parts], [lamp(place, 1e3 * place @ place)],
                     scene.camera())  # fmt: skip

@@ -283,7 +283,7 @@ def test_a_missing_material_is_named(scenes, software):
 
 def test_forty_lights_are_one_as_strong(scenes, hardware, software):
     scene = scenes.lamp_scene(size=16)
-    parts = [(part.mesh, part.material_id) for part in scene.parts]
+    parts = [(part.mesh, part.material) for part in scene.parts]
     lamp = scene.lights[0]
     weak = [replace(lamp, intensity_cd=lamp.intensity_cd / 40)] * 40
     crowd = replace(scene, lights=tuple(weak))

@@ -236,7 +236,7 @@ def test_wrong_light_is_found(written, sphere, catalogue):
 def test_scene_without_review_judges_each_material_over_its_own_pixels(scenes, catalogue, tmp_path):
     scene = scenes.lamp_scene(size=40, samples=2)
     names = {"gloss": "tiny/satin-green", "sharp": "tiny/copper", "matt": "tiny/matt-red"}
-    scene = replace(scene, parts=tuple(replace(part, material=names[part.material_id]) for part in scene.parts))
+    scene = replace(scene, parts=tuple(replace(part, material=names[part.material]) for part in scene.parts))
     _, document = run(scene, catalogue, tmp_path)
     rows = document["results"]
     assert [(row["material"], row["illuminant"]) for row in rows] == [
