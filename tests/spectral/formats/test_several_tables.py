@@ -146,3 +146,9 @@ def test_wavelengths_across_below_wavelengths_down(written):
 def test_each_of_many_tables_is_read_by_its_own_header(written):
     file = silent(written("".join(down(f"nm,T{number}\n") for number in range(300))))
     assert [entry.name for entry in file.entries] == [f"T{number}" for number in range(300)]
+
+
+def test_wavelengths_that_start_again_are_another_spectrum(written):
+    content = "380\t0.1\n384\t0.2\n388\t0.2\n\n380\t0.2\n384\t0.4\n388\t0.4\n"
+    found = {entry.name: entry.spectrum.samples.tolist() for entry in silent(written(content, "two.txt")).entries}
+    assert found == {"two": [0.1, 0.2, 0.2], "two (2)": [0.2, 0.4, 0.4]}

@@ -343,11 +343,6 @@ def test_avantes_keeps_what_was_made_of_the_counts(written):
     assert "columns beside the measurement are left out: Dark, Reference" in file.notes
 
 
-def test_wavelengths_that_start_again_are_another_spectrum(written):
-    content = "380\t0.1\n384\t0.2\n388\t0.2\n\n380\t0.2\n384\t0.4\n388\t0.4\n"
-    assert values(silent(written(content, "two.txt"))) == {"two": [0.1, 0.2, 0.2], "two (2)": [0.2, 0.4, 0.4]}
-
-
 def test_equal_names_stay_apart_and_are_said(written):
     file = silent(written("nm,A,A\n400,0.1,0.2\n410,0.2,0.3\n420,0.3,0.4\n"))
     assert [entry.name for entry in file.entries] == ["A", "A"]
