@@ -139,6 +139,7 @@ def report(figures: dict) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
+    """Measure and print; 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", nargs="?", type=Path)
     parser.add_argument("--json", type=Path)

@@ -34,6 +34,7 @@ Predictor = Callable[[ScatteredMeasurement, np.ndarray, np.ndarray], tuple[np.nd
 
 
 def kriged(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, int]:
+    """What Metamer does, and the pairs that it could not do."""
     return ScatteredBrdf.from_measurement(known).eval_measured(wi, wo, exact=True), 0
 
 
@@ -49,6 +50,7 @@ def linear(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple
 
 
 def nearest(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, int]:
+    """The nearest reading in (theta_i, theta_o, phi), and the pairs that it could not do."""
     from scipy.spatial import cKDTree
 
     tree = cKDTree(np.stack(io_angles(known.wi, known.wo), axis=-1))
@@ -113,6 +115,7 @@ def validate(
 
 
 def main(arguments: list[str] | None = None) -> int:
+    """Measure and print; 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--json", type=Path)

@@ -230,10 +230,12 @@ class FactoredBrdf(Brdf):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """(L,) of the packs' basis."""
         return self.packs[0].basis.wavelengths_nm
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Whether no pack turns with the azimuth."""
         return not any(pack.anisotropic for pack in self.packs)
 
     def eval(self, wi: Direction, wo: Direction) -> Float[np.ndarray, "... L"]:

@@ -72,6 +72,7 @@ class FluorescentLambert(FluorescentBrdf):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """(L,) of the light that leaves."""
         return self.bispectral.reflectance.wavelengths_nm
 
     def parameters(self) -> dict[str, np.ndarray]:

@@ -235,3 +235,22 @@ def test_ruff_is_content():
 
 def test_spelling():
     clean(tool("codespell"), *map(str, tracked()))
+
+
+def test_every_public_definition_says_what_it_is():
+    """Overrides in subclasses too: what is true of the base may need a word of its own."""
+    missing = []
+
+    def look(path: str, node: ast.AST) -> None:
+        for inner in getattr(node, "body", []):
+            if isinstance(inner, ast.FunctionDef | ast.ClassDef) and not inner.name.startswith("_"):
+                setter = any(getattr(one, "attr", "") == "setter" for one in inner.decorator_list)
+                if not setter and not ast.get_docstring(inner):
+                    missing.append(f"{path}:{inner.lineno} {inner.name}")
+                if isinstance(inner, ast.ClassDef):
+                    look(path, inner)
+
+    for path in tracked("*.py"):
+        if path.parts[0] not in ("tests", "examples"):
+            look(str(path), ast.parse((ROOT / path).read_text(encoding="utf-8")))
+    assert not missing, missing

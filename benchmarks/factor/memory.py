@@ -45,10 +45,12 @@ class WatchedBrdf(Brdf):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Those of what is watched."""
         return self.brdf.wavelengths_nm
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """As what is watched."""
         return self.brdf.isotropic
 
     def eval(

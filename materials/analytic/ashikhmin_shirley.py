@@ -50,6 +50,7 @@ class AshikhminShirley(AnalyticBrdf):
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
+        """Highlights from dull to needle-sharp, isotropic and brushed, for tests of what every model must keep."""
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         up, down = (Spectrum.sampled(wavelengths_nm, values) for values in (ramp, ramp[::-1]))
         gloss = Spectrum.sampled(wavelengths_nm, np.full_like(ramp, 0.05))

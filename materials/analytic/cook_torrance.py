@@ -62,6 +62,7 @@ class CookTorrance(AnalyticBrdf):
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
+        """Metals and plastics of each distribution and masking, for tests of what every model must keep."""
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         body = Spectrum.sampled(wavelengths_nm, ramp)
         metal, plastic = (0.2 + 1.3 * ramp, 3.6 - 1.7 * ramp), (1.49 + 0.02 * ramp, 0.0 * ramp)

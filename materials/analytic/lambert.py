@@ -44,6 +44,7 @@ class Lambert(AnalyticBrdf):
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
+        """One reflectance, for tests of what every model must keep."""
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         return (cls(Spectrum.sampled(wavelengths_nm, ramp)),)
 

@@ -34,6 +34,7 @@ class Node:
         raise InputError(problem, file=self.file, field=self._at(name), found=found, expected=expected, hint=hint)
 
     def has(self, name: str) -> bool:
+        """Whether the object has that name."""
         return name in self.values
 
     def child(self, name: str) -> Node:
@@ -51,6 +52,7 @@ class Node:
         return [Node(self.file, f"{self._at(name)}[{number}]", value) for number, value in enumerate(values)]
 
     def text(self, name: str, default: str = "") -> str:
+        """The text of that name; anything else is refused."""
         value = self.values.get(name, default)
         if not isinstance(value, str):
             self.refuse(name, "not text", _shown(value), "text in quotes")

@@ -21,9 +21,13 @@ class MeasuredBrdf(Protocol):
     NAME: ClassVar[str]
 
     @property
-    def notes(self) -> tuple[str, ...]: ...
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of how it was read."""
+        ...
 
-    def parameters(self) -> dict[str, Any]: ...
+    def parameters(self) -> dict[str, Any]:
+        """What rebuilds it."""
+        ...
 
 
 def measured_source(

@@ -52,6 +52,7 @@ class Unread:
     member: re.Pattern[str] | None = None
 
     def fits(self, path: Path, head: bytes, members: tuple[str, ...]) -> bool:
+        """Whether a file is of this kind, by its first bytes, its members or its name."""
         marked = self.mark is not None and self.mark.search(head) is not None
         marked = marked or (self.member is not None and any(self.member.match(name) for name in members))
         named = path.suffix.lower() in self.suffixes and (self.needs is None or self.needs.search(head) is not None)

@@ -95,6 +95,7 @@ class MerlBrdf(Brdf):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The working wavelengths, to which its colours are uplifted."""
         return WORKING_WAVELENGTHS_NM
 
     @property

@@ -32,6 +32,7 @@ class Colour:
     scale: tuple[float, ...] = (1.0, 1.0, 1.0)
 
     def at(self, rows: slice, size: tuple[int, int]) -> Float[np.ndarray, "*texels 3"]:
+        """The colour at rows of texels."""
         scale = np.asarray(self.scale)
         return scale if self.texture is None else scale * self.texture.linear(rows, size)
 
@@ -46,6 +47,7 @@ class Number:
     inverted: bool = False
 
     def at(self, rows: slice, size: tuple[int, int]) -> Float[np.ndarray, "*texels 1"]:
+        """The number at rows of texels."""
         value = np.array([self.scale])
         if self.texture is not None:
             value = value * self.texture.band(self.channel, rows, size)[..., None]
@@ -74,6 +76,7 @@ class SurfaceMaps:
 
     @property
     def textures(self) -> tuple[Texture, ...]:
+        """Every texture that is used, each once."""
         parts = (getattr(self, field.name) for field in fields(self))
         found = (part.texture for part in parts if isinstance(part, Colour | Number))
         return tuple(dict.fromkeys(texture for texture in found if texture is not None))

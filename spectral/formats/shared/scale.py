@@ -52,6 +52,7 @@ class Values(NamedTuple):
 
     @property
     def said(self) -> str:
+        """The range, for a message."""
         return f"{self.lowest:.4g} to {self.highest:.4g}"
 
     @property
