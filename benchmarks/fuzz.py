@@ -220,9 +220,9 @@ def fuzzed(reader: str, seed: int, count: int, files: dict[str, bytes]) -> Itera
                 if not ours.poll(SECONDS_A_FILE + 30):
                     yield todo.pop(0), "hang", "no answer, not even to a signal", SECONDS_A_FILE
                     break
-                number, *told = ours.recv()
+                number, *rest = ours.recv()
                 todo.remove(number)
-                yield number, *told
+                yield number, *rest
         except (EOFError, ConnectionResetError):
             process.join(10)
             yield todo.pop(0), "crash", f"exit code {process.exitcode}", 0.0

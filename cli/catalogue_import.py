@@ -278,7 +278,7 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
     from ..spectral.files import written_whole
 
     statuses = ("imported", "skipped", "failed", "new")
-    told = {
+    document = {
         "metamer": version("metamer"),
         "catalogue": str(report.folder),
         "budget_delta_e94": args.budget,
@@ -298,4 +298,4 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
         "stopped": report.stopped,
     }
     with written_whole(args.json) as beside:
-        beside.write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        beside.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

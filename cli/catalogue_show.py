@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _INDENT = 14
 # What a measured file says of itself is in the source and in the notes.
-_TOLD = ("name", "description", "measurement_notes")
+_SENTENCES = ("name", "description", "measurement_notes")
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -56,7 +56,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     from ..materials.records.shown import shown_values
 
     said, colour = record.provenance, record_colour(record)
-    told = _TOLD if record.model == "scattered" else ()
+    shown = _SENTENCES if record.model == "scattered" else ()
     original = shown_values(record.original)
     # What the file said of its measurement, a line each.
     details = {name[8:]: original.pop(name) for name in tuple(original) if name.startswith("details.")}
@@ -64,7 +64,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         ("material", record.id),
         ("model", record.model),
         ("quantity", record.quantity),
-        ("parameters", _listed(shown_values(record.parameters, told))),
+        ("parameters", _listed(shown_values(record.parameters, shown))),
         ("kind", said.kind),
         ("source", said.source),
         ("licence", said.licence),

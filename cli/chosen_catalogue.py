@@ -38,6 +38,6 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
             with ExitStack() as stack:
                 stack.enter_context(saying(lambda: "`metamer catalogue import` completes the catalogue."))
                 shown = import_shown(stack, [shipped_sources()])
-                told = {"looked_at": shown.looked_at, "begins": shown.begins, "doing": shown.doing}
-                import_sources([shipped_sources()], folder, jobs=jobs, progress=shown.progress, **told)
+                hooks = {"looked_at": shown.looked_at, "begins": shown.begins, "doing": shown.doing}
+                import_sources([shipped_sources()], folder, jobs=jobs, progress=shown.progress, **hooks)
     return Catalogue.open(folder)

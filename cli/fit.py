@@ -135,14 +135,14 @@ def _loaded(args: argparse.Namespace) -> MaterialRecord:
 def _shown(budget: float, watch: FitProgress) -> Iterator[Callable[[Trial], None]]:
     """A line a trial; and where the fit is: the best so far, and how near the budget it is."""
     watch.say(_HEADER)
-    told: list[Trial] = []
+    trials: list[Trial] = []
 
     def show(trial: Trial) -> None:
         watch.say(_line(trial))
-        told.append(trial)
-        best = _best(told)
+        trials.append(trial)
+        best = _best(trials)
         words = f"best so far: {best.rank} in {best.frame}, p99 {best.error.p99:.2f}"
-        watch.at(words, share_done(told, budget))
+        watch.at(words, share_done(trials, budget))
 
     yield show
 

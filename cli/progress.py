@@ -68,8 +68,8 @@ def left_column() -> Any:
         max_refresh = 0.5
 
         def render(self, task: Task) -> Text:
-            told: Callable[[], float | None] | None = task.fields.get("left")
-            seconds = told() if told is not None else task.time_remaining
+            seconds_left: Callable[[], float | None] | None = task.fields.get("left")
+            seconds = seconds_left() if seconds_left is not None else task.time_remaining
             return Text("" if seconds is None or task.finished else f"about {in_words(seconds)} left")
 
     return Left()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..spectral.errors import UsageError
 from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, told, warned
+from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, say, warn
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -51,24 +51,24 @@ def run(args: argparse.Namespace) -> int:
     # A wrong name is said now, not after the work.
     check_output(args.output, args.spectral)
     catalogue = catalogue_for(args.catalogue, args.jobs)
-    scene = lit_by(load_scene(args.scene, catalogue, told), args.illuminant)
+    scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
     view = scene.camera(args.camera)
     kind = "reference" if args.reference else "spectra" if args.spectral else "picture"
     cost = picture_cost(scene, view, kind, args.output.suffix)
     cost.check_room(scene, view)
     long = cost.seconds >= SAID_FROM_SECONDS
     if long:
-        told(cost.words)
+        say(cost.words)
     if args.reference:
         with progress_bar("Tracing", quiet=not long) as progress:
-            notes = reference_picture(scene, catalogue, args.camera, warned, progress).write(args.output, warned)
+            notes = reference_picture(scene, catalogue, args.camera, warn, progress).write(args.output, warn)
     else:
         with renderer_for(args.renderer) as renderer, progress_bar("Rendering", quiet=not long) as progress:
             renderer.filtering, renderer.progress = args.filtering, progress
             if args.spectral:
-                notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warned)
+                notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:
-                notes = picture(scene, catalogue, args.camera, renderer, warned).write(args.output, warned, renderer)
+                notes = picture(scene, catalogue, args.camera, renderer, warn).write(args.output, warn, renderer)
     for note in (*scene.notes, *notes):
         print(note)
     print(args.output)

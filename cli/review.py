@@ -15,8 +15,8 @@ from .shared import (
     positive_delta_e,
     progress_bar,
     renderer_for,
-    told,
-    warned,
+    say,
+    warn,
 )
 
 
@@ -62,13 +62,13 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
     catalogue = catalogue_for(args.catalogue, jobs)
-    scene = load_scene(args.scene or shipped_scene(), catalogue, told)
+    scene = load_scene(args.scene or shipped_scene(), catalogue, say)
     view = scene.camera(args.camera)
     lights = args.illuminants or (scene.review.illuminants if scene.review else ("",))
     cost = picture_cost(scene, view, "review", spectra=len(lights), jobs=jobs)
     cost.check_room(scene, view)
     if cost.seconds >= SAID_FROM_SECONDS:
-        told(f"each material: {cost.words}")
+        say(f"each material: {cost.words}")
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
     with renderer, progress_bar("Reviewing") as progress:
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
             jobs=jobs,
             version=version("metamer"),
             progress=progress,
-            warn=warned,
+            warn=warn,
             again=args.again,
             resumed=lambda found, total: print(f"resumed: {found} of {total} rows were there", flush=True),
         )

@@ -76,12 +76,12 @@ def renderer_for(choice: str) -> Renderer:
     return renderer
 
 
-def warned(line: str) -> None:
+def warn(line: str) -> None:
     """Say a warning on standard error, at once and in one line."""
     print(f"metamer: warning: {line}", file=sys.stderr, flush=True)
 
 
-def told(line: str) -> None:
+def say(line: str) -> None:
     """Say on standard error, at once, which long step begins."""
     print(f"metamer: {line}", file=sys.stderr, flush=True)
 

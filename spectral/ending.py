@@ -84,10 +84,10 @@ def end_on_signals() -> None:
     for number in numbers:
         signal.signal(number, _on_signal)
     if os.name == "posix":
-        heard, told = os.pipe()
-        os.set_blocking(told, False)
+        heard, write_end = os.pipe()
+        os.set_blocking(write_end, False)
         # Written to by the system's own handler, at once, whatever Python is doing.
-        signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+        signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
         threading.Thread(target=_watch, args=(heard, frozenset(numbers)), daemon=True).start()
 
 

@@ -63,7 +63,7 @@ def supervised(
     work: Callable[..., Any],
     tasks: Iterable[Task],
     jobs: int,
-    told: Callable[[Any, Any], None] | None = None,
+    heard: Callable[[Any, Any], None] | None = None,
     start: Start | None = None,
 ) -> Generator[tuple[Any, Any], None, None]:
     """Do `work(*arguments)` for each task in `jobs` processes: (key, result) as they come, the result perhaps `Lost`.
@@ -72,15 +72,15 @@ def supervised(
     the iterator early ends the processes at once. `work`, and what it is given, are of modules that a fresh Python can
     import: the script that calls is not run again. What `work` raises is raised here.
 
-    told : hears (key, what) of what a task says on its way; `work` is then called with `told=`, to say it by.
+    heard : hears (key, what) of what a task says on its way; `work` is then called with `say=`, to say it by.
     """
     again: list[Task] = []
-    for key, result, task in _each(work, iter(tasks), jobs, told, start):
+    for key, result, task in _each(work, iter(tasks), jobs, heard, start):
         if isinstance(result, Lost):
             again.append(task)
         else:
             yield key, result
-    for key, result, _ in _each(work, iter(again), min(1, len(again)), told, start):
+    for key, result, _ in _each(work, iter(again), min(1, len(again)), heard, start):
         yield key, result
 
 
@@ -130,7 +130,7 @@ def _each(
     work: Callable[..., Any],
     tasks: Iterator[Task],
     jobs: int,
-    told: Callable[[Any, Any], None] | None,
+    heard: Callable[[Any, Any], None] | None,
     start: Start | None,
 ) -> Iterator[tuple[Any, Any, Task]]:
     if not jobs:
@@ -139,7 +139,7 @@ def _each(
     busy: dict[Connection, _Worker] = {}
 
     def another() -> _Worker:
-        worker = _Worker(work, told is not None, start)
+        worker = _Worker(work, heard is not None, start)
         ours.append(worker)
         worker.wake()
         return worker
@@ -160,8 +160,8 @@ def _each(
                 worker = busy[connection]  # type: ignore[index]
                 task, result = worker.take()
                 if isinstance(result, _Said):
-                    if told is not None:
-                        told(task.key, result.what)
+                    if heard is not None:
+                        heard(task.key, result.what)
                     continue
                 del busy[worker.connection]
                 if isinstance(result, _Raised):
@@ -199,10 +199,10 @@ class _Raised:
 class _Worker:
     """A process, our end of its pipe, and the task that it has."""
 
-    def __init__(self, work: Callable[..., Any], tells: bool, start: Start | None) -> None:
+    def __init__(self, work: Callable[..., Any], says: bool, start: Start | None) -> None:
         self.connection, self._theirs = _CONTEXT.Pipe()
         self.process = _CONTEXT.Process(
-            target=_serve, args=(self._theirs, work, tells, str(temporary_folder())), daemon=True
+            target=_serve, args=(self._theirs, work, says, str(temporary_folder())), daemon=True
         )
         self.task: Task | None = None
         self._start = start
@@ -255,12 +255,12 @@ def _ending(code: int | None) -> str:
     return f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
 
 
-def _serve(connection: Connection, work: Callable[..., Any], tells: bool, temporary: str) -> None:
+def _serve(connection: Connection, work: Callable[..., Any], says: bool, temporary: str) -> None:
     """What a process does: a task, its result, the next; until the pipe or the parent is gone."""
     # Known, it is not tried with a file, which would stay where this process is ended in between.
     tempfile.tempdir = temporary
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
-    words: dict[str, Any] = {"told": lambda what: connection.send(_Said(what))} if tells else {}
+    words: dict[str, Any] = {"say": lambda what: connection.send(_Said(what))} if says else {}
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
             what, given = connection.recv()

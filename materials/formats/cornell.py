@@ -54,19 +54,19 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     """The file's one material; it is spectral, and needs no `uplift`. Raises `InputError` as `read_cornell` does."""
     from ..measured.scattered import ScatteredBrdf
 
-    told = read_cornell(path)
+    measurement = read_cornell(path)
     with placed(path, "rows", "leave out what cannot be used, or measure it again"):
-        brdf = ScatteredBrdf.from_measurement(told)
+        brdf = ScatteredBrdf.from_measurement(measurement)
     yield measured_source(
         path,
         brdf,
-        source=". ".join(text for text in (told.name or path.name, told.description) if text),
+        source=". ".join(text for text in (measurement.name or path.name, measurement.description) if text),
         kind="measured",
-        geometry=f"{len(told)} scattered direction pairs",
+        geometry=f"{len(measurement)} scattered direction pairs",
         original={
             "file": printable(path.name),
             "units": "1/sr; angles in radians",
-            "comments": printable(told.description),
+            "comments": printable(measurement.description),
         },
     )
 
@@ -266,10 +266,10 @@ def _check_angles(path: Path, angles: np.ndarray, row_lines: np.ndarray) -> None
 
 
 def _names(path: Path, comments: list[str]) -> tuple[str, str]:
-    told = [comment for comment in comments if not _LABEL.match(comment)]
+    sentences = [comment for comment in comments if not _LABEL.match(comment)]
     # The first comment names the laboratory, the second the sample.
-    name = told[1] if len(told) > 1 else told[0] if told else path.stem
-    return name, "; ".join(told)
+    name = sentences[1] if len(sentences) > 1 else sentences[0] if sentences else path.stem
+    return name, "; ".join(sentences)
 
 
 def _notes(missing: Bool[np.ndarray, "N L"], angles: np.ndarray) -> tuple[str, ...]:

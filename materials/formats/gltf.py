@@ -203,9 +203,9 @@ class _Material:
     def _description(self) -> dict[str, Any]:
         """The material, its textures and the file's own header, word for word."""
         asset = self.gltf.root.child("asset")
-        told = {"gltf.asset": asset.values, "gltf.material": self.node.values, "gltf.textures": self.textures.used()}
+        details = {"gltf.asset": asset.values, "gltf.material": self.node.values, "gltf.textures": self.textures.used()}
         kept: dict[str, Any] = {"file": printable(self.gltf.path.name), "gltf.name": self.label}
-        for name, value in told.items():
+        for name, value in details.items():
             text = compact(value)
             kept[name] = text if len(text) < _LONGEST_TEXT else np.frombuffer(text.encode(), np.uint8)
         return kept

@@ -79,7 +79,7 @@ class TextureReader:
 
     def used(self) -> dict[str, Any]:
         """The file's own words on each texture: slot to texture, sampler and image, without their content."""
-        told: dict[str, Any] = {}
+        described: dict[str, Any] = {}
         samplers = self.gltf.root.children("samplers")
         for holder, name in self._holders(self.material):
             try:
@@ -89,8 +89,8 @@ class TextureReader:
                     words["sampler"] = samplers[texture.whole("sampler", below=len(samplers))].values
             except InputError:
                 continue
-            told[self._slot(holder._at(name))] = words
-        return told
+            described[self._slot(holder._at(name))] = words
+        return described
 
     def _slot(self, place: str) -> str:
         """materials[2].pbrMetallicRoughness.baseColorTexture -> pbrMetallicRoughness.baseColorTexture"""

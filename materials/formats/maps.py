@@ -173,8 +173,8 @@ def _surface(only: dict[str, Texture], uplift: str, notes: list[str]) -> tuple[s
         notes.append("the alpha of the albedo is kept and not rendered")
     roughness, metallic = _roughness(only, notes), _metallic(only, notes)
     maps = SurfaceMaps(base=Colour(albedo), metallic=metallic or Number(scale=0.0), roughness=roughness or Number())
-    parameters, told = model_of(maps, uplift)
-    notes += told
+    parameters, more_notes = model_of(maps, uplift)
+    notes += more_notes
     if roughness or metallic:
         notes += ["no roughness map: taken as 1"] if roughness is None else []
         return "metallic_roughness", dict(parameters)

@@ -67,19 +67,22 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     """The file's one material; a file in RGB gets spectra by `uplift`. Raises `InputError` as `read_rgl` does."""
     with placed(path, hint="measure or tabulate it over a whole, a half or a quarter turn"):
         brdf = RglBrdf.from_measurement(read_rgl(path), uplift)
-    told, count = brdf.measurement, len(brdf.measurement.fields["theta_i"]) * len(brdf.measurement.fields["phi_i"])
+    measurement, count = (
+        brdf.measurement,
+        len(brdf.measurement.fields["theta_i"]) * len(brdf.measurement.fields["phi_i"]),
+    )
     channels = f"at {brdf.channels} wavelengths" if brdf.spectral else "in red, green and blue"
     turned = "isotropic" if brdf.isotropic else "anisotropic"
     yield measured_source(
         path,
         brdf,
-        source=". ".join(text for text in (told.description, path.name) if text),
+        source=". ".join(text for text in (measurement.description, path.name) if text),
         kind="measured" if brdf.spectral else upsampling(uplift).provenance,
         geometry=f"{turned}, {count} directions of the light, {channels}",
         original={
             "file": printable(path.name),
             "units": "1/sr, times the cosine of theta_o",
-            "description": printable(told.description),
+            "description": printable(measurement.description),
         },
     )
 

@@ -159,14 +159,14 @@ def _source(
     mean = texture.values.mean(axis=(0, 1), dtype=np.float64)
     grid = texture.wavelengths_nm
     model, parameters, said = _model(texture, mean, path)
-    told = [f"{width} x {height} texels, of which the mean is rendered; the texture is kept", *said]
+    sentences = [f"{width} x {height} texels, of which the mean is rendered; the texture is kept", *said]
     if any(name.rpartition(".")[2] in ("R", "G", "B") for name in picture.channels):
-        told.append("the RGB preview in the file is not kept")
+        sentences.append("the RGB preview in the file is not kept")
     provenance = Provenance(
         source=f"{printable(path.name)}, a spectral OpenEXR texture of {count} wavelengths",
         licence="not stated in the file",
         kind="measured",
-        notes=" + ".join([*told, *notes]),
+        notes=" + ".join([*sentences, *notes]),
     )
     original: dict[str, Any] = {
         "file": printable(path.name),

@@ -157,26 +157,26 @@ def import_sources(
             # Also now: an import that is ended in the middle has looked at its files.
             known.save()
         # From here on an interrupt leaves a catalogue, and a report.
-        told = _Told(folder, files, progress)
+        tally = _Tally(folder, files, progress)
 
         def last_words() -> str:
-            broken_off(told.report())
-            return f"{told.report().sentence}."
+            broken_off(tally.report())
+            return f"{tally.report().sentence}."
 
         stack.enter_context(saying(last_words))
         try:
-            pending = told.all_but_new()
+            pending = tally.all_but_new()
             if dry_run:
                 for material in pending:
-                    told.tell(material, ImportOutcome(material.id, "new"))
-                return told.report()
+                    tally.count(material, ImportOutcome(material.id, "new"))
+                return tally.report()
             # The longest fits first, so that no process works alone at the end; more numbers are a guess at longer.
             pending.sort(key=lambda material: -material.size)
             if scheduler:
                 begins(pending, Jobs(1))
                 work = _on_cluster(pending, budget, scheduler, doing)
             else:
-                pending = told.all_that_fit(pending)
+                pending = tally.all_that_fit(pending)
                 processes = jobs_for([material.size for material in pending], jobs)
                 begins(pending, processes)
                 work = _here(pending, budget, processes.count, apart, doing)
@@ -186,15 +186,15 @@ def import_sources(
                     outcome = _stored(folder, material, source, fitted)
                     if outcome.status == "imported":
                         known.wrote(material.id, material.source_hash)
-                    told.tell(material, outcome)
+                    tally.count(material, outcome)
         except NoRoomError as reason:
-            return told.report(str(reason))
+            return tally.report(str(reason))
         except KeyboardInterrupt:
-            raise ImportInterrupted(told.report()) from None
-        return told.report()
+            raise ImportInterrupted(tally.report()) from None
+        return tally.report()
 
 
-class _Told:
+class _Tally:
     """The outcomes so far, and who wants to hear of them."""
 
     def __init__(self, folder: Path, files: tuple[PlannedFile, ...], progress: Progress | None) -> None:
@@ -202,14 +202,14 @@ class _Told:
         self.outcomes: list[ImportOutcome] = []
         self.file_of = {id(material): file for file in files for material in file.materials}
 
-    def tell(self, material: PlannedMaterial, outcome: ImportOutcome) -> None:
+    def count(self, material: PlannedMaterial, outcome: ImportOutcome) -> None:
         file = self.file_of[id(material)]
-        told = ImportOutcome(
+        known_outcome = ImportOutcome(
             outcome.id, outcome.status, outcome.reason, outcome.error, outcome.seconds, file.name, file.format
         )
-        self.outcomes.append(told)
+        self.outcomes.append(known_outcome)
         if self.progress is not None:
-            self.progress(len(self.outcomes), len(self.file_of), told)
+            self.progress(len(self.outcomes), len(self.file_of), known_outcome)
 
     def all_but_new(self) -> list[PlannedMaterial]:
         """Tell of what needs no work; the rest."""
@@ -219,7 +219,7 @@ class _Told:
                 if material.status == "new":
                     new.append(material)
                 else:
-                    self.tell(material, ImportOutcome(material.id, material.status, material.reason))
+                    self.count(material, ImportOutcome(material.id, material.status, material.reason))
         return new
 
     def all_that_fit(self, pending: Sequence[PlannedMaterial]) -> list[PlannedMaterial]:
@@ -230,7 +230,7 @@ class _Told:
             if (refusal := fit_too_large(material.size, name, material.id)) is None:
                 fitting.append(material)
             else:
-                self.tell(material, ImportOutcome(material.id, "failed", str(refusal)))
+                self.count(material, ImportOutcome(material.id, "failed", str(refusal)))
         return fitting
 
     def report(self, stopped: str = "") -> ImportReport:
@@ -275,7 +275,7 @@ def _here(
 
     if jobs <= 1 and not apart:
         for task in tasks():
-            yield *task.key, fit_material(*task.arguments, told=partial(doing, task.key[0].id))
+            yield *task.key, fit_material(*task.arguments, say=partial(doing, task.key[0].id))
     else:
         with closing(supervised(fit_material, tasks(), jobs, lambda key, what: doing(key[0].id, what))) as results:
             for key, result in results:

@@ -88,11 +88,11 @@ class Known:
             checksum, _, text = (folder / FILE).read_bytes().partition(b"\n")
             if hashlib.sha256(text).hexdigest().encode() != checksum:
                 return cls(folder)
-            told = json.loads(text)
-            if told["version"] != _VERSION:
+            stored = json.loads(text)
+            if stored["version"] != _VERSION:
                 return cls(folder)
-            same = bool(readers_hash()) and told["code"] == readers_hash()
-            return cls(folder, told["formats"] if same else {}, told["readings"] if same else {}, told["records"])
+            same = bool(readers_hash()) and stored["code"] == readers_hash()
+            return cls(folder, stored["formats"] if same else {}, stored["readings"] if same else {}, stored["records"])
         except (OSError, ValueError, KeyError, TypeError):
             return cls(folder)
 
@@ -110,8 +110,8 @@ class Known:
             {name: entry for name, entry in entries.items() if name in self._used or len(entries) <= _MOST_FILES}
             for entries in (self.formats, self.readings)
         ]
-        told = {"version": _VERSION, "code": readers_hash(), "formats": kept[0], "readings": kept[1]}
-        text = json.dumps(told | {"records": records}, separators=(",", ":")).encode()
+        stored = {"version": _VERSION, "code": readers_hash(), "formats": kept[0], "readings": kept[1]}
+        text = json.dumps(stored | {"records": records}, separators=(",", ":")).encode()
         with suppress(InputError, OSError), written_whole(self.folder / FILE) as beside:
             beside.write_bytes(hashlib.sha256(text).hexdigest().encode() + b"\n" + text)
 
@@ -120,14 +120,14 @@ class Known:
         if _is_private(file):
             return format_for(file.path, file.named)
         path, moment, state = os.path.abspath(file.path), time.time_ns(), _state(file.path)  # noqa: PTH100 links stay
-        told = [*(state or ()), _names_beside(path), file.named]
+        stored = [*(state or ()), _names_beside(path), file.named]
         self._used.add(path)
         known = self.formats.get(path, [])
-        if known[:-1] == told:
+        if known[:-1] == stored:
             return next((reader for reader in formats() if known[-1] == reader.NAME), None)
         found = format_for(file.path, file.named)
         if state is not None and _at_rest(state, moment) and _state(file.path) == state:
-            self.formats[path], self._changed = [*told, found.NAME if found else ""], True
+            self.formats[path], self._changed = [*stored, found.NAME if found else ""], True
         return found
 
     def reading(self, file: InputFile, reader: Format, words: str) -> Reading | None:
@@ -137,7 +137,7 @@ class Known:
         parts = _parts(file, reader)
         if entry is None or len(entry["parts"]) != len(parts):
             return None
-        if not all(self._is_as_told(told, path, file) for told, path in zip(entry["parts"], parts, strict=True)):
+        if not all(self._is_as_stored(stored, path, file) for stored, path in zip(entry["parts"], parts, strict=True)):
             return None
         self._used.add(key)
         return Reading(entry["label"], tuple(Read(*each) for each in entry["materials"]), entry["note"])
@@ -153,8 +153,8 @@ class Known:
 
     def keep(self, file: InputFile, look: Look, reading: Reading) -> None:
         """Remember what came out of a file, where it was at rest before it was read and is still the same."""
-        for path, *told, _ in look.parts if not _is_private(file) else ():
-            if (_state(Path(path)) or []) != told or (told and not _at_rest(told, look.moment_ns)):
+        for path, *stored, _ in look.parts if not _is_private(file) else ():
+            if (_state(Path(path)) or []) != stored or (stored and not _at_rest(stored, look.moment_ns)):
                 return
         materials = [astuple(each) for each in reading.materials]
         self.readings[look.key] = {
@@ -194,9 +194,9 @@ class Known:
         if state is not None:
             self.records[material_id], self._changed = [*state, source_hash], True
 
-    def _is_as_told(self, told: list, path: Path, file: InputFile) -> bool:
+    def _is_as_stored(self, stored: list, path: Path, file: InputFile) -> bool:
         """Whether a part is what an entry says; where only its times have changed, the entry learns the new ones."""
-        name, *then, content = told
+        name, *then, content = stored
         if _is_private(file):
             return bool(content) and _content(path) == content
         if name != os.path.abspath(path):  # noqa: PTH100
@@ -207,7 +207,7 @@ class Known:
         if not content or state is None or not then or state[0] != then[0] or _content(path) != content:
             return False
         if _at_rest(state, moment) and _state(path) == state:
-            told[1:-1], self._changed = state, True
+            stored[1:-1], self._changed = state, True
         return True
 
 

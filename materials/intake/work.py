@@ -30,7 +30,7 @@ class Fitted:
     trials: tuple[Trial, ...] = ()
 
 
-def fit_material(material: MaterialSource, budget: float, told: Hears = lambda doing: None) -> Fitted:
+def fit_material(material: MaterialSource, budget: float, say: Hears = lambda doing: None) -> Fitted:
     """Fit one material; a spectrum without a surface has nothing to fit. What goes wrong is in `reason`.
 
     told : hears what the fit is at.
@@ -42,7 +42,7 @@ def fit_material(material: MaterialSource, budget: float, told: Hears = lambda d
 
     def tried(trial: Trial) -> None:
         trials.append(replace(trial, seconds=0.0))
-        told(
+        say(
             Doing(
                 f"{trial.rank} {'term' if trial.rank == 1 else 'terms'} in {trial.frame}, p99 {trial.error.p99:.2f}",
                 share_done(trials, budget),
@@ -50,13 +50,13 @@ def fit_material(material: MaterialSource, budget: float, told: Hears = lambda d
         )
 
     def doing(phase: str) -> None:
-        told(Doing(phase, share_done(trials, budget)))
+        say(Doing(phase, share_done(trials, budget)))
 
     trials: list[Trial] = []
     if material.model in SPECTRA:
         return done()
     try:
-        told(Doing("preparing"))
+        say(Doing("preparing"))
         brdf = rebuild(material.model, material.parameters)
         measured_packs = getattr(brdf, "measured_packs", None)
         if measured_packs is not None:

@@ -89,8 +89,8 @@ class RglBrdf(Brdf):
     @cached_property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The working wavelengths, or those of the file, as far as they are seen, where these are finer."""
-        told = self.measurement.wavelengths_nm
-        return WORKING_WAVELENGTHS_NM if told is None else material_wavelengths([told])
+        measured_nm = self.measurement.wavelengths_nm
+        return WORKING_WAVELENGTHS_NM if measured_nm is None else material_wavelengths([measured_nm])
 
     @property
     def spectral(self) -> bool:
@@ -107,14 +107,15 @@ class RglBrdf(Brdf):
         """What was assumed, held and kept, in words."""
         values, theta = self.measurement.values, np.degrees(self.measurement.fields["theta_i"])
         negative = int(np.sum(values < 0))
-        told = self.measurement.wavelengths_nm
-        if told is None:
+        measured_nm = self.measurement.wavelengths_nm
+        if measured_nm is None:
             how = f"RGB is taken as {PRIMARIES}, which the file does not state; spectra by {self.method}"
         else:
-            how = f"known from {told[0]:g} to {told[-1]:g} nm, linear between; beyond, the end values are held"
-        finer = None if told is None else finer_note(told)
+            ends = f"{measured_nm[0]:g} to {measured_nm[-1]:g} nm"
+            how = f"known from {ends}, linear between; beyond, the end values are held"
+        finer = None if measured_nm is None else finer_note(measured_nm)
         kept = f"{negative} of {values.size} values are negative, down to {values.min():.3g}, and kept so"
-        kept += ": colours outside sRGB" if told is None else ""
+        kept += ": colours outside sRGB" if measured_nm is None else ""
         return (
             how,
             *([finer] if finer else []),
@@ -174,9 +175,9 @@ class RglBrdf(Brdf):
 
     @cached_property
     def _resampled(self) -> Float[np.ndarray, "S H W L"]:
-        told = self.measurement.wavelengths_nm
-        assert told is not None
-        matrix = np.stack([np.interp(self.wavelengths_nm, told, unit) for unit in np.eye(len(told))])
+        measured_nm = self.measurement.wavelengths_nm
+        assert measured_nm is not None
+        matrix = np.stack([np.interp(self.wavelengths_nm, measured_nm, unit) for unit in np.eye(len(measured_nm))])
         return self._stored @ matrix
 
     @cached_property

@@ -109,9 +109,9 @@ def _mirrored(brdf: Brdf) -> bool:
     """Whether mirroring both directions in x, or in y, changes nothing, as far as a sample of pairs shows."""
     rng = np.random.default_rng(0)
     wi, wo = (spherical(np.arccos(rng.uniform(0.1, 1.0, _ASKED)), rng.uniform(0.0, TAU, _ASKED)) for _ in "io")
-    told = brdf.eval(wi, wo)
+    unturned = brdf.eval(wi, wo)
     turns = (np.array([-1.0, 1.0, 1.0]), np.array([1.0, -1.0, 1.0]))
-    return all(np.allclose(brdf.eval(wi * turn, wo * turn), told, rtol=1e-6, atol=1e-9) for turn in turns)
+    return all(np.allclose(brdf.eval(wi * turn, wo * turn), unturned, rtol=1e-6, atol=1e-9) for turn in turns)
 
 
 def _peak(brdf: Brdf, grid: _Grid) -> Float[np.ndarray, "A B"]:

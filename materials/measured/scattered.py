@@ -85,19 +85,19 @@ class ScatteredBrdf(Brdf):
 
     def parameters(self) -> dict[str, Any]:
         """Everything that `from_parameters` rebuilds this BRDF from, bit for bit: arrays, numbers and text."""
-        told = self.measurement
+        measurement = self.measurement
         return {
-            "measured_wavelengths_nm": told.wavelengths_nm,
-            "wi": told.wi,
-            "wo": told.wo,
-            "values": told.values,
-            "missing": told.missing.astype(np.uint8),
+            "measured_wavelengths_nm": measurement.wavelengths_nm,
+            "wi": measurement.wi,
+            "wo": measurement.wo,
+            "values": measurement.values,
+            "missing": measurement.missing.astype(np.uint8),
             "background": self.background,
             "kernel": self.kernel.array,
             "reciprocal": int(self.reciprocal),
-            "name": told.name,
-            "description": told.description,
-            "measurement_notes": "\n".join(told.notes),
+            "name": measurement.name,
+            "description": measurement.description,
+            "measurement_notes": "\n".join(measurement.notes),
         }
 
     @classmethod
@@ -166,9 +166,9 @@ class ScatteredBrdf(Brdf):
     @cached_property
     def _distinct(self) -> tuple[PairAngles, np.ndarray]:
         """Angles and (n,L) values of distinct pairs with any reading; NaN where all readings of a pair dropped out."""
-        told = self.measurement
-        keys = np.stack(io_angles(told.wi, told.wo), axis=-1)
-        values = np.where(told.missing, np.nan, told.values)
+        measurement = self.measurement
+        keys = np.stack(io_angles(measurement.wi, measurement.wo), axis=-1)
+        values = np.where(measurement.missing, np.nan, measurement.values)
         # An order of their own, so that the order of the rows makes no difference in any bit.
         order = np.lexsort((*values.T, *np.round(keys, 6).T))
         keys, values = keys[order], values[order]
@@ -180,7 +180,7 @@ class ScatteredBrdf(Brdf):
         np.add.at(total, group, np.nan_to_num(values))
         mean = np.divide(total, known, out=np.full_like(total, np.nan), where=known > 0)
         usable = np.isfinite(mean).any(axis=1)
-        return _pair_angles(told.wi[order][starts][usable], told.wo[order][starts][usable]), mean[usable]
+        return _pair_angles(measurement.wi[order][starts][usable], measurement.wo[order][starts][usable]), mean[usable]
 
     @cached_property
     def _largest(self) -> float:

@@ -29,14 +29,14 @@ class Stated:
     colour: StatedColour
     kind: str
     name: str
-    told: Specification
+    specification: Specification
     text: str
 
 
 def shared_out(
     stated: Sequence[Stated],
     spectra: Sequence[Element],
-    told: Sequence[Specification | None],
+    specification: Sequence[Specification | None],
     name: str,
     gathered: Gathering,
 ) -> list[tuple[tuple[StatedColour, ...], dict[str, str]]]:
@@ -49,7 +49,7 @@ def shared_out(
     colours: list[list[StatedColour]] = [[] for _ in spectra]
     other: dict[str, str] = {}
     for one in stated:
-        agreement = [_agreement(one.told, each) for each in told]
+        agreement = [_agreement(one.specification, each) for each in specification]
         best = max(agreement, default=-1)
         of = [at for at, parts in enumerate(agreement) if parts == best] if best >= 0 else []
         of = [at for at in of if one.name and spectra[at].get("Name") == one.name] or of
@@ -86,23 +86,25 @@ def stated_values(
     other: dict[str, str] = {}
     for value in values:
         kind = known.name(value) or ""
-        told = specifications.get(value.get("ColorSpecification", ""))
+        specification = specifications.get(value.get("ColorSpecification", ""))
         colour = None
-        if told is None:
+        if specification is None:
             gathered.note(f"{kind} refers to no ColorSpecification of the file and is kept as text", name)
         else:
             try:
-                colour = _colour(kind, value, told, known, name)
+                colour = _colour(kind, value, specification, known, name)
             except InputError as reason:
                 gathered.note(f"{kind} is not used: {reason.problem}", name)
-        if colour is None or told is None:
+        if colour is None or specification is None:
             other[kind] = words(value)
         else:
-            colours.append(Stated(colour, kind, value.get("Name", ""), told, words(value)))
+            colours.append(Stated(colour, kind, value.get("Name", ""), specification, words(value)))
     return colours, kept(other)
 
 
-def _colour(kind: str, value: Element, told: Specification, known: Vocabulary, name: str) -> StatedColour | None:
+def _colour(
+    kind: str, value: Element, specification: Specification, known: Vocabulary, name: str
+) -> StatedColour | None:
     """XYZ or Lab of a value that is one or turns into one without further data."""
     axes = {
         "ColorCIEXYZ": "XYZ", "ColorEmissiveCIEXYZ": "XYZ", "ColorCIExyY": "xyY", "ColorEmissiveCIExyY": "xyY",
@@ -120,15 +122,15 @@ def _colour(kind: str, value: Element, told: Specification, known: Vocabulary, n
     if not np.isfinite([a, b, c]).all():
         raise InputError("not a finite number", field=name, found=f"{a} {b} {c}")
     space = "Lab" if axes in ("LAB", "LCH") else "XYZ"
-    return StatedColour(space, np.array([a, b, c], dtype=np.float64), told.illuminant, told.observer)
+    return StatedColour(space, np.array([a, b, c], dtype=np.float64), specification.illuminant, specification.observer)
 
 
-def object_details(item: Element, value: Element, told: Specification, known: Vocabulary) -> dict[str, str]:
+def object_details(item: Element, value: Element, specification: Specification, known: Vocabulary) -> dict[str, str]:
     """What is said of one spectrum, from the object, from the value and from its specification."""
-    details = dict(told.details)
+    details = dict(specification.details)
     label = value.get("Name", "")
-    if told.angles and label in told.angles:
-        details["geometry"] = f"{label}: {told.angles[label]}"
+    if specification.angles and label in specification.angles:
+        details["geometry"] = f"{label}: {specification.angles[label]}"
     said = {"kind": "ObjectType", "id": "Id", "GUID": "GUID"}
     details |= {ours: item.get(theirs, "") for ours, theirs in said.items()}
     details |= {"spectrum": label, "measured": value.get("MeasureDate", "")}

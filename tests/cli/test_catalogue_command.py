@@ -36,7 +36,7 @@ def source(tmp_path):
 
 @pytest.fixture(autouse=True)
 def fast_fit(monkeypatch):
-    def fit_one(material, budget, told=None):
+    def fit_one(material, budget, say=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)

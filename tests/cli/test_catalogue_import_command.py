@@ -29,7 +29,7 @@ def source(tmp_path):
 
 @pytest.fixture(autouse=True)
 def fast_fit(monkeypatch):
-    def fit_material(material, budget, told=None):
+    def fit_material(material, budget, say=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
@@ -63,14 +63,14 @@ def test_report_as_json(metamer, source, tmp_path):
         *("catalogue", "import", source, "--into", tmp_path / "cat", "--jobs", 1, "--json", file, "--family", "mine")
     )
     assert code == 4 and "2 imported, 1 failed; 1 file not recognised" in said
-    told = json.loads(file.read_text())
-    assert told["counts"] == {"imported": 2, "skipped": 0, "failed": 1, "new": 0, "remaining": 0}
-    assert told["stopped"] == ""
-    assert told["not_recognised"] == [f"{source}/README"]
-    red = next(row for row in told["materials"] if row["id"] == "mine/red")
+    say = json.loads(file.read_text())
+    assert say["counts"] == {"imported": 2, "skipped": 0, "failed": 1, "new": 0, "remaining": 0}
+    assert say["stopped"] == ""
+    assert say["not_recognised"] == [f"{source}/README"]
+    red = next(row for row in say["materials"] if row["id"] == "mine/red")
     assert red["status"] == "imported" and red["error"]["p99"] == 0.123 and red["seconds"] == 0.5
     assert red["file"] == f"{source}/chart.csv" and red["format"] == "table (CSV, TSV)"
-    assert {row["name"]: row["materials"] for row in told["files"]}[f"{source}/chart.csv"] == ["mine/red", "mine/blue"]
+    assert {row["name"]: row["materials"] for row in say["files"]}[f"{source}/chart.csv"] == ["mine/red", "mine/blue"]
 
 
 def test_the_report_has_a_row_a_file_and_verbose_one_a_material(metamer, source, tmp_path):

@@ -69,9 +69,9 @@ def test_signal_9_is_told_as_what_it_often_is():
     assert "signal 9" in lost.reason and "memory" in lost.reason
 
 
-def said_on_the_way(number, told=None):
+def said_on_the_way(number, say=None):
     for step in range(number):
-        told(step)
+        say(step)
     return number
 
 
@@ -195,11 +195,11 @@ def test_processes_end_with_a_parent_that_is_killed():
 
 def test_one_thread_of_blas_is_asked_for_before_numpy_comes_and_only_then():
     words = "import os\nfrom metamer.spectral.processes import one_thread\n{}one_thread()\n"
-    told = "print(os.environ.get('OPENBLAS_NUM_THREADS'))"
+    say = "print(os.environ.get('OPENBLAS_NUM_THREADS'))"
     bare = {name: value for name, value in os.environ.items() if not name.endswith(("_THREADS", "_MAXIMUM_THREADS"))}
 
     def said(first: str, **more: str) -> str:
-        command = [sys.executable, "-c", words.format(first) + told]
+        command = [sys.executable, "-c", words.format(first) + say]
         return subprocess.run(command, env=bare | more, capture_output=True, text=True, check=True).stdout.strip()
 
     assert said("") == "1"

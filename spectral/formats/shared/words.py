@@ -134,10 +134,10 @@ def quantity_in_lines(words: str) -> tuple[Quantity | Literal["absorbance", "ind
     found: dict[str, tuple[Quantity | Literal["absorbance", "index"], str]] = {}
     lines = [_one_line(line) for line in words.splitlines()[:400]]
     for line in lines:
-        told = quantity_in(line) or ("emission" if names_power(line) else None)
-        by_letter = told in ("reflectance", "transmittance") and quantity_in(_LETTER.sub("", line)) is None
-        if told is not None and not by_letter:
-            found.setdefault(told, (told, line))
+        named = quantity_in(line) or ("emission" if names_power(line) else None)
+        by_letter = named in ("reflectance", "transmittance") and quantity_in(_LETTER.sub("", line)) is None
+        if named is not None and not by_letter:
+            found.setdefault(named, (named, line))
     for refused in ("absorbance", "index"):
         if refused in found:
             return found[refused]
@@ -147,9 +147,9 @@ def quantity_in_lines(words: str) -> tuple[Quantity | Literal["absorbance", "ind
     return found[surfaces[0]] if surfaces else found.get("emission", (None, ""))
 
 
-def measured(told: str | None) -> Quantity | None:
+def measured(named: str | None) -> Quantity | None:
     """The quantity that `quantity_in` told, None where it told none or one that is no spectrum of a colour."""
-    return {name: name for name in get_args(Quantity)}.get(told)
+    return {name: name for name in get_args(Quantity)}.get(named)
 
 
 def names_sensitivity(heading: str) -> bool:
@@ -302,9 +302,9 @@ def meant_by(name: str) -> frozenset[Meaning]:
     """
     words = " ".join(re.sub(r"(?<=[a-z])(?=[A-Z])|_", " ", name[:400]).split())
     found: set[Meaning] = set()
-    told = quantity_in(words) if len(words) > 2 else None
-    if told in ("reflectance", "transmittance", "radiance factor", "emission"):
-        found.add(told)
+    named = quantity_in(words) if len(words) > 2 else None
+    if named in ("reflectance", "transmittance", "radiance factor", "emission"):
+        found.add(named)
     if names_light(words) or names_perhaps_light(words):
         found.add("emission")
     if _SURFACE.search(words):

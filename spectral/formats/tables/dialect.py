@@ -89,7 +89,7 @@ class Dialect:
         """The wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""
         return _wavelength(cell, self.decimal)
 
-    def told(self, cell: str) -> bool:
+    def names_wavelength(self, cell: str) -> bool:
         """Whether a cell names a wavelength with a unit or a word."""
         found = self.wavelength(cell)
         return found is not None and found[1]

@@ -57,8 +57,8 @@ def is_of_something_else(path: Path) -> bool:
 
 
 def _speaks_of_spectra(words: str) -> bool:
-    told = (quantity_in, is_wavelength_header, is_wavenumber_header, names_power, names_sensitivity, condition_in)
-    return bool(_WORDS.search(words)) or any(says(words) for says in told)
+    checks = (quantity_in, is_wavelength_header, is_wavenumber_header, names_power, names_sensitivity, condition_in)
+    return bool(_WORDS.search(words)) or any(says(words) for says in checks)
 
 
 def _has_colours(cells: Iterable[str]) -> bool:
@@ -70,7 +70,7 @@ def _has_colours(cells: Iterable[str]) -> bool:
 def _may_have_wavelengths(rows: Sequence[Row], dialect: Dialect) -> bool:
     if any(len(wavelengths_across(cells, dialect)) >= _FEW for _, cells in rows):
         return True
-    if any(dialect.told(cell) for _, cells in rows for cell in cells):
+    if any(dialect.names_wavelength(cell) for _, cells in rows for cell in cells):
         return True
     down = [list(column) for column in zip(*(cells for _, cells in rows), strict=True)]
     # Where marks are damaged, a wavelength has its value in its cell.

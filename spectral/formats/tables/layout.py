@@ -83,11 +83,11 @@ def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         return down or across
     head = rows[across.header or 0][1]
     below = [dialect.wavelength(cells[0]) for _, cells in rows[across.first : across.first + 50] if cells]
-    told = sum(dialect.told(head[column]) for column in across.axes)
+    labelled = sum(dialect.names_wavelength(head[column]) for column in across.axes)
     listed = _plausible([found[0] for found in below if found])
     if down.first <= (across.header or 0) or (listed and is_wavelength_header(head[0])):
         return down
-    if 2 * told > len(across.axes) or (is_name_header(head[0]) and not is_wavelength_header(head[0])):
+    if 2 * labelled > len(across.axes) or (is_name_header(head[0]) and not is_wavelength_header(head[0])):
         return across
     return down if listed else across
 
@@ -107,25 +107,25 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     carry their unit go before them.
     """
     found = _down_from(rows, 0, dialect)
-    if found is None or _told(rows, found, dialect):
+    if found is None or _labelled(rows, found, dialect):
         return found
     heads = rows[found.header][1] if found.header is not None else []
     if any(is_wavelength_header(heads[axis]) for axis in found.axes if axis < len(heads)):
         return found
     for first in range(found.first + 1, len(rows) - 2):
         cells = rows[first][1]
-        if len(cells) > 1 and dialect.told(cells[0]):
+        if len(cells) > 1 and dialect.names_wavelength(cells[0]):
             later = _down_from(rows[: first + 6], first, dialect)
-            if later is not None and later.first == first and _told(rows, later, dialect):
+            if later is not None and later.first == first and _labelled(rows, later, dialect):
                 return later
     return found
 
 
-def _told(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
+def _labelled(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
     """Whether the first wavelengths of a layout carry a unit or a word."""
     axis = layout.axes[0]
     cells = [cells[axis] for _, cells in rows[layout.first : layout.first + 3] if axis < len(cells)]
-    return len(cells) > 1 and all(map(dialect.told, cells))
+    return len(cells) > 1 and all(map(dialect.names_wavelength, cells))
 
 
 def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | None:
@@ -180,7 +180,9 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]):
         return index
-    keyed = dialect.told(rows[first][1][0])  # "380nm" needs no header, and what is above are keys and values
+    keyed = dialect.names_wavelength(
+        rows[first][1][0]
+    )  # "380nm" needs no header, and what is above are keys and values
     if keyed or any(dialect.number(cell) == dialect.number(cell) for cell in cells[1:]):
         return None
     return index
@@ -194,9 +196,9 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         run = wavelengths_across(cells, dialect)
         if len(run) < 2:
             continue
-        told = all(dialect.told(cells[column]) for column in run)
+        labelled = all(dialect.names_wavelength(cells[column]) for column in run)
         worded = any(cell and dialect.wavelength(cell) is None for cell in cells)
-        if len(run) < (2 if told or len(cells) - len(run) <= 1 else 3 if worded else 5):
+        if len(run) < (2 if labelled or len(cells) - len(run) <= 1 else 3 if worded else 5):
             continue
         first = header + 1
         if first + 1 < len(rows) and is_units_row(rows[first][1]):
@@ -210,17 +212,19 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
 
 def told_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
     """Columns of the wavelengths in a row that is a header of them, each with its unit or a word; () of any other."""
-    run = wavelengths_across(cells, dialect, told=True)
+    run = wavelengths_across(cells, dialect, labelled=True)
     return run if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
 
 
-def wavelengths_across(cells: Sequence[str], dialect: Dialect, told: bool = False) -> tuple[int, ...]:
+def wavelengths_across(cells: Sequence[str], dialect: Dialect, labelled: bool = False) -> tuple[int, ...]:
     """Columns of the longest stretch of neighbours that are wavelengths, strictly ascending or strictly descending.
 
-    told : whether each must carry its unit or a word.
+    labelled : whether each must carry its unit or a word.
     """
     found = [dialect.wavelength(cell) for cell in cells]
-    values = [pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 and (pair[1] or not told) else None for pair in found]
+    values = [
+        pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 and (pair[1] or not labelled) else None for pair in found
+    ]
     best: list[int] = []
     for sign in (1.0, -1.0):
         run: list[int] = []

@@ -155,11 +155,11 @@ def _as_before(before: Section, table: Section) -> list[str]:
         It has other columns, or its title contradicts headings that are also names.
     """
     shown, layout = table.shown, table.layout
-    cells, heads, told = shown[layout.first][1], before.heads, quantity_in(table.words)
+    cells, heads, named = shown[layout.first][1], before.heads, quantity_in(table.words)
     above = shown[layout.first - 1][1] if layout.first else []
     unread = len(above) == len(cells) > 2  # as wide as a header, and not understood as one
     if len(cells) == len(before.shown[before.layout.first][1]) and layout.axes == before.layout.axes and not unread:
-        if told is None or all(quantity_in(head) in (None, told) for head in heads):
+        if named is None or all(quantity_in(head) in (None, named) for head in heads):
             return heads
         if all(is_generic(head) for at, head in enumerate(heads) if at not in layout.axes):
             return [head if at in layout.axes else "" for at, head in enumerate(heads)]
@@ -231,8 +231,8 @@ def _heads(table: Section, remarks: Sequence[str]) -> list[str]:
         # The last comment above the numbers, if it has as many cells as the first row of them.
         cells = trimmed(dialect.cells(remarks[-1]))
         heads = cells if len(cells) == len(shown[0][1]) else []
-    told = bool(heads) and bool(dialect.delimiter or is_wavelength_header(heads[0]))
-    if layout.way == "down" and not told and (described := _described_header(table)):
+    named = bool(heads) and bool(dialect.delimiter or is_wavelength_header(heads[0]))
+    if layout.way == "down" and not named and (described := _described_header(table)):
         return described
     if layout.way == "across" or dialect.delimiter:
         return heads

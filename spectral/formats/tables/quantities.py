@@ -49,15 +49,17 @@ def judge(columns: Sequence[Column], answer: Answer, hints: Sequence[Sign], path
     _find_likenesses(columns)
     belied = _belied_by_colours(columns)
     of_file = [*hints, *signs_of_name("file name", path.stem, "the file name")]
-    for column, told in zip(columns, stated, strict=True):
+    for column, sign_stated in zip(columns, stated, strict=True):
         try:
-            _check(column, told)
+            _check(column, sign_stated)
             numbers = signs_of_numbers(column.grid_nm, column.samples, column.likeness)
-            signs = [told] if told else [*of_file, *_hints_around(column, path, column.table not in belied)]
+            signs = (
+                [sign_stated] if sign_stated else [*of_file, *_hints_around(column, path, column.table not in belied)]
+            )
             called, file = column.name.casefold(), path.stem.casefold()
-            if not (told or called in file or file in called):
+            if not (sign_stated or called in file or file in called):
                 signs += signs_of_name("names of spectra", column.name, "the name")
-            column.signs = signs if told else [*signs, *numbers]
+            column.signs = signs if sign_stated else [*signs, *numbers]
             column.decision = decided(column.signs, numbers, answer, column.name)
         except InputError as reason:
             column.refusal = reason
@@ -120,10 +122,12 @@ def _belied_by_colours(columns: Sequence[Column]) -> set[int]:
     found = set()
     for number, rows in tables.items():
         labs = [tuple(colour for colour in row.colours if colour.space == "Lab") for row in rows]
-        told = [
+        sign_stated = [
             luminances((row.grid_nm for row in rows), (row.samples / by for row in rows), labs) for by in (1.0, 100.0)
         ]
-        if any(one.ratios for one in told) and not any(one.ratios and one.mostly_of_surfaces for one in told):
+        if any(one.ratios for one in sign_stated) and not any(
+            one.ratios and one.mostly_of_surfaces for one in sign_stated
+        ):
             found.add(number)
     return found
 
@@ -159,11 +163,11 @@ def _find_likenesses(columns: Sequence[Column]) -> None:
             column.likeness = likeness
 
 
-def _check(column: Column, told: Sign | None) -> None:
+def _check(column: Column, sign_stated: Sign | None) -> None:
     """Refuse what is no spectrum of a colour, whatever anybody says of it."""
     refuse_sensitivity([column.likeness], column.name)
-    if told and told.says in _REFUSED:
-        problem, hint = _REFUSED[told.says]
+    if sign_stated and sign_stated.says in _REFUSED:
+        problem, hint = _REFUSED[sign_stated.says]
         found = column.words or column.unit or None
         raise InputError(problem, field=column.name, found=found, expected=_WANTED, hint=hint)
     if column.bad is not None:

@@ -13,7 +13,7 @@ def fits(monkeypatch):
     """Replaces the fit by a small pack at once; the list of ids that were fitted."""
     fitted = []
 
-    def fit_one(material, budget, told=None):
+    def fit_one(material, budget, say=None):
         fitted.append(material.id)
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)

@@ -103,10 +103,10 @@ def test_a_finer_table_stays_the_truth_and_coarser_ones_join_it(tmp_path):
 
 
 def test_import_makes_a_catalogue(source, tmp_path, fits):
-    told = []
-    report = import_sources([source], tmp_path / "cat", jobs=1, progress=lambda *args: told.append(args))
+    say = []
+    report = import_sources([source], tmp_path / "cat", jobs=1, progress=lambda *args: say.append(args))
     assert set(statuses(report).values()) == {"imported"}
-    assert [done for done, total, _ in told] == [1, 2, 3]
+    assert [done for done, total, _ in say] == [1, 2, 3]
     catalogue = Catalogue.open(tmp_path / "cat")
     assert catalogue.ids() == ("paint/blue-matte", "paint/grey", "paint/red-matte")
     assert catalogue.load("paint/grey").brdf().eval(*np.array([[0.0, 0, 1], [0.0, 0, 1]]))[0] == pytest.approx(
@@ -149,7 +149,7 @@ def test_dry_run_writes_nothing(source, tmp_path, fits):
 def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch):
     good = importing.fit_material
 
-    def broken(material, budget, told=None):
+    def broken(material, budget, say=None):
         return importing.Fitted((), None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
 
     monkeypatch.setattr(importing, "fit_material", broken)

@@ -80,7 +80,7 @@ def test_the_fit_counts_for_every_surface(changed, module):
     ("module", "models"),
     [
         ("spectral/upsampling", {"merl", "rgl"}),
-        ("spectral/bispectral", {"fluorescent_lambert"}),
+        ("materials/fluorescent", {"fluorescent_lambert"}),
         ("materials/measured/kriging", {"scattered"}),
         ("materials/measured/rgl_measurement", {"rgl"}),
         ("materials/analytic/oren_nayar", {"oren_nayar"}),
