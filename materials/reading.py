@@ -24,7 +24,7 @@ class Reading:
     Parameters
     ----------
     wavelengths_nm, factor : (L,) radiance factor of what keeps its wavelength, at the data's own wavelengths.
-    brdf : the data; None where the factor is all there is.
+    brdf : the data where they fluoresce; None where the factor is all there is.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -34,7 +34,7 @@ class Reading:
     @classmethod
     def of(cls, brdf: Brdf) -> Reading:
         """The reading of a material's original data."""
-        return cls(brdf.wavelengths_nm, radiance_factor_45_0(brdf), brdf)
+        return cls(brdf.wavelengths_nm, radiance_factor_45_0(brdf), brdf if brdf.bispectral else None)
 
     def xyz(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
         """XYZ under a light, emission included; the perfect diffuser has Y = 1.

@@ -7,7 +7,7 @@ cannot differ on it. Lengths are in radii of the scene. The policy is that of `l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -68,8 +68,7 @@ def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeo
     lights = tuple(_light(scene, light, bare) for light in scene.lights)
     if same and [id(light) for light in lights] == [id(light) for light in bare.lights]:
         return bare
-    taken = {name: getattr(bare, name) for name in bare.__dataclass_fields__ if name != "lights"}
-    return SceneGeometry(**taken, lights=lights)
+    return replace(bare, lights=lights)
 
 
 def _same_meshes(scene: Scene, known: SceneGeometry) -> bool:

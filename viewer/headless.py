@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -192,43 +192,60 @@ class GLRenderer(Renderer):
         return GLTerms(layer.pack, 16 * box[2] * box[3] * len(quads), box, quads, owner)
 
     def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        coverage = piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
-        out = np.zeros((count, *coverage.shape, 3), dtype=np.float32)
         # Terms that serve one draw call are folded in it; more calls look factors up once.
-        kept = self.keeps_terms or count > MOST_SPECTRA
+        keep = self.keeps_terms or count > MOST_SPECTRA
+        add = self._add_folded if keep else self._add_at_once
+        out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)
-            out[start:stop] = self._shade_some(piece, layers, start, stop, kept)
+            out[start:stop] = self._drawn_by(add, piece, layers, slice(3 * start, 3 * stop))
         if not self.keeps_terms:
             self._keep_terms(piece, ())
         return out
 
-    def _shade_some(self, piece: Piece, layers: Sequence[Layer], start: int, stop: int, kept: bool) -> np.ndarray:
-        """Pictures of the spectra `start` to `stop`, through kept terms or at once."""
-        assert piece.coverage is not None
-        height, width = piece.coverage.shape
+    def _drawn_by(
+        self, add: Callable, piece: Piece, layers: Sequence[Layer], columns: slice
+    ) -> Float[np.ndarray, "m h w 3"]:
+        """Pictures of the spectra that `columns` of the layers' weights are of; `add` draws all layers."""
+        height, width = self._coverage_of(piece).shape
         owner = Owner(self.context)
         try:
-            pictures = [owner.texture((width, height), 4) for _ in range(start, stop)]
+            pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
-            some = stop - start
-            for layer, terms in self._with_terms(piece, layers, True) if kept else ((one, None) for one in layers):
-                texels = weight_texels(layer.weights[:, 3 * start : 3 * stop])
-                weights = owner.texture(texels.shape[1::-1], 4, texels.tobytes())
-                if terms is None:
-                    tile = self._tile_of(piece)
-                    if tile.parts[layer.part] is None:
-                        continue
-                    factors = self._factors(owner, layer.pack)
-                    self._add(target, tile, layer, factors, {"SPECTRA": some}, {"rows": len(texels)}, weights)
-                    continue
-                for row in range(0, len(texels), MOST_QUADS):
-                    quads = terms.quads[row : row + MOST_QUADS]
-                    self._passes.fold(target, terms.box, some, quads, row, weights)
+            add(target, owner, piece, layers, columns)
             return np.stack([_read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()
+
+    def _add_at_once(
+        self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
+    ) -> None:
+        tile = self._tile_of(piece)
+        # Parts share materials: each pack is laid out and uploaded once.
+        known: dict[int, tuple[FactorTexels, moderngl.Texture]] = {}
+        for layer in layers:
+            if tile.parts[layer.part] is None:
+                continue
+            if id(layer.pack) not in known:
+                known[id(layer.pack)] = self._factors(owner, layer.pack)
+            factors = known[id(layer.pack)]
+            written, values = {"SPECTRA": len(target.color_attachments)}, {"rows": len(factors[0].texels)}
+            self._add(target, tile, layer, factors, written, values, _weights(owner, layer, columns))
+
+    def _add_folded(
+        self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
+    ) -> None:
+        for layer, terms in self._with_terms(piece, layers, True):
+            weights = _weights(owner, layer, columns)
+            for row in range(0, len(terms.quads), MOST_QUADS):
+                quads = terms.quads[row : row + MOST_QUADS]
+                self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, weights)
+
+
+def _weights(owner: Owner, layer: Layer, columns: slice) -> moderngl.Texture:
+    texels = weight_texels(layer.weights[:, columns])
+    return owner.texture(texels.shape[1::-1], 4, texels.tobytes())
 
 
 def _places(

@@ -122,6 +122,10 @@ class Keeping(ABC):
             piece.coverage = piece.tile.coverage
         return piece.tile
 
+    def _coverage_of(self, piece: Piece) -> Float[np.ndarray, "h w"]:
+        """The coverage of a piece, which is known without its tile once that was worked out."""
+        return piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
+
     def release(self) -> None:
         """Forget everything that is kept and free what it holds on a GPU."""
         self._forget_view()

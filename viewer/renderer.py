@@ -187,12 +187,11 @@ class Renderer(Keeping):
             step[0] * tiles, step[1] * tiles, f"sorting {sum(len(p.mesh.faces) for p in scene.parts):,} triangles"
         )
         for number, piece in enumerate(self._pieces(scene, camera), 1):
-            shaded = self._shade(piece, layers, count)
-            assert piece.coverage is not None
-            height, width = piece.coverage.shape
+            shaded, covered = self._shade(piece, layers, count), self._coverage_of(piece)
+            height, width = covered.shape
             place = slice(piece.top, piece.top + height), slice(piece.left, piece.left + width)
             xyz[:, *place] = shaded
-            coverage[place] = piece.coverage
+            coverage[place] = covered
             self._say(step[0] * tiles + number, step[1] * tiles, "drawing")
         return xyz, coverage
 
@@ -204,7 +203,7 @@ class Renderer(Keeping):
         """The share of each pixel's sample points that meet a surface, float32."""
         found = np.zeros((camera.height_px, camera.width), dtype=np.float32)
         for piece in self._pieces(scene, camera):
-            known = piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
+            known = self._coverage_of(piece)
             height, width = known.shape
             found[piece.top : piece.top + height, piece.left : piece.left + width] = known
         return found

@@ -116,8 +116,7 @@ class SoftwareRenderer(Renderer):
         return SoftwareTerms(layer.pack, pixel.nbytes + values.nbytes, pixel, values)
 
     def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        coverage = piece.coverage if piece.coverage is not None else self._tile_of(piece).coverage
-        height, width = coverage.shape
+        height, width = self._coverage_of(piece).shape
         total = np.zeros((height * width, 3 * count))
         for layer, terms in self._with_terms(piece, layers, self.keeps_terms):
             total[terms.pixel] += terms.values @ layer.weights
