@@ -58,14 +58,14 @@ def run(args: argparse.Namespace) -> int:
     from ..spectral.processes import usable_cores
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.review import review
+    from ..viewer.review_cases import light_names
 
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
     catalogue = catalogue_for(args.catalogue, jobs)
     scene = load_scene(args.scene or shipped_scene(), catalogue, say)
     view = scene.camera(args.camera)
-    lights = args.illuminants or (scene.review.illuminants if scene.review else ("",))
-    cost = picture_cost(scene, view, "review", spectra=len(lights), jobs=jobs)
+    cost = picture_cost(scene, view, "review", spectra=len(light_names(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)
     if cost.seconds >= SAID_FROM_SECONDS:
         say(f"each material: {cost.words}")

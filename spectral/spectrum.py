@@ -83,6 +83,11 @@ class Spectrum:
         """Spectrum from samples: `wavelengths_nm` (L,) ascending nm, `values` (...,L)."""
         return cls(np.asarray(values, dtype=np.float64), validated_wavelengths(wavelengths_nm), quantity)
 
+    @property
+    def key(self) -> tuple[bytes, bytes]:
+        """Equal for spectra of the same wavelengths and values, whatever object holds them."""
+        return self.wavelengths_nm.tobytes(), self.samples.tobytes()
+
     def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
         """The same spectrum sampled elsewhere; `projected` is for a coarser grid, which would lose what lies between.
 

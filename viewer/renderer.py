@@ -249,8 +249,7 @@ def _by_spectrum(lights: Sequence[Light]) -> list[tuple[int, ...]]:
     """The numbers of the lights of each spectrum: what is folded together."""
     groups: dict[tuple[bytes, bytes], list[int]] = {}
     for number, light in enumerate(lights):
-        key = light.spectrum.wavelengths_nm.tobytes(), light.spectrum.samples.tobytes()
-        groups.setdefault(key, []).append(number)
+        groups.setdefault(light.spectrum.key, []).append(number)
     return [tuple(numbers) for numbers in groups.values()]
 
 

@@ -59,6 +59,11 @@ class Setting:
     version: str
 
 
+def light_names(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple[str, ...]:
+    """The lights of a review, each once: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
+    return tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
+
+
 def prepared(
     scene: Scene,
     catalogue: Catalogue,
@@ -78,7 +83,7 @@ def prepared(
     InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
         name that cannot be used.
     """
-    names = tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
+    names = light_names(scene, illuminants)
     spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
     view = scene.camera(camera)
     if materials and scene.review is None:
@@ -125,7 +130,7 @@ def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
     """Every light spectrum that the review shows, each once."""
     found = [s for other in spectra for s in ([light.spectrum for light in scene.lights] if other is None else [other])]
-    return list({(s.wavelengths_nm.tobytes(), s.samples.tobytes()): s for s in found}.values())
+    return list({spectrum.key: spectrum for spectrum in found}.values())
 
 
 def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: Warn) -> None:

@@ -113,14 +113,13 @@ def review(
     ------
     InputError, UnknownNameError : the camera sees nothing to judge; a file or a name that cannot be used.
     """
-    from .review import OWN_LIGHT
     from .review import review as review_into
+    from .review_cases import light_names
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
     jobs = jobs or usable_cores()
-    lights = illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))
     view = scene.camera(camera)
-    picture_cost(scene, view, "review", spectra=len(lights), jobs=jobs).check_room(scene, view)
+    picture_cost(scene, view, "review", spectra=len(light_names(scene, illuminants)), jobs=jobs).check_room(scene, view)
     with _ready(renderer) as drawing:
         result = review_into(
             scene,
