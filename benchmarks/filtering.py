@@ -15,7 +15,7 @@ from ..lighting.lights import DirectionalLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Part, Scene
 from ..materials.analytic import AshikhminShirley
-from ..materials.factors import FactorPack
+from ..materials.factors import FactoredBrdf
 from ..materials.fitting.fit import fit
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
@@ -87,7 +87,7 @@ def filtering_points(
     return points
 
 
-def _timed(renderer: Renderer, scene: Scene, camera: Camera, packs: dict[str, tuple[FactorPack, ...]]):
+def _timed(renderer: Renderer, scene: Scene, camera: Camera, packs: dict[str, FactoredBrdf]):
     """The picture, and milliseconds a megapixel with the geometry made anew and with it kept."""
     megapixels = camera.width * camera.height_px / 1e6
     # Programs are compiled and tables of weights made before the clock runs.
@@ -101,13 +101,13 @@ def _timed(renderer: Renderer, scene: Scene, camera: Camera, packs: dict[str, tu
     return picture, taken[0], float(np.median(taken[1:]))
 
 
-def _surfaces() -> list[tuple[str, dict[str, tuple[FactorPack, ...]]]]:
+def _surfaces() -> list[tuple[str, dict[str, FactoredBrdf]]]:
     grey, coat = (
         Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(WORKING_WAVELENGTHS_NM.size, value), "reflectance")
         for value in (0.2, 0.05)
     )
     return [
-        (case, {"gloss": fit(AshikhminShirley(grey, coat, *exponents), budget=1.0, ranks=(RANK,)).packs})
+        (case, {"gloss": fit(AshikhminShirley(grey, coat, *exponents), budget=1.0, ranks=(RANK,)).fast})
         for case, exponents in SURFACES.items()
     ]
 

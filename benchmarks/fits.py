@@ -39,7 +39,7 @@ def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
             if not isinstance(material, MaterialSource) or material.model in SPECTRA:
                 continue
             brdf = rebuild(material.model, material.parameters)
-            if getattr(brdf, "measured_packs", None) is not None:
+            if brdf.own_form() is not None:
                 continue
             begun = time.process_time()
             found = fit(brdf, budget=budget)

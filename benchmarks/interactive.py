@@ -40,7 +40,7 @@ def run(width: int = 960, height: int = 540, samples: int = 3, subdivisions: int
     ------
     NoGL : there is no GL to time.
     """
-    packs = {"paint": fit(OrenNayar.examples(WORKING_WAVELENGTHS_NM)[0], budget=1.0, pixels=64).packs}
+    packs = {"paint": fit(OrenNayar.examples(WORKING_WAVELENGTHS_NM)[0], budget=1.0, pixels=64).fast}
     body = shapes.speed_shape(subdivisions)
     parts = (Part("shape", body, "paint"), Part("floor", shapes.plane(6.0, 6.0), "paint"))
     light = illuminant("D65")

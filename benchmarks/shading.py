@@ -18,9 +18,10 @@ from ..materials.factors import FactorPack
 from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
+from ..spectral.palette import Palette
 from ..viewer.headless import GLRenderer
 from ..viewer.passes import Passes
-from ..viewer.resources import Owner, factor_texels, weight_texels
+from ..viewer.resources import Owner, palette_texels
 from ..viewer.shaders import program
 
 COEFFICIENTS, SAMPLES = 8, 61
@@ -130,7 +131,7 @@ def _pack(rank: int, seed: int) -> FactorPack:
     )
     factors = tuple(0.5 + 0.1 * np.cumsum(rng.normal(size=(axis.size, rank)), axis=0) / axis.size for axis in axes)
     basis = SpectralBasis.sampled(np.linspace(400.0, 700.0, SAMPLES))
-    return FactorPack("hd", axes, factors, rng.uniform(0.0, 1.0, (rank, SAMPLES)), basis)
+    return FactorPack("hd", axes, factors, Palette.of(rng.uniform(0.0, 1.0, (rank, SAMPLES)), basis))
 
 
 def _scene(size: int) -> Scene:
@@ -154,30 +155,31 @@ def _ways(
 
     # A basis of 8 that the spectra lie in, so that every spectral way must give the same picture.
     rng = np.random.default_rng(seed)
-    fold = scene.observer.weights(scene.lights[0].spectrum, pack.basis.wavelengths_nm).T
+    fold = scene.observer.weights(scene.lights[0].spectrum, pack.palette.wavelengths_nm).T
     synthesis = np.linalg.qr(rng.normal(size=(SAMPLES, COEFFICIENTS)))[0]
-    coefficients = pack.spectral @ synthesis
+    coefficients = pack.palette.values[0] @ synthesis
     spectra = coefficients @ synthesis.T
-    factors = factor_texels(pack)
+    shader = pack.shader()
     shared = {
         "seen": tile.seen,
         "angles": hd,
         "azimuth": azimuth,
-        "factors": factors.texture(owner),
+        **{name: owner.texels(texels) for name, texels in shader.textures.items()},
     }
-    values = {"samples": 1, "rows": len(factors.texels), "part": tile.parts[0][0], "azimuth_channel": 1}
+    values = {"samples": 1, "rows": -(-pack.rank // 4), "part": tile.parts[0][0], **shader.uniforms}
+    values["palette_shape"] = (1, values["rows"])
 
     def way(fragment: str, quads: int | None, tables: dict[str, np.ndarray]) -> _Way:
         picture = owner.texture((size, size), 4)
         target = owner.keep(context.framebuffer([picture]))
         textures = {name: owner.texture(table.shape[1::-1], 4, table.tobytes()) for name, table in tables.items()}
-        sizes = {"AXES": 3} | ({"SPECTRA": 1} if quads is None else {} if quads == 0 else {"QUADS": quads})
-        made = owner.keep(program(context, "fullscreen.vert", fragment, sizes))
+        sizes = {"AXES": 3, "MIXED": 1} | ({"SPECTRA": 1} if quads is None else {} if quads == 0 else {"QUADS": quads})
+        made = owner.keep(program(context, "fullscreen.vert", fragment, sizes, shader.file))
         everywhere = owner.keep(context.vertex_array(made, []))
 
         def draw() -> None:
             target.clear()
-            passes.draw_layer(made, everywhere, target, (0, 0, size, size), factors.axes, shared | textures, values)
+            passes.draw_layer(made, everywhere, target, (0, 0, size, size), shared | textures, values)
 
         def read() -> np.ndarray:
             return np.frombuffer(picture.read(), dtype=np.float32).reshape(size, size, 4)[..., :3]
@@ -188,11 +190,16 @@ def _ways(
         quads = -(-terms.shape[1] // 4)
         padded = np.zeros((len(terms), 4 * quads))
         padded[:, : terms.shape[1]] = terms
-        return way("bench_carried.frag", quads, {"weights": weight_texels(padded), "fold": weight_texels(to_xyz)})
+        return way("bench_carried.frag", quads, {"weights": _texels(padded), "fold": _texels(to_xyz)})
 
     return {
-        FOLDED: way("shade.frag", None, {"weights": weight_texels(coefficients @ (synthesis.T @ fold))}),
-        RGB: way("bench_rgb.frag", 0, {"weights": weight_texels(rng.uniform(0.0, 1.0, (pack.rank, 3)))}),
+        FOLDED: way("shade.frag", None, {"palette": _texels(coefficients @ (synthesis.T @ fold))}),
+        RGB: way("bench_rgb.frag", 0, {"weights": _texels(rng.uniform(0.0, 1.0, (pack.rank, 3)))}),
         CARRIED: carried(coefficients, synthesis.T @ fold),
         SAMPLED: carried(spectra, fold),
     }, lit
+
+
+def _texels(weights: np.ndarray) -> np.ndarray:
+    """(rows, columns, 4): columns of `weights` (R, columns), four terms a texel."""
+    return palette_texels(weights[None])[0]

@@ -12,7 +12,8 @@ from .catalogue_words import add_catalogue_argument, columns, opened
 from .shared import add_renderer_option, renderer_for
 
 if TYPE_CHECKING:
-    from ..materials.factors import FactorPack, LightError
+    from ..materials.fast import Summand
+    from ..materials.fit_error import LightError
     from ..materials.records.material import MaterialRecord
 
 _INDENT = 14
@@ -72,7 +73,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         ("notes", said.notes.replace(" + ", f"\n{'':{_INDENT}}") or "none"),
         ("original", _listed(original)),
         ("details", f"\n{'':{_INDENT}}".join(f"{name} {' '.join(text.split())}" for name, text in details.items())),
-        ("packs", "; ".join(_pack(pack) for pack in record.packs) or "none: a spectrum without a surface"),
+        ("packs", "; ".join(_summand(one) for one in record.summands) or "none: a spectrum without a surface"),
     ]
     lines = [line for line in lines if line[0] != "details" or details]
     if colour is not None:
@@ -143,11 +144,10 @@ def colour_words(colour: Mapping[str, Any]) -> str:
     return f"{lab}XYZ {' '.join(f'{value:.4f}' for value in colour['XYZ'])} ({shown_conditions(colour)})"
 
 
-def _pack(pack: FactorPack) -> str:
-    from ..materials.records.shown import shown_grid
-
-    shape = f"{shown_grid(pack)}; {pack.basis.size} spectral coefficients; {pack.precision} precision"
-    return f"{pack.rank} {'term' if pack.rank == 1 else 'terms'} in frame {pack.frame} ({shape})"
+def _summand(summand: Summand) -> str:
+    size = summand.palette.basis.size
+    shape = f"{summand.grid}; {size} spectral coefficients; {summand.precision} precision"
+    return f"{summand.rank} {'term' if summand.rank == 1 else 'terms'} in frame {summand.frame} ({shape})"
 
 
 def _listed(values: dict[str, str]) -> str:

@@ -16,7 +16,7 @@ from .fit_progress import FitProgress
 from .shared import counted, positive_count, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.factors import FitError, LightError
+    from ..materials.fit_error import FitError, LightError
     from ..materials.fitting.fit import Fit, Trial
     from ..materials.records.material import MaterialRecord
 
@@ -183,7 +183,7 @@ def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
 
     extremes = Extremes(found.error.most_negative, found.error.largest or 0.0)
     beyond = "" if extremes.within else f" Joint fits keep within {LOWEST:g} and {LARGEST:g}; this is beyond."
-    frames = " + ".join(f"{pack.rank} in {pack.frame}" for pack in found.packs)
+    frames = " + ".join(f"{pack.rank} in {pack.frame}" for pack in found.fast.packs)
     split = {"lobes": "its own lobes", "io": "everything in io first", "hd": "everything in hd first"}
     lines = [
         f"\nTogether {counted(found.rank, 'term')} ({frames}): {_figures(found.error)}",
@@ -219,7 +219,7 @@ def _document(material: str, found: Fit, args: argparse.Namespace) -> dict:
                 "precision": pack.precision,
                 "axes": {axis.name: axis.size for axis in pack.axes},
             }
-            for pack in found.packs
+            for pack in found.fast.packs
         ],
         "rank": found.rank,
         "stored_bytes": found.stored_bytes,

@@ -25,15 +25,15 @@ def main() -> None:
     print("budget  terms by frame    ΔE94 mean    p99     max     numbers stored")
     for budget in (2.0, 0.5, 0.1):
         found = fit(paint, budget=budget, pixels=48)
-        terms = ", ".join(f"{pack.frame} {pack.rank}" for pack in found.packs)
-        stored = sum(pack.spectral.size + sum(factor.size for factor in pack.factors) for pack in found.packs)
+        terms = ", ".join(f"{pack.frame} {pack.rank}" for pack in found.fast.packs)
+        stored = sum(pack.nbytes for pack in found.fast.packs)
         error = found.error
         line = f"{budget:6.1f}  {terms:16}  {error.mean:9.3f}  {error.p99:6.3f}  {error.maximum:6.3f}"
         print(f"{line}  {stored:12}")
 
     # Away from the nodes of the grid, at one wavelength: the sum of packs against the model itself.
     wi, wo = spherical(np.deg2rad(42.0), 0.0), spherical(np.deg2rad(33.0), np.deg2rad(170.0))
-    packed = sum(pack.basis.reconstruct(pack.shade(wi, wo)) for pack in found.packs)
+    packed = sum(pack.shade(wi, wo) for pack in found.fast.packs)
     truth = paint.eval(wi, wo) * wi[2]
     at = int(np.searchsorted(NM, 650))
     print(f"f_r cos at 650 nm near the highlight: packs {packed[at]:.4f}, original {truth[at]:.4f} 1/sr")

@@ -29,7 +29,7 @@ def main(folder: Path) -> None:
     scene = Scene((Part("ball", sphere(4), "paint/blue"),), (lamp,), (camera,), observer("1931_2"))
 
     with SoftwareRenderer() as renderer:
-        xyz, coverage = renderer.render(scene, camera, {"paint/blue": fit(paint, pixels=48).packs})
+        xyz, coverage = renderer.render(scene, camera, {"paint/blue": fit(paint, pixels=48).fast})
         picture = Picture(scene, camera, xyz, coverage, renderer.made_by)
     truth, seen = reference_image(scene, camera, {"paint/blue": paint})
 

@@ -41,7 +41,7 @@ def main(folder: Path, file: Path | None = None) -> None:
     scene = Scene((Part("ball", sphere(4), "note"),), (lamp,), (camera,), eye)
     truth = reference_images(scene, None, {"note": note}, tuple(lights.values()))
     with SoftwareRenderer() as renderer:
-        pictures = renderer.render_many(scene, None, {"note": note.packs()}, tuple(lights.values()))
+        pictures = renderer.render_many(scene, None, {"note": note.own_form()}, tuple(lights.values()))
     folder.mkdir(parents=True, exist_ok=True)
     for (name, light), (xyz, coverage), exact in zip(lights.items(), pictures, truth.xyz, strict=True):
         white, lit = eye.white(light), exact[..., 1] > 0.02

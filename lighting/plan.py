@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.factors import FactorPack
+from ..materials.fast import Fast
+from ..materials.points import Points
 from ..spectral.basis import SpectralBasis
 from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import InputError
@@ -27,7 +28,7 @@ class ScenePlan:
 
     Parameters
     ----------
-    basis : spectral basis that packs are shaded in.
+    basis : spectral basis that palettes are folded in.
     budget_delta_e94 : what the whole picture may differ from the truth.
     spectral_delta_e94 : largest ΔE94 that the basis causes over the scene's own spectra and lights.
     precision : of factors and of the frame buffer.
@@ -47,57 +48,57 @@ class ScenePlan:
 
 
 def plan_scene(
-    packs: Sequence[Sequence[FactorPack]],
+    surfaces: Sequence[Fast],
     lights: Sequence[Spectrum],
     observer: Observer,
     budget_delta_e94: float = 1.0,
     bounces: int = 0,
 ) -> ScenePlan:
-    """Choose basis and size for the materials (one tuple of packs each) and lights of a scene.
+    """Choose basis and size for the materials and lights of a scene.
 
     Every material is looked at over a fixed set of direction pairs, on wavelengths common to all
     (`common_wavelengths`); with `bounces`, products of those spectra join them. The balanced basis (rank-J truncation
     of reflectance x light) grows until its largest ΔE94 over all spectra and lights is within `SPECTRAL_SHARE` of the
     budget; the minimax basis takes its place where fewer coefficients do. One light and no bounce is exact at J = 3.
     """
-    if not packs or not lights:
+    if not surfaces or not lights:
         raise InputError(
-            "nothing to plan for", found=f"{len(packs)} materials, {len(lights)} lights", expected="one of each"
+            "nothing to plan for", found=f"{len(surfaces)} materials, {len(lights)} lights", expected="one of each"
         )
     if not budget_delta_e94 > 0:
         raise InputError(
             "the budget must be positive", field="budget", found=budget_delta_e94, expected="a ΔE94 above 0"
         )
-    wavelengths_nm = common_wavelengths([pack.basis.wavelengths_nm for material in packs for pack in material])
-    seen = np.concatenate([_seen_spectra(material, wavelengths_nm) for material in packs])
-    surfaces = seen
+    wavelengths_nm = common_wavelengths([one.wavelengths_nm for one in surfaces])
+    once = np.concatenate([_seen_spectra(one, wavelengths_nm) for one in surfaces])
+    seen = once
     for _ in range(bounces):
-        surfaces = np.concatenate([surfaces, _products(seen, surfaces)])
+        seen = np.concatenate([seen, _products(once, seen)])
     weights = [observer.weights(light, wavelengths_nm) for light in lights]
     columns = np.concatenate(weights).T
     allowed = SPECTRAL_SHARE * budget_delta_e94
 
-    full = SpectralBasis.balanced(surfaces, columns, wavelengths_nm=wavelengths_nm)
+    full = SpectralBasis.balanced(seen, columns, wavelengths_nm=wavelengths_nm)
     errors: dict[int, float] = {}
     for size in range(min(3, full.size), full.size + 1):
-        errors[size] = _worst_delta_e94(full.truncated(size), surfaces, weights)
+        errors[size] = _worst_delta_e94(full.truncated(size), seen, weights)
         if errors[size] <= allowed:
             break
     basis, error = full.truncated(max(errors)), errors[max(errors)]
     fewer: dict[int, float] = {}
     while error <= allowed and basis.size > 3:
-        smaller = minimax_basis(surfaces, columns, basis.size - 1, wavelengths_nm, enough=allowed)
-        fewer[smaller.size] = _worst_delta_e94(smaller, surfaces, weights)
+        smaller = minimax_basis(seen, columns, basis.size - 1, wavelengths_nm, enough=allowed)
+        fewer[smaller.size] = _worst_delta_e94(smaller, seen, weights)
         if fewer[smaller.size] > allowed:
             break
         basis, error = smaller, fewer[smaller.size]
     size = basis.size
-    peercy = _worst_delta_e94(SpectralBasis.peercy(surfaces, columns, size, wavelengths_nm), surfaces, weights)
+    peercy = _worst_delta_e94(SpectralBasis.peercy(seen, columns, size, wavelengths_nm), seen, weights)
     reasons = [
-        f"The scene holds {len(packs)} materials, {len(lights)} lights and {bounces or 'no'} "
+        f"The scene holds {len(surfaces)} materials, {len(lights)} lights and {bounces or 'no'} "
         f"{'bounce' if bounces == 1 else 'bounces'}, seen by the {observer.name}.",
         f"Of the budget of ΔE94 {budget_delta_e94:g} the spectral basis may spend {allowed:.2g}; "
-        f"{len(surfaces)} spectra under each light were tried.",
+        f"{len(seen)} spectra under each light were tried.",
         *(f"Balanced basis, J = {j}: max ΔE94 {worst:.2g}." for j, worst in errors.items()),
         *(f"Minimax basis, J = {j}: max ΔE94 {worst:.2g}." for j, worst in fewer.items()),
         f"J = {size} is kept in place of {wavelengths_nm.size} samples; "
@@ -108,20 +109,15 @@ def plan_scene(
     return ScenePlan(basis, budget_delta_e94, error, "float32", tuple(reasons))
 
 
-def _seen_spectra(
-    material: Sequence[FactorPack], wavelengths_nm: Float[np.ndarray, "L"], pairs: int = 48
-) -> Float[np.ndarray, "N L"]:
-    """pi f_r cos(theta_i) of a material (the perfect diffuser facing the light is 1) over fixed direction pairs."""
+def _seen_spectra(surface: Fast, wavelengths_nm: Float[np.ndarray, "L"], pairs: int = 48) -> Float[np.ndarray, "N L"]:
+    """pi f_r cos(theta_i) of a material (the perfect diffuser facing the light is 1) over fixed points: pairs of
+    directions, each somewhere else on a texture."""
     generator = np.random.default_rng(1)
     wi, wo = _upper_directions(generator, pairs), _upper_directions(generator, pairs)
     wo[: pairs // 4] = wi[: pairs // 4] * (-1, -1, 1)  # mirror directions: where lobes show their own colour
-    spectra = np.zeros((pairs, wavelengths_nm.size))
-    for pack in material:
-        own = np.pi * pack.basis.reconstruct(np.asarray(pack.shade(wi, wo), dtype=np.float64))
-        grid = pack.basis.wavelengths_nm
-        same = np.array_equal(grid, wavelengths_nm)
-        spectra += own if same else own @ interpolation_matrix(grid, wavelengths_nm).T
-    return spectra
+    own = np.pi * surface.shaded(Points(wi, wo, generator.random((pairs, 2))))
+    grid = surface.wavelengths_nm
+    return own if np.array_equal(grid, wavelengths_nm) else own @ interpolation_matrix(grid, wavelengths_nm).T
 
 
 def _upper_directions(generator: np.random.Generator, count: int) -> Float[np.ndarray, "N 3"]:

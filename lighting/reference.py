@@ -1,4 +1,4 @@
-"""The slow truth: every sample point, every wavelength, float64, the original BRDF."""
+"""The slow truth: every sample point, every wavelength, float64, the original surfaces."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.brdf import Brdf
-from ..spectral.errors import UnknownNameError
+from ..materials.points import Points
+from ..materials.surface import Surface
 from ..spectral.folding import Folding
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
@@ -18,7 +18,7 @@ from .scene import Scene
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
 BAND_SAMPLES = 400_000
-# Samples whose BRDF is evaluated at once: 81 wavelengths of them, in float64, stay in cache. Fewer of more.
+# Samples whose surface is evaluated at once: 81 wavelengths of them, in float64, stay in cache. Fewer of more.
 BLOCK = 4096
 
 
@@ -33,21 +33,21 @@ class ReferencePictures:
 def reference_image(
     scene: Scene,
     camera: Camera | None,
-    brdfs: Mapping[str, Brdf],
+    surfaces: Mapping[str, Surface],
     illuminant: Spectrum | None = None,
     *,
     geometry: VisibleGeometry | None = None,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]:
     """XYZ (H, W, 3) and coverage (H, W) of one picture; see `reference_images`."""
-    pictures = reference_images(scene, camera, brdfs, (illuminant,), geometry=geometry, progress=progress)
+    pictures = reference_images(scene, camera, surfaces, (illuminant,), geometry=geometry, progress=progress)
     return pictures.xyz[0], pictures.coverage
 
 
 def reference_images(
     scene: Scene,
     camera: Camera | None,
-    brdfs: Mapping[str, Brdf],
+    surfaces: Mapping[str, Surface],
     illuminants: Sequence[Spectrum | None] = (None,),
     *,
     geometry: VisibleGeometry | None = None,
@@ -55,7 +55,7 @@ def reference_images(
     block: int = BLOCK,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> ReferencePictures:
-    """The same view under several light spectra; the BRDF is evaluated once for all of them.
+    """The same view under several light spectra; surfaces are evaluated once for all of them.
 
     XYZ = mean over a pixel's samples of: sum over lights of visibility E / E_ref pi f_r(wi, wo) cos(theta_i), folded
     with light spectrum and observer, so that a perfect diffuser that receives E_ref has Y = 1. A sample that meets
@@ -64,7 +64,7 @@ def reference_images(
     Parameters
     ----------
     camera : None takes the scene's first.
-    brdfs : by material id, for every id in the scene.
+    surfaces : by material id, for every id in the scene.
     illuminants : None keeps the lights' own spectra; a spectrum replaces that of every light.
     geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials. Without it the picture
         is traced in bands of rows of at most about `band_samples` sample points.
@@ -73,18 +73,17 @@ def reference_images(
 
     Raises
     ------
-    UnknownNameError : a material of the scene is not in `brdfs`.
+    UnknownNameError : a material of the scene is not in `surfaces`.
     """
     camera = scene.camera() if camera is None else camera
-    for part in scene.parts:
-        if part.material not in brdfs:
-            raise UnknownNameError("material", part.material, brdfs, file=scene.path, field=f"part {part.name}")
+    scene.check_surfaces(surfaces)
     foldings = [
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
         for light in scene.lights
     ]
     if geometry is not None:
-        return ReferencePictures(_shade(scene, geometry, brdfs, foldings, len(illuminants), block), geometry.coverage)
+        xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)
+        return ReferencePictures(xyz, geometry.coverage)
     say = progress or (lambda *_: None)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
@@ -92,7 +91,7 @@ def reference_images(
     xyz, coverage = [], []
     for start in range(0, camera.height_px, step):
         band = visible_geometry(scene, camera, slice(start, min(start + step, camera.height_px)), tracer)
-        xyz.append(_shade(scene, band, brdfs, foldings, len(illuminants), block))
+        xyz.append(_shade(scene, band, surfaces, foldings, len(illuminants), block))
         coverage.append(band.coverage)
         say(min(start + step, camera.height_px), camera.height_px, "tracing")
     return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage))
@@ -101,7 +100,7 @@ def reference_images(
 def _shade(
     scene: Scene,
     geometry: VisibleGeometry,
-    brdfs: Mapping[str, Brdf],
+    surfaces: Mapping[str, Surface],
     foldings: Sequence[Folding],
     count: int,
     block: int,
@@ -112,14 +111,14 @@ def _shade(
         part_of = geometry.part[lit.sample]
         for index, part in enumerate(scene.parts):
             mine = np.flatnonzero(part_of == index)
-            brdf = brdfs[part.material]
+            surface = surfaces[part.material]
             values = np.empty((len(mine), 3 * count))
             usual = WORKING_WAVELENGTHS_NM.size
-            step = max(block * usual // max(brdf.wavelengths_nm.size, usual), 1)
+            step = max(block * usual // max(surface.wavelengths_nm.size, usual), 1)
             for start in range(0, len(mine), step):
                 rows = mine[start : start + step]
                 wi, wo = lit.wi[rows], geometry.wo[lit.sample[rows]]
-                values[start : start + step] = brdf.xyz(wi, wo, folding)
+                values[start : start + step] = surface.xyz(Points(wi, wo), folding)
             scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
             values *= scale[:, None]
             pixel = geometry.pixel[lit.sample[mine]]

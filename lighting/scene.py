@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..materials.surface import Surface
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
@@ -139,6 +140,24 @@ class Scene:
             if camera.name == name:
                 return camera
         raise UnknownNameError("camera", name, [camera.name for camera in self.cameras], file=self.path)
+
+    def check_surfaces(self, surfaces: Mapping[str, Surface]) -> None:
+        """Raises where a part cannot wear its material: `UnknownNameError` where it is not in `surfaces`, `InputError`
+        where it needs texture coordinates that the part's mesh does not have.
+        """
+        for part in self.parts:
+            field = f"part {part.name}"
+            if part.material not in surfaces:
+                raise UnknownNameError("material", part.material, surfaces, file=self.path, field=field)
+            if surfaces[part.material].uses_uv and part.mesh.uv is None:
+                raise InputError(
+                    f"{part.material} is a texture, and the mesh has no texture coordinates",
+                    file=self.path,
+                    field=field,
+                    found=part.mesh.name,
+                    expected="a mesh with u and v at each vertex",
+                    hint="unwrap it in the program that made it and export it again, or choose a uniform material",
+                )
 
     @property
     def material_ids(self) -> tuple[str, ...]:

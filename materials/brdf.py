@@ -9,27 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.bispectral import Bispectral
-from ..spectral.folding import Folding
 from .axes import Axis, Frame
+from .points import Points
+from .surface import Surface
 
 # Rows evaluated at once: a block of 2048 x 81 float64 is 1.3 MB, so that a model's temporaries stay in cache.
 _BLOCK = 2048
 
 
-class Brdf(abc.ABC):
-    """A bidirectional reflectance distribution function, sampled in wavelength.
-
-    Attributes
-    ----------
-    wavelengths_nm : (L,) ascending.
-    isotropic : True where turning both directions about the normal changes nothing.
-    bispectral : what also leaves at other wavelengths than it came in (`fluorescent`); None where nothing does.
-    """
-
-    wavelengths_nm: Float[np.ndarray, " L"]
-    isotropic: bool
-    bispectral: Bispectral | None = None
+class Brdf(Surface):
+    """A bidirectional reflectance distribution function, sampled in wavelength: a surface that is alike everywhere."""
 
     @abc.abstractmethod
     def eval(
@@ -41,11 +30,9 @@ class Brdf(abc.ABC):
         their batch shapes broadcast. Zero where either is on or below the horizon.
         """
 
-    def xyz(
-        self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"], folding: Folding
-    ) -> Float[np.ndarray, "N M3"]:
-        """The truth in colour: all that leaves, at every wavelength, under each light; 1/sr, without the cosine."""
-        return self.eval(wi, wo) @ folding.weights(self.wavelengths_nm)
+    def at(self, points: Points) -> Float[np.ndarray, "N L"]:
+        """`eval` at each point's directions."""
+        return self.eval(points.wi, points.wo)
 
     def lobes(self) -> tuple[Lobe, ...]:
         """The parts whose sum is this function, each with the frame in which it factors best."""

@@ -143,13 +143,13 @@ def compare_records(
         said.append(f"kind {a.provenance.kind} -> {b.provenance.kind}")
     words = ", ".join(said)
     lights, eye = [illuminant(light) for light in illuminants], observer(observer_name)
-    if a.is_surface and b.is_surface:
-        isotropic = not any(pack.anisotropic for record in (a, b) for pack in record.packs)
+    if a.fast is not None and b.fast is not None:
+        isotropic = a.fast.isotropic and b.fast.isotropic
         sphere = sphere_protocol(_PIXELS, isotropic)
         folding = Folding(eye, lights, np.pi)
         reference, sample = (
-            sphere.packs_xyz(one.packs, folding) if of == "packs" else sphere.original_xyz(one.brdf(), folding)
-            for one in (a, b)
+            sphere.fast_xyz(fast, folding) if of == "packs" else sphere.original_xyz(record.brdf(), folding)
+            for record, fast in ((a, a.fast), (b, b.fast))
         )
     elif a.quantity == b.quantity:
         reference, sample = (_spectrum_xyz(record, lights, eye) for record in (a, b))

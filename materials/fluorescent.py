@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.basis import SpectralBasis
 from ..spectral.bispectral import Bispectral
 from ..spectral.errors import InputError
-from ..spectral.fluorescent_basis import FluorescentBasis
 from ..spectral.folding import Folding
+from ..spectral.palette import DonaldsonPalette
 from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
-from .factors import FactorPack, FitError
-from .protocol import LIGHTS, sphere_protocol
+from .factors import FactoredBrdf, FactorPack
+from .fast import Fast
+from .points import Points
 
 # Last nodes of theta_h, theta_d and phi_d.
 _ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
@@ -33,11 +33,10 @@ class FluorescentBrdf(Brdf):
 
     bispectral: Bispectral  # pyright: ignore[reportIncompatibleVariableOverride]
 
-    def xyz(
-        self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"], folding: Folding
-    ) -> Float[np.ndarray, "N M3"]:
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
         """What keeps its wavelength, and the emission."""
-        return super().xyz(wi, wo, folding) + self.emission_factor(wi, wo)[:, None] * folding.emitted(self.bispectral)
+        emitted = self.emission_factor(points.wi, points.wo)[:, None] * folding.emitted(self.bispectral)
+        return super().xyz(points, folding) + emitted
 
     @abc.abstractmethod
     def emission_factor(
@@ -46,14 +45,13 @@ class FluorescentBrdf(Brdf):
         """How the emission is spread over directions, 1/sr, without the cosine; zero on or below the horizon."""
 
     @abc.abstractmethod
-    def packs(self) -> tuple[FactorPack, ...]:
-        """Factors of this material, emission included, which a fit of `eval` would lose."""
+    def own_form(self) -> Fast:
+        """The fast form, emission included, which a fit of `eval` would lose."""
 
     def lobes(self) -> tuple[Lobe, ...]:
         """Refused: a sum of lobes over reflected wavelengths leaves the emission out."""
-        raise InputError(
-            "a fluorescent surface is not fitted", field="brdf", found=type(self).__name__, expected="its own `packs()`"
-        )
+        found, expected = type(self).__name__, "its `own_form()`"
+        raise InputError("a fluorescent surface is not fitted", field="brdf", found=found, expected=expected)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,29 +101,8 @@ class FluorescentLambert(FluorescentBrdf):
         wi, wo = np.broadcast_arrays(wi, wo)
         return np.where((wi[..., 2] > 0) & (wo[..., 2] > 0), 1.0 / np.pi, 0.0)
 
-    def packs(self) -> tuple[FactorPack, ...]:
-        """Exact factors: one constant term, whose one coefficient folds with the full matrix."""
+    def own_form(self) -> FactoredBrdf:
+        """Exact factors: one constant term, whose one spectrum folds with the full matrix."""
         axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
         factors = (np.full((2, 1), 1.0 / np.pi), np.ones((2, 1)), np.ones((2, 1)))
-        return (FluorescentPack("hd", axes, factors, np.ones((1, 1)), FluorescentBasis.of(self.bispectral)),)
-
-    def measured_packs(self, pixels: int = 64) -> tuple[tuple[FactorPack, ...], FitError]:
-        """`packs`, and how far they are from every wavelength of the matrix, in ΔE94 on the sphere of `protocol`."""
-        sphere = sphere_protocol(pixels)
-        (pack,) = self.packs()
-        error = sphere.compare_lights(sphere.references(self, LIGHTS), sphere.samples((pack,), LIGHTS), LIGHTS)
-        return (replace(pack, error=error),), error
-
-
-@dataclass(frozen=True)
-class FluorescentPack(FactorPack):
-    """A pack in a `FluorescentBasis`, which no basis of reflectances can stand in for."""
-
-    def folded(self, folding: Folding) -> Float[np.ndarray, "R M3"]:
-        """The full matrix, under each light."""
-        each = [self.fold(light, folding.observer) for light in folding.lights]
-        return folding.scale * np.concatenate(each, axis=1)
-
-    def in_basis(self, basis: SpectralBasis) -> FactorPack:
-        """This pack as it is: it already folds into three numbers a light."""
-        return self
+        return FactoredBrdf((FactorPack("hd", axes, factors, DonaldsonPalette.of_surface(self.bispectral)),))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -19,8 +20,10 @@ from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from .brdf import Brdf
-from .factors import FactorPack, FitError, FrameAngles, LightError, frame_angles
+from .fast import Fast
+from .fit_error import FitError, LightError
+from .points import Points
+from .surface import Surface
 
 # A fit meets its budget when it meets it under all of these: daylight, tungsten, three narrow bands, a blue LED with
 # a phosphor, and sodium at high pressure.
@@ -32,10 +35,12 @@ BACK_LIGHT_ANGLES_DEG = (125.0, 140.0)
 _LEAST_COSINE = 0.01
 _BLOCK = 8192
 
+Form = TypeVar("Form", bound=Fast)
+
 
 @dataclass(frozen=True, eq=False)
 class SphereProtocol:
-    """Direction pairs of the lit pixels of all lights, in each pixel's own surface frame.
+    """Shading points of the lit pixels of all lights, directions in each pixel's own surface frame.
 
     `pixels`: across the sphere's diameter. The tangent x of the surface points along the parallels of an upright
     sphere, so that an anisotropic material is seen at every turn.
@@ -47,6 +52,7 @@ class SphereProtocol:
     wo: Float[np.ndarray, "N 3"]
     light: str = "D65"
     observer: str = "1931_2"
+    uv: Float[np.ndarray, "N 2"] | None = None
 
     @property
     def text(self) -> str:
@@ -59,13 +65,9 @@ class SphereProtocol:
         )
 
     @cached_property
-    def angles(self) -> dict[tuple[str, bool], FrameAngles]:
-        """Angles of every pair, by frame and by whether the azimuth counts."""
-        return {
-            (frame, turned): frame_angles(frame, self.wi, self.wo, turned)
-            for frame in ("io", "hd")
-            for turned in (False, True)
-        }
+    def points(self) -> Points:
+        """Every pair, with its angles once they were worked out; (u, v) go across and up the sphere's disc."""
+        return Points(self.wi, self.wo, self.uv)
 
     def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L 3"]:
         """Light x observer: XYZ of the perfect diffuser has Y = 1."""
@@ -75,36 +77,33 @@ class SphereProtocol:
         """The same samples under another light."""
         return replace(self, light=light)
 
-    def reference(self, brdf: Brdf) -> Float[np.ndarray, "N 3"]:
-        """XYZ of every sample from the BRDF at its own wavelengths."""
-        return self.references(brdf, (self.light,))[0]
+    def reference(self, surface: Surface) -> Float[np.ndarray, "N 3"]:
+        """XYZ of every sample from the surface at its own wavelengths."""
+        return self.references(surface, (self.light,))[0]
 
-    def references(self, brdf: Brdf, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
-        """XYZ of every sample under M lights; the BRDF is evaluated once."""
-        return self.original_xyz(brdf, _folding(tuple(lights), self.observer))
+    def references(self, surface: Surface, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
+        """XYZ of every sample under M lights; the surface is evaluated once."""
+        return self.original_xyz(surface, _folding(tuple(lights), self.observer))
 
-    def sample(self, packs: tuple[FactorPack, ...]) -> Float[np.ndarray, "N 3"]:
-        """XYZ of every sample from packs folded with the light."""
-        return self.samples(packs, (self.light,))[0]
+    def sample(self, fast: Fast) -> Float[np.ndarray, "N 3"]:
+        """XYZ of every sample from terms folded with the light."""
+        return self.samples(fast, (self.light,))[0]
 
-    def samples(self, packs: tuple[FactorPack, ...], lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
-        """XYZ of every sample from packs folded with each of M lights; the factors are looked up once."""
-        return self.packs_xyz(packs, _folding(tuple(lights), self.observer))
+    def samples(self, fast: Fast, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
+        """XYZ of every sample from terms folded with each of M lights; they are worked out once."""
+        return self.fast_xyz(fast, _folding(tuple(lights), self.observer))
 
-    def original_xyz(self, brdf: Brdf, folding: Folding) -> Float[np.ndarray, "M N 3"]:
+    def original_xyz(self, surface: Surface, folding: Folding) -> Float[np.ndarray, "M N 3"]:
         """`references` under lights and an observer of any kind; the scale of `folding` is pi."""
         xyz = np.empty((len(self.wi), 3 * len(folding.lights)))
         for start in range(0, len(xyz), _BLOCK):
             rows = slice(start, start + _BLOCK)
-            xyz[rows] = brdf.xyz(self.wi[rows], self.wo[rows], folding) * self.wi[rows, 2:]
+            xyz[rows] = surface.xyz(self.points.chosen(rows), folding) * self.wi[rows, 2:]
         return _by_light(xyz)
 
-    def packs_xyz(self, packs: tuple[FactorPack, ...], folding: Folding) -> Float[np.ndarray, "M N 3"]:
+    def fast_xyz(self, fast: Fast, folding: Folding) -> Float[np.ndarray, "M N 3"]:
         """`samples` under lights and an observer of any kind; the scale of `folding` is pi."""
-        xyz = np.zeros((len(self.wi), 3 * len(folding.lights)))
-        for pack in packs:
-            xyz += pack.geometry_at(self.angles[pack.frame, pack.anisotropic]) @ pack.folded(folding)
-        return _by_light(xyz)
+        return _by_light(fast.shaded_xyz(self.points, folding))
 
     def compare(self, reference_xyz: Float[np.ndarray, "N 3"], sample_xyz: Float[np.ndarray, "N 3"]) -> FitError:
         """Statistics of ΔE94 over the samples."""
@@ -176,10 +175,18 @@ def sphere_protocol(
     tangent = np.stack([normal[:, 2], np.zeros_like(x), -x], axis=-1)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     frame = np.stack([tangent, np.cross(normal, tangent), normal], axis=1)
-    pairs = []
+    uv = 0.5 + 0.5 * np.stack([x, y], axis=-1)
+    lit_points = []
     for angle in np.radians(lights_deg):
         wi = frame @ np.array([np.sin(angle), 0.0, np.cos(angle)])
         lit = wi[:, 2] > _LEAST_COSINE
-        pairs.append((wi[lit], frame[lit] @ np.array([0.0, 0.0, 1.0])))
-    wi, wo = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    return SphereProtocol(pixels, lights_deg, wi, wo, light)
+        lit_points.append((wi[lit], frame[lit] @ np.array([0.0, 0.0, 1.0]), uv[lit]))
+    wi, wo, uv = (np.concatenate(side) for side in zip(*lit_points, strict=True))
+    return SphereProtocol(pixels, lights_deg, wi, wo, light, uv=uv)
+
+
+def measured(fast: Form, surface: Surface, pixels: int = 128) -> Form:
+    """A fast form with its error against the surface that it stands for, under all of `LIGHTS`."""
+    sphere = sphere_protocol(pixels, surface.isotropic)
+    error = sphere.compare_lights(sphere.references(surface, LIGHTS), sphere.samples(fast, LIGHTS), LIGHTS)
+    return replace(fast, error=error)  # pyright: ignore[reportArgumentType]

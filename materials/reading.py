@@ -11,6 +11,7 @@ from ..spectral.folding import Folding
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .brdf import Brdf
+from .points import Points
 from .records.record_colour import annular_45_0, radiance_factor_45_0
 
 #: How the reading is taken: lit at 45 degrees all around, seen along the normal.
@@ -43,4 +44,4 @@ class Reading:
         """
         if self.brdf is None:
             return eye.weights(light, self.wavelengths_nm) @ self.factor
-        return self.brdf.xyz(*annular_45_0(), Folding(eye, [light], np.pi)).mean(axis=0)
+        return self.brdf.xyz(Points(*annular_45_0()), Folding(eye, [light], np.pi)).mean(axis=0)

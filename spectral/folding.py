@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from .basis import SpectralBasis
 from .bispectral import Bispectral
 from .observers import Observer
 from .spectrum import Spectrum
@@ -21,6 +22,7 @@ class Folding:
     def __init__(self, observer: Observer, lights: Sequence[Spectrum], scale: float = 1.0) -> None:
         self.observer, self.lights, self.scale = observer, tuple(lights), scale
         self._weights: dict[bytes, np.ndarray] = {}
+        self._coefficients: dict[int, tuple[SpectralBasis, np.ndarray]] = {}
         self._emitted: dict[int, tuple[Bispectral, np.ndarray]] = {}
 
     def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L M3"]:
@@ -30,6 +32,13 @@ class Folding:
             each = [self.scale * self.observer.weights(light, wavelengths_nm).T for light in self.lights]
             self._weights[key] = np.hstack(each)
         return self._weights[key]
+
+    def coefficients(self, basis: SpectralBasis) -> Float[np.ndarray, "J M3"]:
+        """XYZ = coefficients (..., J) @ this, for what keeps its wavelength."""
+        if id(basis) not in self._coefficients:
+            each = [self.scale * basis.fold(light, self.observer).T for light in self.lights]
+            self._coefficients[id(basis)] = basis, np.hstack(each)
+        return self._coefficients[id(basis)][1]
 
     def emitted(self, surface: Bispectral) -> Float[np.ndarray, " M3"]:
         """XYZ of what a surface sends out at new wavelengths, at every one that the observer sees."""

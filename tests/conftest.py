@@ -1,9 +1,11 @@
 """Fixtures that every test folder shares: the real data beside the project, and a GL context where there is one."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
 import sys
+import types
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -107,30 +109,30 @@ def write_matt():
     """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
     import numpy as np
     from metamer.materials.axes import Axis
-    from metamer.materials.factors import FactorPack
+    from metamer.materials.factors import FactoredBrdf, FactorPack
     from metamer.materials.protocol import sphere_protocol
     from metamer.materials.records.material import MaterialRecord, Provenance
     from metamer.materials.records.record import MARKER, write_record
-    from metamer.spectral.basis import SpectralBasis
+    from metamer.spectral.palette import Palette
     from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
     def write(folder, material_id, reflectance=0.5, shown=None, **changes):
         reflectance = np.broadcast_to(reflectance, WORKING_WAVELENGTHS_NM.shape).astype(float)
         axes = tuple(Axis(name, 2, end) for name, end in (("theta_h", 1.6), ("theta_d", 1.6), ("phi_d", 3.2)))
         factors = (np.full((2, 1), 1 / np.pi), np.ones((2, 1)), np.ones((2, 1)))
-        pack = FactorPack("hd", axes, factors, (reflectance if shown is None else shown)[None], SpectralBasis.sampled())
+        pack = FactorPack("hd", axes, factors, Palette.of((reflectance if shown is None else shown)[None]))
         record = MaterialRecord(
             material_id,
             material_id.partition("/")[0],
             "lambert",
             {"wavelengths_nm": WORKING_WAVELENGTHS_NM, "reflectance": reflectance},
             Provenance("a test", "none", "analytic"),
-            (pack,),
             None,
         )
         sphere = sphere_protocol(32)
-        error = sphere.compare(sphere.reference(record.brdf()), sphere.sample((pack,)))
-        fields = {**record.__dict__, "packs": (pack,), "error": error} | changes
+        error = sphere.compare(sphere.reference(record.brdf()), sphere.sample(FactoredBrdf((pack,))))
+        packs, error = changes.pop("packs", (pack,)), changes.pop("error", error)
+        fields = {**record.__dict__, "fast": FactoredBrdf(packs, error) if packs else None} | changes
         folder.mkdir(parents=True, exist_ok=True)
         (folder / MARKER).write_text("schema = 2\n")
         path = folder / f"{material_id}.h5"
@@ -151,3 +153,13 @@ def write_spectrum(write_matt):
         return write_matt(folder, material_id, **bare)
 
     return write
+
+
+@pytest.fixture(scope="session")
+def scenes() -> types.ModuleType:
+    """The module viewer/scenes.py: small scenes and hand-made packs."""
+    path = Path(__file__).parent / "viewer" / "scenes.py"
+    spec = importlib.util.spec_from_file_location("viewer_test_scenes", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -126,12 +126,10 @@ def tiny_catalogue(tmp_path):
     """The catalogue that the README's Python opens, with the one material that it loads."""
     grid = WORKING_WAVELENGTHS_NM
     paint = AshikhminShirley(Spectrum.sampled(grid, RED), Spectrum.sampled(grid, np.full(grid.size, 0.04)), 25.0, 25.0)
-    packs = fit(paint, budget=5.0, ranks=(1,), pixels=16)
+    found = fit(paint, budget=5.0, ranks=(1,), pixels=16)
     parameters = {"wavelengths_nm": grid, **paint.parameters()}
     provenance = Provenance("made up for this test", "CC0 1.0", "analytic")
-    record = MaterialRecord(
-        "colorchecker/red-satin", "colorchecker", paint.NAME, parameters, provenance, packs.packs, packs.error
-    )
+    record = MaterialRecord("colorchecker/red-satin", "colorchecker", paint.NAME, parameters, provenance, found.fast)
     folder = tmp_path / "metamer-catalogue"
     (folder / "colorchecker").mkdir(parents=True)
     (folder / MARKER).write_text("")

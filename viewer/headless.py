@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..materials.factors import FactorPack
+from ..materials.fast import Summand, TermShader
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
 from .geometry import LightGeometry
-from .keeping import Layer, Piece, Terms, Tile
+from .keeping import KeptTerms, Layer, Piece, Tile
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .renderer import Filtering, Renderer
@@ -21,11 +21,9 @@ from .resources import (
     MOST_TRIANGLES,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
-    FactorTexels,
     Owner,
-    factor_texels,
+    palette_texels,
     triangle_texels,
-    weight_texels,
 )
 from .software import SoftwareRenderer
 from .view import View
@@ -35,6 +33,8 @@ if TYPE_CHECKING:
 
 # The numbers of a part's first and last triangle, and its box of pixels.
 Place = tuple[tuple[int, int], tuple[int, int, int, int]]
+# How a summand is drawn, and its textures by name.
+Uploaded = tuple[TermShader, "dict[str, moderngl.Texture]"]
 
 __all__ = ["GLRenderer", "Renderer", "SoftwareRenderer", "create_renderer"]
 
@@ -65,7 +65,7 @@ class GLTile(Tile):
 
 
 @dataclass(eq=False)
-class GLTerms(Terms):
+class GLTerms(KeptTerms):
     """Terms on the GPU: a texture for every four of them, of the pixels of `box` (x, y, width, height)."""
 
     box: tuple[int, int, int, int]
@@ -137,37 +137,37 @@ class GLRenderer(Renderer):
     def _discard_terms(self, terms: GLTerms) -> None:
         terms.owner.release()
 
-    def _factors(self, owner: Owner, pack: FactorPack) -> tuple[FactorTexels, moderngl.Texture]:
-        made = factor_texels(pack, self.filtering == "mipmapped")
-        return made, made.texture(owner)
+    def _uploaded(self, owner: Owner, summand: Summand) -> Uploaded:
+        made = summand.shader(self.filtering == "mipmapped")
+        sizes = {"MIXED": summand.mixed, **made.sizes}
+        sizes |= {"MIPMAPPED": 1} if self.filtering == "mipmapped" else {}
+        sizes |= {"USES_UV": 1} if summand.uses_uv else {}
+        textures = {name: owner.texels(values) for name, values in made.textures.items()}
+        return replace(made, sizes=sizes), textures
 
     def _add(
         self,
         target: moderngl.Framebuffer,
         tile: GLTile,
         layer: Layer,
-        factors: tuple[FactorTexels, moderngl.Texture],
+        uploaded: Uploaded,
         written: Mapping[str, int],
         values: Mapping[str, object],
-        weights: moderngl.Texture | None = None,
+        palette: Mapping[str, moderngl.Texture] | None = None,
     ) -> None:
-        """A layer under each of its lights: folded with `weights` where there are some, else its terms."""
+        """A layer under each of its lights: folded with `palette` where there is one, else its terms."""
         place = tile.parts[layer.part]
         assert place is not None
         numbers, box = place
-        made, table = factors
-        in_io = layer.pack.frame == "io"
+        made, textures = uploaded
+        in_io = layer.summand.frame == "io"
         for light in layer.lights:
             io, hd, azimuth, *spans = tile.lights[light]
-            samplers = {"seen": tile.seen, "angles": io if in_io else hd, "azimuth": azimuth, "factors": table}
-            if spans:
-                samplers["spans"] = spans[0 if in_io else 1]
-            if weights is not None:
-                samplers["weights"] = weights
-            channel = 0 if in_io else 1
-            given = {"part": numbers, "samples": tile.samples, "azimuth_channel": channel, **made.values, **values}
-            scissor = None if weights is None else box
-            self._passes.shade(target, scissor, written, made.axes, samplers, given, bool(spans))
+            samplers = {"seen": tile.seen, "angles": io if in_io else hd, "azimuth": azimuth, **textures}
+            samplers |= {"spans": spans[0 if in_io else 1]} if spans else {}
+            samplers |= palette or {}
+            given = {"part": numbers, "samples": tile.samples, **values}
+            self._passes.shade(target, None if palette is None else box, written, made, samplers, given)
 
     def _terms(self, tile: GLTile, layer: Layer) -> GLTerms | None:
         place = tile.parts[layer.part]
@@ -176,44 +176,47 @@ class GLRenderer(Renderer):
         _, box = place
         owner, scratch = Owner(self.context), Owner(self.context)
         try:
-            factors = self._factors(scratch, layer.pack)
-            quads = tuple(owner.texture(box[2:], 4) for _ in factors[0].texels)
+            uploaded = self._uploaded(scratch, layer.summand)
+            quads = tuple(owner.texture(box[2:], 4) for _ in range(-(-layer.summand.rank // 4)))
             for start in range(0, len(quads), MOST_QUADS):
                 some = quads[start : start + MOST_QUADS]
                 target = scratch.keep(self.context.framebuffer(some))
                 target.clear()
                 values = {"origin": box[:2], "first_row": start}
-                self._add(target, tile, layer, factors, {"QUADS": len(some)}, values)
+                self._add(target, tile, layer, uploaded, {"QUADS": len(some)}, values)
         except BaseException:
             owner.release()
             raise
         finally:
             scratch.release()
-        return GLTerms(layer.pack, 16 * box[2] * box[3] * len(quads), box, quads, owner)
+        return GLTerms(layer.summand, 16 * box[2] * box[3] * len(quads), box, quads, owner)
 
     def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        # Terms that serve one draw call are folded in it; more calls look factors up once.
+        # Terms that serve one draw call are folded in it; more calls look factors up once. What mixes entries of its
+        # palette has no terms of a pixel that could be kept.
         keep = self.keeps_terms or count > MOST_SPECTRA
-        add = self._add_folded if keep else self._add_at_once
+        kept = [layer for layer in layers if keep and layer.colours.shape[0] == 1]
+        direct = [layer for layer in layers if not (keep and layer.colours.shape[0] == 1)]
         out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)
-            out[start:stop] = self._drawn_by(add, piece, layers, slice(3 * start, 3 * stop))
+            out[start:stop] = self._drawn_by(piece, kept, direct, slice(3 * start, 3 * stop))
         if not self.keeps_terms:
             self._keep_terms(piece, ())
         return out
 
     def _drawn_by(
-        self, add: Callable, piece: Piece, layers: Sequence[Layer], columns: slice
+        self, piece: Piece, kept: Sequence[Layer], direct: Sequence[Layer], columns: slice
     ) -> Float[np.ndarray, "m h w 3"]:
-        """Pictures of the spectra that `columns` of the layers' weights are of; `add` draws all layers."""
+        """Pictures of the spectra that `columns` of the layers' colours are of, from kept terms or directly."""
         height, width = self._coverage_of(piece).shape
         owner = Owner(self.context)
         try:
             pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
-            add(target, owner, piece, layers, columns)
+            self._add_at_once(target, owner, piece, direct, columns)
+            self._add_folded(target, owner, piece, kept, columns)
             return np.stack([_read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()
@@ -221,31 +224,32 @@ class GLRenderer(Renderer):
     def _add_at_once(
         self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
     ) -> None:
-        tile = self._tile_of(piece)
-        # Parts share materials: each pack is laid out and uploaded once.
-        known: dict[int, tuple[FactorTexels, moderngl.Texture]] = {}
+        # Parts share materials: each summand is laid out and uploaded once.
+        known: dict[int, Uploaded] = {}
         for layer in layers:
+            tile = self._tile_of(piece)
             if tile.parts[layer.part] is None:
                 continue
-            if id(layer.pack) not in known:
-                known[id(layer.pack)] = self._factors(owner, layer.pack)
-            factors = known[id(layer.pack)]
-            written, values = {"SPECTRA": len(target.color_attachments)}, {"rows": len(factors[0].texels)}
-            self._add(target, tile, layer, factors, written, values, _weights(owner, layer, columns))
+            if id(layer.summand) not in known:
+                known[id(layer.summand)] = self._uploaded(owner, layer.summand)
+            palette, shape = _palette(owner, layer, columns)
+            written = {"SPECTRA": len(target.color_attachments)}
+            values = {"rows": -(-layer.summand.rank // 4), "palette_shape": shape}
+            self._add(target, tile, layer, known[id(layer.summand)], written, values, {"palette": palette})
 
     def _add_folded(
         self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
     ) -> None:
         for layer, terms in self._with_terms(piece, layers, True):
-            weights = _weights(owner, layer, columns)
+            palette, shape = _palette(owner, layer, columns)
             for row in range(0, len(terms.quads), MOST_QUADS):
                 quads = terms.quads[row : row + MOST_QUADS]
-                self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, weights)
+                self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
 
 
-def _weights(owner: Owner, layer: Layer, columns: slice) -> moderngl.Texture:
-    texels = weight_texels(layer.weights[:, columns])
-    return owner.texture(texels.shape[1::-1], 4, texels.tobytes())
+def _palette(owner: Owner, layer: Layer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+    texels, shape = palette_texels(layer.colours[..., columns])
+    return owner.texels(texels), shape
 
 
 def _places(

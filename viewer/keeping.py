@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from ..lighting.camera import Camera
 from ..lighting.scene import Scene
-from ..materials.factors import FactorPack
+from ..materials.fast import Summand
 from .geometry import LightGeometry, SceneGeometry, scene_geometry
 from .raster import Window, WindowTriangles
 from .view import View, view_key, view_of
@@ -28,30 +28,30 @@ KEPT_TERMS = 1 << 28
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """One pack of one part's material under all lights of one spectrum: `weights` (R, 3 M) are its terms' XYZ under M
-    spectra in its place.
+    """One summand of one part's material under all lights of one spectrum: `colours` (P, R, 3 M) are its palette's XYZ
+    under M spectra in its place.
     """
 
     part: int
     lights: tuple[int, ...]
-    pack: FactorPack
-    weights: Float[np.ndarray, "R M3"]
+    summand: Summand
+    colours: Float[np.ndarray, "P R M3"]
 
     @property
     def terms_key(self) -> tuple:
-        """Equal for layers whose terms are the same, whatever the spectra; good while the pack's factors live."""
-        return self.part, self.lights, self.pack.frame, self.pack.axes, tuple(id(one) for one in self.pack.factors)
+        """Equal for layers whose terms are the same, whatever the spectra; good while the summand lives."""
+        return self.part, self.lights, self.summand.key
 
 
 @dataclass(eq=False)
-class Terms:
+class KeptTerms:
     """The terms of a layer at every pixel, light and visibility included: all of a picture but its spectra.
 
-    pack : whose factors they are. bytes : what they take.
+    summand : whose they are. nbytes : what they take.
     """
 
-    pack: FactorPack
-    bytes: int
+    summand: Summand
+    nbytes: int
 
 
 @dataclass(eq=False)
@@ -151,7 +151,7 @@ class Keeping(ABC):
         for layer in layers:
             key = layer.terms_key
             terms = piece.terms[key] if key in piece.terms else self._terms(self._tile_of(piece), layer)
-            size = terms.bytes if terms else 0
+            size = terms.nbytes if terms else 0
             if key not in piece.terms and keep and self._terms_bytes + size <= KEPT_TERMS:
                 piece.terms[key] = terms
                 self._terms_bytes += size
@@ -168,7 +168,7 @@ class Keeping(ABC):
         for key in [key for key in piece.terms if key not in keys]:
             terms = piece.terms.pop(key)
             if terms is not None:
-                self._terms_bytes -= terms.bytes
+                self._terms_bytes -= terms.nbytes
                 self._discard_terms(terms)
 
     @abstractmethod
@@ -177,7 +177,7 @@ class Keeping(ABC):
 
     @abstractmethod
     def _terms(self, tile: Any, layer: Layer) -> Any:
-        """The terms of a layer at every pixel, as a kind of `Terms`; None where the tile does not show them."""
+        """The terms of a layer at every pixel, as a kind of `KeptTerms`; None where the tile does not show them."""
 
     def _discard_terms(self, terms: Any) -> None:  # noqa: B027
         """Free what `_terms` took and the garbage collector does not."""

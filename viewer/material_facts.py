@@ -10,14 +10,13 @@ from numpy import ndarray
 
 from ..calibration.material_page import MaterialFacts, render_material_page
 from ..lighting.scene import Scene
-from ..materials.factors import FactorPack
+from ..materials.fast import Summand
 from ..materials.records.material import MaterialRecord
 from ..materials.records.models import no_surface
 from ..materials.records.record_colour import record_colour
 from ..materials.records.shown import (
     shown_colours,
     shown_conditions,
-    shown_grid,
     shown_spectrum,
     shown_trials,
     shown_values,
@@ -46,7 +45,7 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
             spectrum_label=spectrum.label,
             picture=picture,
             picture_words=words,
-            packs=tuple(_pack(pack) for pack in record.packs),
+            packs=tuple(_summand(one) for one in record.summands),
             trial_headings=headings,
             trials=trials,
             tried=_tried(record),
@@ -71,8 +70,8 @@ def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[
 def _facts(record: MaterialRecord) -> dict[str, str]:
     colour, error = record_colour(record), record.error
     facts = {"Model": record.model, "Quantity": record.quantity, "Kind": record.provenance.kind}
-    if record.packs:
-        facts["Terms"] = " + ".join(f"{pack.rank} in {pack.frame}" for pack in record.packs)
+    if record.summands:
+        facts["Terms"] = " + ".join(f"{one.rank} in {one.frame}" for one in record.summands)
     if error is not None:
         facts["ΔE94 mean"] = f"{error.mean:.3f}"
         facts["ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
@@ -83,13 +82,14 @@ def _facts(record: MaterialRecord) -> dict[str, str]:
     return facts
 
 
-def _pack(pack: FactorPack) -> dict[str, str]:
+def _summand(summand: Summand) -> dict[str, str]:
+    basis = summand.palette.basis
     return {
-        "Frame": pack.frame,
-        "Terms": str(pack.rank),
-        "Grid": shown_grid(pack),
-        "Spectral coefficients": f"{pack.basis.size} ({pack.basis.name})",
-        "Precision": pack.precision,
+        "Frame": summand.frame,
+        "Terms": str(summand.rank),
+        "Grid": summand.grid,
+        "Spectral coefficients": f"{basis.size} ({basis.name})",
+        "Precision": summand.precision,
     }
 
 

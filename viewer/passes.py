@@ -1,18 +1,21 @@
 """The three passes of the GL renderer: what is seen, what light arrives, what leaves.
 
-`PROGRAMS` lists every pair of shader files with the sizes that are written into them; a test compiles them all.
+`PROGRAMS` lists every pair of shader files with the sizes that are written into them, all but `shade.frag`, which each
+fast form completes; a test compiles them all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Int
 
-from . import pyramids, resources, shadows
+from ..materials.fast import TermShader
+from . import resources, shadows
 from .geometry import LightGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .shaders import program
@@ -36,8 +39,8 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
     "CONTACT": shadows.CONTACT,
     "ROUNDING": shadows.ROUNDING,
 }
-_FOLDED = tuple({"SPECTRA": count} for count in range(1, MOST_SPECTRA + 1))
-_KEPT = tuple({"QUADS": count} for count in range(1, MOST_QUADS + 1))
+FOLDED = tuple({"SPECTRA": count} for count in range(1, MOST_SPECTRA + 1))
+KEPT = tuple({"QUADS": count} for count in range(1, MOST_QUADS + 1))
 PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     ("visibility.vert", "visibility.frag", {}),
     *(
@@ -45,13 +48,7 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
         for mipmapped in ({}, {"MIPMAPPED": 1})
         for kind in ({"PARALLEL": 0}, {"PARALLEL": 1})
     ),
-    *(
-        ("fullscreen.vert", "shade.frag", {"AXES": axes, **kind, **mipmapped})
-        for mipmapped in ({}, {"MIPMAPPED": 1, "MOST_LEVELS": pyramids.MOST_LEVELS})
-        for axes in (3, 4)
-        for kind in (*_FOLDED, *_KEPT)
-    ),
-    *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in _KEPT for folded in _FOLDED),
+    *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
 )
 
 
@@ -143,17 +140,15 @@ class Passes:
         target: moderngl.Framebuffer,
         scissor: tuple[int, int, int, int] | None,
         written: Mapping[str, int],
-        axes: Sequence[tuple[float, ...]],
+        terms: TermShader,
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
-        mipmapped: bool = False,
     ) -> None:
-        """Add one pack under one light to `target`, whose attachments are, as `written` says, {"SPECTRA": n} pictures
-        or {"QUADS": n} times four terms.
+        """Add one summand under one light to `target`, whose attachments are, as `written` says, {"SPECTRA": n}
+        pictures or {"QUADS": n} times four terms.
         """
-        kind = {"MIPMAPPED": 1} if mipmapped else {}
-        made, everywhere = self._full_screen("shade.frag", AXES=len(axes), **written, **kind)
-        self.draw_layer(made, everywhere, target, scissor, axes, samplers, values)
+        made, everywhere = self._full_screen("shade.frag", terms.file, **terms.sizes, **written)
+        self.draw_layer(made, everywhere, target, scissor, samplers, {**terms.uniforms, **values})
 
     def fold(
         self,
@@ -162,15 +157,16 @@ class Passes:
         spectra: int,
         quads: Sequence[moderngl.Texture],
         first_row: int,
-        weights: moderngl.Texture,
+        palette: moderngl.Texture,
+        palette_shape: tuple[int, int],
     ) -> None:
         """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each."""
         made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
         for unit, quad in enumerate(quads, 1):
             quad.use(unit)
         units: object = 1 if len(quads) == 1 else list(range(1, len(quads) + 1))
-        values = {"terms": units, "origin": box[:2], "first_row": first_row}
-        self.draw_layer(made, everywhere, target, box, (), {"weights": weights}, values)
+        values = {"terms": units, "origin": box[:2], "first_row": first_row, "palette_shape": palette_shape}
+        self.draw_layer(made, everywhere, target, box, {"palette": palette}, values)
 
     def draw_layer(
         self,
@@ -178,7 +174,6 @@ class Passes:
         everywhere: moderngl.VertexArray,
         target: moderngl.Framebuffer,
         scissor: tuple[int, int, int, int] | None,
-        axes: Sequence[tuple[float, ...]],
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
@@ -189,7 +184,7 @@ class Passes:
         context.blend_equation = context.FUNC_ADD
         context.blend_func = context.ONE, context.ONE
         target.scissor = scissor
-        _set(made, {**values, "axes": list(axes)}, samplers)
+        _set(made, values, samplers)
         everywhere.render(context.TRIANGLES, vertices=3)
         target.scissor = None
 
@@ -217,14 +212,18 @@ class Passes:
             self._shadows[id(light)] = light, owner, tables
         return self._shadows[id(light)][2]
 
-    def _full_screen(self, fragment: str, **sizes: int) -> tuple[moderngl.Program, moderngl.VertexArray]:
+    def _full_screen(
+        self, fragment: str, terms: Path | None = None, /, **sizes: int
+    ) -> tuple[moderngl.Program, moderngl.VertexArray]:
         """A program that runs at every pixel of its target, and its vertex array without buffers."""
-        made = self._program("fullscreen.vert", fragment, **sizes)
+        made = self._program("fullscreen.vert", fragment, terms, **sizes)
         if made not in self._everywhere:
             self._everywhere[made] = self.owner.keep(self.context.vertex_array(made, []))
         return made, self._everywhere[made]
 
-    def _compiled(self, vertex: str, fragment: str, **sizes: int) -> moderngl.Program:
+    def _compiled(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int) -> moderngl.Program:
+        if terms is not None:
+            return self.owner.keep(program(self.context, vertex, fragment, sizes, terms))
         # What is linear stands first, so that it is found where nothing is said of mip-mapping.
         for names in PROGRAMS:
             if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():

@@ -157,7 +157,7 @@ def material_picture(
     The picture is in 8-bit codes of `display`; `on` as of `DisplayTransform.encode`.
     """
     dressed = scene.with_material(scene.reviewed_part, record.id)
-    xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.packs})
+    xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.drawn()})
     rgb, notes = _encoded(dressed, xyz, coverage, display, on)
     return quantise(rgb), notes
 
@@ -170,8 +170,8 @@ def picture(
     warn : called at once with a line for each reason why the picture may show nothing.
     """
     view = _placed(scene, camera, warn)
-    packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
-    xyz, coverage = renderer.render(scene, view, packs)
+    surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
+    xyz, coverage = renderer.render(scene, view, surfaces)
     say_if_blank(scene, view, xyz, coverage, warn)
     return Picture(scene, view, xyz, coverage, renderer.made_by)
 
@@ -201,8 +201,8 @@ def render_spectral(
     """
     check_output(output, spectral=True)
     view = _placed(scene, camera, warn)
-    packs = {name: catalogue.surface(name).packs for name in scene.material_ids}
-    values = renderer.render_spectra(scene, view, packs, WORKING_WAVELENGTHS_NM)
+    surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
+    values = renderer.render_spectra(scene, view, surfaces, WORKING_WAVELENGTHS_NM)
     notes = _thinned(scene, WORKING_WAVELENGTHS_NM)
     if np.count_nonzero(values.any(axis=-1)) < _FEW * values[..., 0].size:
         say_if_blank(scene, view, values, renderer.coverage(scene, view), warn)

@@ -13,8 +13,9 @@ from jaxtyping import Float
 from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
-from ..materials.factors import FactorPack
+from ..materials.fast import Fast, Summand
 from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.folding import Folding
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
@@ -24,14 +25,14 @@ from .view import window_count
 #: How factors are looked up between samples: as they are, or averaged over what a sample spans.
 Filtering = Literal["linear", "mipmapped"]
 Picture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
-# Folded bases that are kept: each costs an integral over the observer's wavelengths.
-_KEPT_FOLDS = 256
+# Lights with their observer whose folded bases are kept: each costs an integral over the observer's wavelengths.
+_KEPT_FOLDINGS = 64
 # Wavelengths that are drawn at once, a multiple of three: bounds the memory of spectral pictures.
 _SPECTRAL_CHUNK = 24
 
 
 class Renderer(Keeping):
-    """Makes pictures of a scene whose materials are factor packs.
+    """Makes pictures of a scene whose materials are fast forms.
 
     A picture is (xyz, coverage): float32 XYZ (H, W, 3), row 0 on top, Y = 1 for a perfect diffuser that receives the
     scene's reference illuminance, premultiplied by coverage; coverage float32 (H, W) is the share of a pixel's sample
@@ -54,7 +55,7 @@ class Renderer(Keeping):
     def __init__(self, filtering: Filtering = "linear", keeps_terms: bool = False) -> None:
         self.keeps_terms = keeps_terms
         super().__init__()
-        self._folds: dict[tuple[int, int, int], tuple[object, np.ndarray]] = {}
+        self._foldings: dict[tuple[int, ...], Folding] = {}
         self._filtering: Filtering = _known(filtering)
         #: Called with (tiles done, tiles in all, what is done) where somebody sets it: large pictures take minutes.
         self.progress: Callable[[int, int, str], None] | None = None
@@ -79,24 +80,24 @@ class Renderer(Keeping):
         self,
         scene: Scene,
         camera: Camera | None,
-        packs: Mapping[str, tuple[FactorPack, ...]],
+        surfaces: Mapping[str, Fast],
         lights: Sequence[Light] | None = None,
     ) -> Picture:
         """One picture; `camera` None takes the scene's first, `lights` replace those of the scene.
 
         Raises
         ------
-        UnknownNameError : a material of the scene is not in `packs`.
+        UnknownNameError : a material of the scene is not in `surfaces`.
         """
         if lights is not None:
             scene = replace(scene, lights=tuple(lights))
-        return self.render_many(scene, camera, packs)[0]
+        return self.render_many(scene, camera, surfaces)[0]
 
     def render_many(
         self,
         scene: Scene,
         camera: Camera | None,
-        packs: Mapping[str, tuple[FactorPack, ...]],
+        surfaces: Mapping[str, Fast],
         illuminants: Sequence[Spectrum | None] = (None,),
     ) -> list[Picture]:
         """One picture for each illuminant, for little more than the cost of one.
@@ -105,7 +106,7 @@ class Renderer(Keeping):
         """
         camera = scene.camera() if camera is None else camera
         xyz, coverage = self._drawn(
-            scene, camera, packs, len(illuminants), lambda light, pack: self._weights(scene, light, pack, illuminants)
+            scene, camera, surfaces, len(illuminants), lambda light, one: self._colours(scene, light, one, illuminants)
         )
         return [(picture, coverage) for picture in xyz]
 
@@ -113,7 +114,7 @@ class Renderer(Keeping):
         self,
         scene: Scene,
         camera: Camera | None,
-        packs: Mapping[str, tuple[FactorPack, ...]],
+        surfaces: Mapping[str, Fast],
         wavelengths_nm: Float[np.ndarray, "L"],
     ) -> Float[np.ndarray, "H W L"]:
         """Relative spectral radiance at `wavelengths_nm`, float32, premultiplied by coverage.
@@ -125,7 +126,7 @@ class Renderer(Keeping):
 
         Raises
         ------
-        UnknownNameError : a material of the scene is not in `packs`.
+        UnknownNameError : a material of the scene is not in `surfaces`.
         InputError : a light has no power at `wavelengths_nm`.
         """
         camera = scene.camera() if camera is None else camera
@@ -146,14 +147,13 @@ class Renderer(Keeping):
             chosen = slice(start, min(start + _SPECTRAL_CHUNK, len(wavelengths_nm)))
             count = -(-(chosen.stop - start) // 3)
 
-            def weights(light: Light, pack: FactorPack, chosen: slice = chosen, count: int = count) -> np.ndarray:
-                sent = pack.basis.radiance(light.spectrum, wavelengths_nm) / powers[id(light)]
-                radiance = (pack.spectral @ sent)[:, chosen]
-                return np.pad(radiance, ((0, 0), (0, 3 * count - radiance.shape[1])))
+            def sent(light: Light, summand: Summand, chosen: slice = chosen, count: int = count) -> np.ndarray:
+                radiance = summand.palette.radiance(light.spectrum, wavelengths_nm)[..., chosen] / powers[id(light)]
+                return np.pad(radiance, ((0, 0), (0, 0), (0, 3 * count - radiance.shape[2])))
 
             # Three wavelengths take the places of X, Y and Z.
             step = start // _SPECTRAL_CHUNK, -(-len(wavelengths_nm) // _SPECTRAL_CHUNK)
-            triples, _ = self._drawn(scene, camera, packs, count, weights, step)
+            triples, _ = self._drawn(scene, camera, surfaces, count, sent, step)
             flat = triples.transpose(1, 2, 0, 3).reshape(*values.shape[:2], 3 * count)
             values[..., chosen] = flat[..., : chosen.stop - start]
         return values
@@ -162,23 +162,21 @@ class Renderer(Keeping):
         self,
         scene: Scene,
         camera: Camera,
-        packs: Mapping[str, tuple[FactorPack, ...]],
+        surfaces: Mapping[str, Fast],
         count: int,
-        weights: Callable[[Light, FactorPack], Float[np.ndarray, "_ _"]],
+        colours: Callable[[Light, Summand], Float[np.ndarray, "P R M3"]],
         step: tuple[int, int] = (0, 1),
     ) -> tuple[Float[np.ndarray, "M H W 3"], Float[np.ndarray, "H W"]]:
-        """`count` pictures whose terms have the `weights` (R, 3 count) of each light and pack, and the coverage.
+        """`count` pictures whose terms have the `colours` (P, R, 3 count) of each light and summand, and the coverage.
 
         step : which of how many such rounds this is, for `progress`.
         """
-        for part in scene.parts:
-            if part.material not in packs:
-                raise UnknownNameError("material", part.material, packs, file=scene.path, field=f"part {part.name}")
+        scene.check_surfaces(surfaces)
         layers = [
-            Layer(number, lights, pack, weights(scene.lights[lights[0]], pack))
+            Layer(number, lights, one, colours(scene.lights[lights[0]], one))
             for number, part in enumerate(scene.parts)
             for lights in _by_spectrum(scene.lights)
-            for pack in packs[part.material]
+            for one in surfaces[part.material].summands
         ]
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
@@ -220,23 +218,20 @@ class Renderer(Keeping):
 
     @abstractmethod
     def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        """The sum of all layers for each of `count` spectra: terms times weights."""
+        """The sum of all layers for each of `count` spectra: terms times colours."""
 
-    def _weights(
-        self, scene: Scene, light: Light, pack: FactorPack, illuminants: Sequence[Spectrum | None]
-    ) -> Float[np.ndarray, "R M3"]:
-        folds = [self._fold(scene, pack, light.spectrum if other is None else other) for other in illuminants]
-        return pack.spectral @ np.concatenate(folds, axis=1)
-
-    def _fold(self, scene: Scene, pack: FactorPack, spectrum: Spectrum) -> Float[np.ndarray, "J 3"]:
-        """XYZ of each coefficient under a light; kept, because one basis serves every material of a review."""
-        key = (id(pack.basis), id(spectrum), id(scene.observer))
-        if key not in self._folds:
-            if len(self._folds) >= _KEPT_FOLDS:
-                self._folds.clear()
-            held = (pack.basis, spectrum, scene.observer)
-            self._folds[key] = (held, pack.basis.fold(spectrum, scene.observer).T)
-        return self._folds[key][1]
+    def _colours(
+        self, scene: Scene, light: Light, summand: Summand, illuminants: Sequence[Spectrum | None]
+    ) -> Float[np.ndarray, "P R M3"]:
+        """The palette of a summand in XYZ under each illuminant; foldings are kept, because one basis serves every
+        material of a review."""
+        spectra = tuple(light.spectrum if other is None else other for other in illuminants)
+        key = (id(scene.observer), *(id(spectrum) for spectrum in spectra))
+        if key not in self._foldings:
+            if len(self._foldings) >= _KEPT_FOLDINGS:
+                self._foldings.clear()
+            self._foldings[key] = Folding(scene.observer, spectra)
+        return summand.palette.folded(self._foldings[key])
 
 
 def _known(filtering: str) -> Filtering:

@@ -1,17 +1,13 @@
-"""What goes to the GPU: triangles, occluders, factors and weights as texels, and who gives them back."""
+"""What goes to the GPU: triangles and palettes as texels, and who gives them back."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.factors import FactorPack
 from ..spectral.errors import InputError
-from .pyramids import MOST_LEVELS, axis_levels, pyramid
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .view import View
 
@@ -23,6 +19,8 @@ ROW_LENGTH = 4096
 TRIANGLE_TEXELS = 11
 TRIANGLES_A_ROW = ROW_LENGTH // TRIANGLE_TEXELS
 OCCLUDERS_A_ROW = ROW_LENGTH // 3
+# Along a side of a texture: what OpenGL 4.1 promises.
+MOST_TEXELS = 16384
 # Triangle numbers travel as float32.
 MOST_TRIANGLES = 1 << 24
 
@@ -52,6 +50,11 @@ class Owner:
         made = self.context.texture(size, components, data, dtype=dtype)
         made.filter = (nearest, nearest)
         return self.keep(made)
+
+    def texels(self, values: Float[np.ndarray, "h w 4"]) -> moderngl.Texture:
+        """An array as a texture, in its own precision."""
+        dtype = "f2" if values.dtype == np.float16 else "f4"
+        return self.texture(values.shape[1::-1], values.shape[2], values.tobytes(), dtype)
 
     def table(self, values: np.ndarray, items_a_row: int, texels: int = 1) -> moderngl.Texture:
         """Items of `texels` texels each, (n, texels, components), laid out in rows of `items_a_row` items."""
@@ -99,86 +102,22 @@ def triangle_vertices(triangles: WindowTriangles, window: Window) -> np.ndarray:
     return vertices
 
 
-@dataclass(frozen=True, eq=False)
-class FactorTexels:
-    """The factors of a pack as `factors.glsl` wants them.
-
-    texels (rows, columns, 4) : four terms a texel, axes side by side, and within an axis its levels; float16 where the
-    pack is in half precision, which holds its factors exactly, else float32.
-    axes : 1 / maximum, size - 1, first column and kind of each.
-    levels, last_levels : first column, size - 1 and 1 / spacing of each level of each axis, padded to `MOST_LEVELS`,
-    and the number of each axis' last; of mip-mapped factors alone.
-    """
-
-    texels: np.ndarray
-    axes: list[tuple[float, ...]]
-    levels: list[tuple[float, ...]]
-    last_levels: list[float]
-
-    @property
-    def values(self) -> dict[str, object]:
-        """Uniforms beside `axes`."""
-        return {"levels": self.levels, "last_level": self.last_levels} if self.levels else {}
-
-    def texture(self, owner: Owner) -> moderngl.Texture:
-        """The texels on the GPU, kept by `owner`."""
-        dtype = "f2" if self.texels.dtype == np.float16 else "f4"
-        return owner.texture((self.texels.shape[1], self.texels.shape[0]), 4, self.texels.tobytes(), dtype)
-
-
-def factor_texels(pack: FactorPack, mipmapped: bool = False) -> FactorTexels:
-    """Lay the factors of a pack out for the GPU, their means over wider and wider samples too if `mipmapped`.
+def palette_texels(colours: Float[np.ndarray, "P R M3"]) -> tuple[Float[np.ndarray, "h w 4"], tuple[int, int]]:
+    """A folded palette four terms a texel, as `fold.glsl` reads it: a column for X, Y and Z of each spectrum of each
+    entry; and how many entries stand side by side, and the rows of one.
 
     Raises
     ------
-    InputError : a pack that calls itself half precision holds what 16 bits do not.
+    InputError : more entries than a texture has room for.
     """
-    rows = -(-pack.rank // 4)
-    tables = pyramid(pack) if mipmapped else pack.factors
-    columns = sum(len(table) for table in tables)
-    texels = np.zeros((rows, columns, 4), dtype=np.float32)
-    axes, levels, last_levels, first = [], [], [], 0
-    for axis, table in zip(pack.axes, tables, strict=True):
-        padded = np.zeros((len(table), rows * 4), dtype=np.float32)
-        padded[:, : pack.rank] = table
-        texels[:, first : first + len(table)] = padded.reshape(len(table), rows, 4).swapaxes(0, 1)
-        kind = 2.0 if axis.periodic else 1.0 if axis.warp == "sqrt" else 0.0
-        axes.append((1.0 / axis.maximum, axis.size - 1.0, float(first), kind))
-        if mipmapped:
-            made = axis_levels(axis)
-            each = zip(made.starts, made.sizes, made.spacings, strict=True)
-            of_axis = [(float(first + at), size - 1.0, 1.0 / spacing) for at, size, spacing in each]
-            levels += of_axis + [of_axis[-1]] * (MOST_LEVELS - len(of_axis))
-            last_levels.append(len(of_axis) - 1.0)
-        first += len(table)
-    if pack.precision == "half":
-        texels = _halved(texels)
-    return FactorTexels(texels, axes, levels, last_levels)
-
-
-def texture_bytes(packs: Sequence[FactorPack], mipmapped: bool = False) -> int:
-    """Bytes that the factors of packs take on the GPU."""
-    return sum(factor_texels(pack, mipmapped).texels.nbytes for pack in packs)
-
-
-def _halved(texels: np.ndarray) -> np.ndarray:
-    with np.errstate(over="ignore"):
-        halved = texels.astype(np.float16)
-    if not np.array_equal(halved, texels):
-        worst = texels.flat[np.argmax(np.abs(texels - np.nan_to_num(halved.astype(np.float32))))]
-        raise InputError(
-            "factors of a half-precision pack do not fit into 16 bits",
-            field="factors",
-            found=float(worst),
-            expected="numbers that 16 bits hold exactly",
-            hint="materials.fitting.half.rounded_to_half makes such a pack",
-        )
-    return halved
-
-
-def weight_texels(weights: Float[np.ndarray, "R M3"]) -> Float[np.ndarray, "rows M3 4"]:
-    """Folded weights four terms a texel: a column for X, Y and Z of each spectrum."""
-    rows = -(-len(weights) // 4)
-    padded = np.zeros((rows * 4, weights.shape[1]), dtype=np.float32)
-    padded[: len(weights)] = weights
-    return np.ascontiguousarray(padded.reshape(rows, 4, -1).swapaxes(1, 2))
+    entries, rank, columns = colours.shape
+    rows = -(-rank // 4)
+    across = min(entries, max(1, MOST_TEXELS // columns))
+    down = -(-entries // across)
+    if down * rows > MOST_TEXELS:
+        found, most = f"{entries} of {rank} terms", MOST_TEXELS // columns * (MOST_TEXELS // rows)
+        raise InputError("a palette of too many entries", field="palette", found=found, expected=f"at most {most}")
+    padded = np.zeros((down * across, rows * 4, columns), dtype=np.float32)
+    padded[:entries, :rank] = colours
+    texels = padded.reshape(down, across, rows, 4, columns).transpose(0, 2, 1, 4, 3)
+    return np.ascontiguousarray(texels.reshape(down * rows, across * columns, 4)), (across, rows)

@@ -13,7 +13,7 @@ from ..lighting.placement import looks_past, placement_warnings, why_black
 from ..lighting.plan import ScenePlan, plan_scene
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
-from ..materials.factors import FactorPack
+from ..materials.fast import Fast
 from ..materials.records.material import MaterialRecord
 from ..spectral.errors import InputError
 from ..spectral.illuminants import illuminant
@@ -39,7 +39,8 @@ class Case:
 class Setting:
     """What all rows of a review have in common.
 
-    names, spectra : of the illuminants; None is each light's own. packs : by material, in the plan's basis.
+    names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material, in the plan's
+    basis.
     budget : ΔE94 that the 99th percentile of each row is held against. total : rows.
     """
 
@@ -49,7 +50,7 @@ class Setting:
     names: tuple[str, ...]
     spectra: tuple[Spectrum | None, ...]
     records: Mapping[str, MaterialRecord]
-    packs: Mapping[str, tuple[FactorPack, ...]]
+    surfaces: Mapping[str, Fast]
     plan: ScenePlan
     display: DisplayTransform
     gpu: DisplayPass | None
@@ -95,7 +96,7 @@ def prepared(
         for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
     }
     lights = _distinct_lights(scene, spectra)
-    plan = plan_scene([record.packs for record in records.values()], lights, scene.observer, budget)
+    plan = plan_scene([record.drawn() for record in records.values()], lights, scene.observer, budget)
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)
     geometry = visible_geometry(scene, view)
@@ -107,7 +108,7 @@ def prepared(
         names=names,
         spectra=spectra,
         records=records,
-        packs={name: tuple(pack.in_basis(plan.basis) for pack in record.packs) for name, record in records.items()},
+        surfaces={name: record.drawn().in_basis(plan.basis) for name, record in records.items()},
         plan=plan,
         display=display,
         gpu=display_pass(renderer, display),

@@ -45,7 +45,7 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
     scene, display = setting.scene, setting.display
     reference_xyz, reference_seconds = reference
     begun = time.perf_counter()
-    shown = {name: setting.packs[name] for name in case.scene.material_ids}
+    shown = {name: setting.surfaces[name] for name in case.scene.material_ids}
     pictures = setting.renderer.render_many(case.scene, setting.view, shown, setting.spectra)
     each = {
         "render": (time.perf_counter() - begun) / len(setting.names),

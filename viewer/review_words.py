@@ -20,7 +20,7 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
         words["Geometry"] = said.geometry
     if said.notes:
         words["Notes"] = "; ".join(said.notes.split(" + "))
-    words["Terms"] = str(sum(pack.spectral.shape[0] for pack in record.packs))
+    words["Terms"] = str(sum(one.rank for one in record.summands))
     if record.error is not None:
         error = record.error
         under = ", ".join(f"{one.light} {one.p99:.2f}" for one in error.lights)

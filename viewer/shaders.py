@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..spectral.errors import MetamerError
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     import moderngl
 
 GLSL_VERSION = "#version 410 core"
+#: What stands for the terms of whichever fast form is drawn.
+TERMS = "terms.glsl"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa: `2:17(5): error`; Nvidia: `2(17) : error`; AMD and macOS: `ERROR: 2:17:`. The first number is the source string.
 _PLACE = re.compile(r"(?m)^(\s*(?:ERROR:\s*|WARNING:\s*)?)(\d+)([:(])(\d+)")
@@ -22,23 +25,28 @@ class ShaderError(MetamerError):
     """A shader that this machine's compiler refuses; the message names files and lines, not source numbers."""
 
 
-def source(name: str, defines: Mapping[str, int | float] | None = None) -> tuple[str, tuple[str, ...]]:
+def source(
+    name: str, defines: Mapping[str, int | float] | None = None, terms: Path | None = None
+) -> tuple[str, tuple[str, ...]]:
     """Text of shader file `name`, includes put in, and the file names that its `#line` numbers refer to.
 
-    Each file is included once, the first time it is asked for. `defines` come right after the version.
+    Each file is included once, the first time it is asked for. `defines` come right after the version. `terms` is what
+    `#include "terms.glsl"` includes: the terms of a fast form, whose file lies beside it.
 
     Raises
     ------
     ShaderError : an include that is not there; names the file and line that asks for it.
     """
     seen: list[str] = []
+    names: list[str] = []
 
     def lines_of(file: str, wanted_by: str) -> list[str]:
-        path = _folder().joinpath(file)
+        path = terms if file == TERMS and terms is not None else _folder().joinpath(file)
         if not path.is_file():
             raise ShaderError(f"{wanted_by}: there is no shader file {file!r}")
         number = len(seen)
         seen.append(file)
+        names.append(path.name)
         out = [f"#line 1 {number}"]
         for line_number, line in enumerate(path.read_text("utf-8").splitlines(), start=1):
             include = _INCLUDE.match(line)
@@ -46,19 +54,23 @@ def source(name: str, defines: Mapping[str, int | float] | None = None) -> tuple
                 out.append(line)
                 continue
             if include[1] not in seen:
-                out += lines_of(include[1], f"{file}:{line_number}")
+                out += lines_of(include[1], f"{path.name}:{line_number}")
             out.append(f"#line {line_number + 1} {number}")
         return out
 
     body = lines_of(name, "the program")
     header = [GLSL_VERSION, *(f"#define {key} {value}" for key, value in (defines or {}).items())]
-    return "\n".join([*header, *body]) + "\n", tuple(seen)
+    return "\n".join([*header, *body]) + "\n", tuple(names)
 
 
 def program(
-    context: moderngl.Context, vertex: str, fragment: str, defines: Mapping[str, int | float] | None = None
+    context: moderngl.Context,
+    vertex: str,
+    fragment: str,
+    defines: Mapping[str, int | float] | None = None,
+    terms: Path | None = None,
 ) -> moderngl.Program:
-    """Compile and link two shader files.
+    """Compile and link two shader files; see `source`.
 
     Raises
     ------
@@ -67,7 +79,7 @@ def program(
     import moderngl
 
     vertex_source, vertex_files = source(vertex, defines)
-    fragment_source, fragment_files = source(fragment, defines)
+    fragment_source, fragment_files = source(fragment, defines, terms)
     try:
         return context.program(vertex_shader=vertex_source, fragment_shader=fragment_source)
     except moderngl.Error as reason:

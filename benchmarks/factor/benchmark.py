@@ -161,7 +161,7 @@ class _Work:
         """Rows of a surface that packs are fitted to."""
         say("fitting")
         fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._fit_with_progress(case, it, say, progress))
-        milliseconds, held = self.stopwatch.milliseconds(fitted.packs), table_bytes(brdf, fitted)
+        milliseconds, held = self.stopwatch.milliseconds(fitted.fast.packs), table_bytes(brdf, fitted)
         say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
         protocol = sphere_protocol(self.pixels, brdf.isotropic)
         into.protocol = protocol.text
@@ -172,7 +172,7 @@ class _Work:
             speed = decompositions.speed_row(case.name, brdf)
             into.speed.append(speed)
         reference, other = (brdf_xyz(it, protocol, self.lights) for it in (brdf, distribution))
-        sample = pack_xyz(fitted.packs, protocol, self.lights)
+        sample = pack_xyz(fitted.fast.packs, protocol, self.lights)
         for index, light in enumerate(self.lights):
             lit = under(protocol, light)
             error = lit.compare(reference[index], sample[index])
@@ -181,8 +181,8 @@ class _Work:
                 {
                     "case": case.name,
                     "light": light,
-                    "frames": [pack.frame for pack in fitted.packs],
-                    "packs": texture_packs(fitted.packs),
+                    "frames": [pack.frame for pack in fitted.fast.packs],
+                    "packs": texture_packs(fitted.fast.packs),
                     "rank": fitted.rank,
                     "fit_seconds": seconds,
                     "table_bytes": held,
@@ -199,7 +199,9 @@ class _Work:
             )
             progress(f"    {light}: ΔE94 p99 {error.p99:.2f}, D-BRDF {against.p99:.2f}")
         if self.picture_pixels:
-            into.figures.append(case_figures(case, brdf, fitted.packs, distribution, self.lights, self.picture_pixels))
+            into.figures.append(
+                case_figures(case, brdf, fitted.fast.packs, distribution, self.lights, self.picture_pixels)
+            )
         if self.points and case.name in POINT_CASES:
             say("speed against error")
             choice = POINT_CASES[case.name]
@@ -267,5 +269,5 @@ def _trial_words(trial: Trial) -> str:
 
 
 def _words(found: Fit) -> str:
-    frames = " + ".join(f"{pack.rank} {pack.frame}" for pack in found.packs)
+    frames = " + ".join(f"{pack.rank} {pack.frame}" for pack in found.fast.packs)
     return f"{frames} terms"

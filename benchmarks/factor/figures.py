@@ -182,13 +182,13 @@ def _matt_radii(factor: float) -> list[list[float]]:
 
 def _rendered_radii(brdf: FluorescentLambert, nm: float) -> list[list[float]]:
     """The same from the factors, as a renderer looks them up."""
-    (pack,) = brdf.packs()
+    (pack,) = brdf.own_form().packs
     light, at = illuminant("D65"), np.array([nm])
-    sent = pack.spectral @ pack.basis.radiance(light, at) / light.averaged(at).samples
+    sent = pack.palette.radiance(light, at)[0] / light.averaged(at).samples
     angles = np.radians(polar_angles_deg())
     wo = spherical(np.abs(angles), np.where(angles < 0, np.pi, 0.0))
     return [
-        _rooted((pack.geometry(spherical(incidence, 0.0), wo) @ sent)[:, 0]) for incidence in np.radians(INCIDENCE_DEG)
+        _rooted((pack.values(spherical(incidence, 0.0), wo) @ sent)[:, 0]) for incidence in np.radians(INCIDENCE_DEG)
     ]
 
 

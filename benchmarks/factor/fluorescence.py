@@ -23,6 +23,7 @@ from ...materials.fluorescent import FluorescentLambert
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
 from ...spectral.observers import observer
+from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import xyz_from_rgb
 from ...viewer.renderer import Renderer
@@ -101,7 +102,7 @@ def draw(renderer: Renderer, brdf: FluorescentLambert, pixels: int, angles_deg: 
     def rendered(packs: tuple[FactorPack, ...]) -> Pictures:
         return rendered_xyz(renderer, packs, lights, pixels, angles_deg)
 
-    own = rendered(brdf.packs())
+    own = rendered(brdf.own_form().packs)
     diagonal = FluorescentLambert(brdf.bispectral.without_emission())
     daylight = own[list(lights).index("D65")]
     return Drawn(
@@ -109,7 +110,7 @@ def draw(renderer: Renderer, brdf: FluorescentLambert, pixels: int, angles_deg: 
         own,
         {
             "reflectance": rendered((reflectance_pack(brdf, lights["D65"]),)),
-            "diagonal": rendered(diagonal.packs()),
+            "diagonal": rendered(diagonal.own_form().packs),
             "rgb": np.stack([daylight @ _rgb_multiply(lights["D65"], light).T for light in lights.values()]),
         },
     )
@@ -117,10 +118,10 @@ def draw(renderer: Renderer, brdf: FluorescentLambert, pixels: int, angles_deg: 
 
 def reflectance_pack(brdf: FluorescentLambert, light: Spectrum) -> FactorPack:
     """The radiance factor under one light, as if it were the surface's reflectance; it may exceed 1."""
-    (pack,) = brdf.packs()
+    (pack,) = brdf.own_form().packs
     grid = brdf.wavelengths_nm
     factor = brdf.bispectral.radiance(light, grid) / light.averaged(grid).samples
-    return FactorPack(pack.frame, pack.axes, pack.factors, factor[None], SpectralBasis.sampled(grid))
+    return FactorPack(pack.frame, pack.axes, pack.factors, Palette.of(factor[None], SpectralBasis.sampled(grid)))
 
 
 def fluorescence_figures(surfaces: Sequence[Bispectral], progress: Callable[[str], None]) -> dict:
@@ -132,11 +133,11 @@ def fluorescence_figures(surfaces: Sequence[Bispectral], progress: Callable[[str
 def _timed(brdf: FluorescentLambert) -> tuple[tuple[FactorPack, ...], float, int]:
     """The packs, the seconds that making them takes, and the bytes: there is nothing to fit."""
     start = time.perf_counter()
-    packs = brdf.packs()
+    packs = brdf.own_form().packs
     seconds = time.perf_counter() - start
     tracemalloc.start()
     try:
-        brdf.packs()
+        brdf.own_form()
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -90,7 +90,7 @@ def table_bytes(brdf: Brdf, found: Fit) -> int:
     own = {lobe.frame: lobe for lobe in brdf.lobes()} if found.candidate == "lobes" else {}
     observed = sphere_protocol(_PIXELS, brdf.isotropic).weights(brdf.wavelengths_nm)
     total = 0
-    for pack in found.packs:
+    for pack in found.fast.packs:
         table = LobeTable.of(own.get(pack.frame, Lobe(pack.frame, brdf)), observed, pack.axes)
         total += table.values.nbytes
     return total

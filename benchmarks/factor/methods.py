@@ -25,6 +25,7 @@ from ...materials.protocol import sphere_protocol
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
+from ...spectral.palette import Palette
 from .sphere import brdf_xyz, pack_xyz, statistics, under
 from .timing import Stopwatch
 
@@ -143,7 +144,7 @@ def _decomposed(
             start = time.perf_counter()
             found = decompose_compressed(form, PACK * count, method=method)
             *factors, spectral = absorbed(found.cp)
-            pack = FactorPack(frame, axes, tuple(factors), spectral.T, basis)
+            pack = FactorPack(frame, axes, tuple(factors), Palette.of(spectral.T, basis))
             yield method, count, pack, shared + time.perf_counter() - start, found.relative_error
 
 

@@ -130,7 +130,7 @@ def precision_points(
     reference = reference_xyz(brdf, spectra, pixels)
     points = []
     for name in ("single", "half"):
-        packs, taken = found.packs, seconds
+        packs, taken = found.fast.packs, seconds
         if name == "single" and any(pack.precision == "half" for pack in packs):
             # The fit stores half where that is good enough; what it rounded is found again by fitting the same way.
             start = time.perf_counter()
@@ -169,7 +169,7 @@ def _words(point: dict) -> str:
 
 def _configurations(brdf: Brdf, fitted: Fitted, protocol: SphereProtocol, choice: Choice) -> Iterator[_Configuration]:
     found, seconds = fitted.fit, fitted.seconds
-    packs = found.packs
+    packs = found.fast.packs
 
     def exact(packs: tuple[FactorPack, ...]) -> Callable[[str], Weights]:
         return lambda light: folds(packs, protocol, light)
@@ -205,13 +205,13 @@ def _fitted(
 ) -> _Configuration:
     start = time.perf_counter()
     # A budget that nothing meets, so that the rank is the one asked for.
-    packs = fit(brdf, budget=1e-6, ranks=ranks, frame=frame).packs
+    packs = fit(brdf, budget=1e-6, ranks=ranks, frame=frame).fast.packs
     return _Configuration(kind, name, packs, time.perf_counter() - start, exact(packs))
 
 
 def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> Weights:
     """Linear sRGB under D65, multiplied by the light's RGB: what most tools do."""
-    grid, to_xyz = packs[0].basis.wavelengths_nm, xyz_from_rgb()
+    grid, to_xyz = packs[0].palette.wavelengths_nm, xyz_from_rgb()
     d65, other = (np.linalg.solve(to_xyz, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light))
     found = folds(packs, protocol, "D65")
     return [np.linalg.solve(to_xyz, terms.T).T * (other / d65) @ to_xyz.T for terms in found]
@@ -221,4 +221,4 @@ def _sampled(packs: tuple[FactorPack, ...], light: str, grid: Float[np.ndarray, 
     """The plain sum over one grid: light, observer and surface read off at its wavelengths only."""
     weights = np.pi * point_sampled(observer("1931_2"), light, grid).T
     basis = SpectralBasis.sampled(grid)
-    return [pack.in_basis(basis).spectral @ weights for pack in packs]
+    return [pack.in_basis(basis).palette.values[0] @ weights for pack in packs]

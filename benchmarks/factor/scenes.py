@@ -14,7 +14,7 @@ from ...lighting.lights import DirectionalLight
 from ...lighting.reference import reference_images
 from ...lighting.scene import Part, Scene
 from ...materials.brdf import Brdf
-from ...materials.factors import FactorPack
+from ...materials.factors import FactoredBrdf, FactorPack
 from ...materials.protocol import LIGHT_ANGLES_DEG
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
@@ -62,7 +62,7 @@ def rendered_xyz(
 ) -> Float[np.ndarray, "M A P P 3"]:
     """XYZ of every picture that the renderer makes: M lights, A angles."""
     pictures = [
-        [xyz for xyz, _ in renderer.render_many(scene, None, {_MATERIAL: packs}, tuple(lights.values()))]
+        [xyz for xyz, _ in renderer.render_many(scene, None, {_MATERIAL: FactoredBrdf(packs)}, tuple(lights.values()))]
         for scene in sphere_scenes(pixels, angles_deg)
     ]
     return np.asarray(pictures, dtype=np.float64).swapaxes(0, 1)

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...materials.brdf import Brdf
-from ...materials.factors import FactorPack, FitError, frame_angles
+from ...materials.factors import FactorPack
+from ...materials.fit_error import FitError
 from ...materials.protocol import SphereProtocol
 
 _BLOCK = 8192
@@ -41,10 +42,7 @@ def pack_xyz(
 
 def folds(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> list[Float[np.ndarray, "_ 3"]]:
     """For each pack, XYZ (R,3) of its terms under one light."""
-    return [
-        np.pi * pack.basis.reconstruct(pack.spectral) @ under(protocol, light).weights(pack.basis.wavelengths_nm)
-        for pack in packs
-    ]
+    return [np.pi * pack.spectra @ under(protocol, light).weights(pack.palette.wavelengths_nm) for pack in packs]
 
 
 def folded_xyz(
@@ -55,8 +53,7 @@ def folded_xyz(
     for number, pack in enumerate(packs):
         for start in range(0, len(protocol.wi), _BLOCK):
             rows = slice(start, start + _BLOCK)
-            at = frame_angles(pack.frame, protocol.wi[rows], protocol.wo[rows], pack.anisotropic)
-            geometry = pack.geometry_at(at)
+            geometry = pack.values(protocol.wi[rows], protocol.wo[rows])
             for index, of_packs in enumerate(weights):
                 xyz[index, rows] += geometry @ of_packs[number]
     return xyz

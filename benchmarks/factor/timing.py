@@ -12,7 +12,7 @@ from ...lighting import shapes
 from ...lighting.camera import Camera
 from ...lighting.lights import DirectionalLight
 from ...lighting.scene import Part, Scene
-from ...materials.factors import FactorPack
+from ...materials.factors import FactoredBrdf, FactorPack
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...viewer.renderer import Renderer
@@ -40,12 +40,14 @@ class Stopwatch:
 
     def milliseconds(self, packs: tuple[FactorPack, ...]) -> float:
         """Of a megapixel of XYZ: every term folded with the light first."""
-        return self._timed(lambda: self.renderer.render(self._scene, self._camera, {"material": packs}))
+        return self._timed(lambda: self.renderer.render(self._scene, self._camera, {"material": FactoredBrdf(packs)}))
 
     def spectral_milliseconds(self, packs: tuple[FactorPack, ...], wavelengths_nm: np.ndarray) -> float:
         """Of a megapixel of spectra: every wavelength carried to the pixel."""
         return self._timed(
-            lambda: self.renderer.render_spectra(self._scene, self._camera, {"material": packs}, wavelengths_nm)
+            lambda: self.renderer.render_spectra(
+                self._scene, self._camera, {"material": FactoredBrdf(packs)}, wavelengths_nm
+            )
         )
 
     def _timed(self, draw: Callable[[], object]) -> float:

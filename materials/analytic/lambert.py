@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ...spectral.basis import SpectralBasis
+from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..axes import Axis
-from ..factors import FactorPack, FitError
-from ..protocol import LIGHTS, sphere_protocol
+from ..factors import FactoredBrdf, FactorPack
 from .model import AnalyticBrdf
 
 # Last nodes of theta_h, theta_d and phi_d.
@@ -51,17 +50,9 @@ class Lambert(AnalyticBrdf):
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return np.broadcast_to(self._value, (len(wi), len(self._value)))
 
-    def packs(self) -> tuple[FactorPack, ...]:
+    def own_form(self) -> FactoredBrdf:
         """One constant term, exact in every direction; its spectrum is on the working wavelengths, projected there."""
         axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
         shown = self.reflectance.projected(WORKING_WAVELENGTHS_NM).samples[None] / np.pi
         ones = tuple(np.ones((2, 1)) for _ in axes)
-        return (FactorPack("hd", axes, ones, shown, SpectralBasis.sampled(), precision="half"),)
-
-    def measured_packs(self, pixels: int = 128) -> tuple[tuple[FactorPack, ...], FitError]:
-        """`packs`, and how far they are from the reflectance on its own wavelengths, on the sphere of `protocol`."""
-        packs = self.packs()
-        sphere = sphere_protocol(pixels)
-        seen = [self.reflectance.samples @ sphere.under(light).weights(self.wavelengths_nm) for light in LIGHTS]
-        error = sphere.compare_lights(sphere.wi[:, 2:] * np.array(seen)[:, None], sphere.samples(packs, LIGHTS), LIGHTS)
-        return tuple(replace(pack, error=error) for pack in packs), error
+        return FactoredBrdf((FactorPack("hd", axes, ones, Palette.of(shown), "half"),))

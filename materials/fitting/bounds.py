@@ -19,7 +19,8 @@ from jaxtyping import Bool, Float, Int
 from ..axes import Axis, Frame
 from ..brdf import Brdf
 from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
-from ..factors import FactorPack, FrameAngles, frame_angles
+from ..factors import FactorPack
+from ..frame_angles import FrameAngles, frame_angles
 from .seen import working_spectra
 from .seen_pairs import everywhere_angles
 
@@ -243,11 +244,11 @@ class Places:
 
     def shaded(self, packs: tuple[FactorPack, ...]) -> Iterator[tuple[slice, Float[np.ndarray, "L n"]]]:
         """pi f_r cos(theta_i) at the working wavelengths, block by block; in float32, which finds places as well."""
-        spectra = [np.pi * pack.basis.reconstruct(pack.spectral).T.astype(np.float32) for pack in packs]
+        spectra = [np.pi * pack.spectra.T.astype(np.float32) for pack in packs]
         for start in range(0, len(self.angles), _BLOCK):
             rows = slice(start, start + _BLOCK)
             parts = [
-                spectrum @ pack.geometry_at(self._at(pack, rows), np.float32).T
+                spectrum @ pack.values_at(self._at(pack, rows), np.float32).T
                 for pack, spectrum in zip(packs, spectra, strict=True)
             ]
             yield rows, sum(parts[1:], parts[0])
@@ -293,8 +294,8 @@ def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Places:
 
 def _shaded(packs: tuple[FactorPack, ...], wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:
     """pi f_r cos(theta_i) at the working wavelengths."""
-    spectra = [np.pi * pack.basis.reconstruct(pack.spectral) for pack in packs]
-    return sum((pack.geometry(wi, wo) @ spectrum for pack, spectrum in zip(packs, spectra, strict=True)), np.zeros(1))
+    spectra = [np.pi * pack.spectra for pack in packs]
+    return sum((pack.values(wi, wo) @ spectrum for pack, spectrum in zip(packs, spectra, strict=True)), np.zeros(1))
 
 
 @lru_cache(maxsize=2)

@@ -16,7 +16,8 @@ import numpy as np
 from ...spectral.errors import InputError, UnknownNameError
 from ..axes import Axis, Frame
 from ..brdf import Brdf, Lobe
-from ..factors import FactorPack, FitError
+from ..factors import FactoredBrdf
+from ..fit_error import FitError
 from .bounds import Bounds
 from .candidates import Candidate, FitSettings
 from .half import HalfStorage, half_storage, single_storage
@@ -34,14 +35,14 @@ RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 class Fit:
     """Packs whose sum stands for a BRDF, and how far off they are together.
 
-    packs : as they are stored, in half precision where that costs next to nothing; `storage` says what it costs.
+    fast : packs as they are stored, in half precision where that costs next to nothing; `storage` says what it costs.
     error : measured on the packs as they are stored.
     score : what was held against the budget (`Trial`), of the packs as they are stored.
     candidate, stopped : which way of splitting the BRDF won, and why no more terms were tried.
     trials : everything that was tried, in order.
     """
 
-    packs: tuple[FactorPack, ...]
+    fast: FactoredBrdf
     error: FitError
     storage: HalfStorage
     score: float
@@ -52,15 +53,15 @@ class Fit:
     @property
     def rank(self) -> int:
         """Terms of all packs."""
-        return sum(pack.rank for pack in self.packs)
+        return self.fast.rank
 
     @property
     def stored_bytes(self) -> int:
         """Bytes that a renderer keeps: factors as they are stored, spectra in single precision."""
         return sum(
             (2 if pack.precision == "half" else 4) * sum(factor.size for factor in pack.factors)
-            + 4 * pack.spectral.size
-            for pack in self.packs
+            + 4 * pack.palette.values.size
+            for pack in self.fast.packs
         )
 
 
@@ -129,7 +130,7 @@ def fit(
 def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
     """The packs in the precision that they are kept in, and their error measured as such."""
     storage, judgement, extremes = single_storage(best.packs), best.judgement, bounds.extremes(best.packs)
-    if precision == "auto" and all(np.any(pack.spectral) for pack in best.packs):
+    if precision == "auto" and all(np.any(pack.spectra) for pack in best.packs):
         half = half_storage(best.packs, lambda packs: judge.judge_packs(packs).error.p99)
         after = judge.judge_packs(half.packs, None, best.relative_error)
         if judgement.score <= budget < after.score:
@@ -139,6 +140,12 @@ def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budge
         else:
             storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
     error = replace(judgement.error, most_negative=extremes.lowest, largest=extremes.ratio)
-    packs = tuple(replace(pack, error=error) for pack in storage.packs)
-    storage = replace(storage, packs=packs)
-    return Fit(packs, error, storage, judgement.score, best.name, best.stopped, tuple(judge.trials))
+    return Fit(
+        FactoredBrdf(storage.packs, error),
+        error,
+        storage,
+        judgement.score,
+        best.name,
+        best.stopped,
+        tuple(judge.trials),
+    )

@@ -33,14 +33,14 @@ class HalfStorage:
 
 def rounded_to_half(pack: FactorPack) -> FactorPack:
     """The pack with factors that 16 bits hold exactly, each column's largest magnitude 1; the same up to rounding."""
-    spectral = pack.spectral
+    spectra = pack.palette.values[0]
     factors = []
     for factor in pack.factors:
         tallest = np.abs(factor).max(axis=0)
         scale = np.where(tallest > 0, tallest, 1.0)
         factors.append((factor / scale).astype(np.float16).astype(np.float64))
-        spectral = spectral * tallest[:, None]
-    return replace(pack, factors=tuple(factors), spectral=spectral, precision="half")
+        spectra = spectra * tallest[:, None]
+    return replace(pack.recoloured(spectra), factors=tuple(factors), precision="half")
 
 
 def half_storage(

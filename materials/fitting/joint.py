@@ -14,9 +14,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
-from ...spectral.basis import SpectralBasis
+from ...spectral.palette import Palette
 from ..axes import Axis, Frame
-from ..factors import FactorPack, frame_angles
+from ..factors import FactorPack
+from ..frame_angles import frame_angles
 from .axis_samples import AxisSamples
 from .cp import Factors, balanced, extrapolated_sweeps
 from .seen import SeenSamples
@@ -64,7 +65,7 @@ class JointProblem:
         """The packs' own factors, balanced."""
         found: Factors = []
         for pack in self.packs:
-            found += balanced([*pack.factors, (pack.basis.reconstruct(pack.spectral) @ self.samples.analysis).T])
+            found += balanced([*pack.factors, (pack.spectra @ self.samples.analysis).T])
         return found
 
     def packs_of(self, factors: Factors) -> tuple[FactorPack, ...]:
@@ -72,9 +73,7 @@ class JointProblem:
         found = []
         for pack, (*along_axes, spectral) in zip(self.packs, self._split(factors), strict=True):
             sampled = spectral.T @ self.samples.synthesis
-            found.append(
-                replace(pack, factors=tuple(along_axes), spectral=sampled, basis=SpectralBasis.sampled(), error=None)
-            )
+            found.append(replace(pack, factors=tuple(along_axes), palette=Palette.of(sampled)))
         return tuple(found)
 
     def _split(self, factors: Factors) -> list[Factors]:
@@ -296,7 +295,7 @@ def new_terms(
     generator = np.random.default_rng((seed, sum(pack.rank for pack in packs), len(frame), axes[0].size))
     factors = tuple(_smooth(axis, rank, generator) for axis in axes)
     spectra = generator.standard_normal((rank, len(samples.synthesis))) @ samples.synthesis
-    problem = JointProblem((FactorPack(frame, axes, factors, spectra, SpectralBasis.sampled()),), rest)
+    problem = JointProblem((FactorPack(frame, axes, factors, Palette.of(spectra)),), rest)
     factors = problem.with_best_spectra(problem.factors())
     factors, left = extrapolated_sweeps(problem.sweep, factors, sweeps, 0.0, problem.balanced)
     return problem.packs_of(factors)[0], left

@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ..brdf import Brdf, Lobe
-from ..factors import FactorPack, FitError
+from ..factors import FactoredBrdf, FactorPack
+from ..fit_error import FitError
 from ..highlight import highlight_protocol
 from ..protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
 
@@ -129,7 +130,7 @@ class Judge:
         others : XYZ of what shades beside the packs and is exactly known. relative : the relative error of the table
         that they come from, which goes into the judgement as it is.
         """
-        seen = [view.samples(packs, LIGHTS) for view in self.views]
+        seen = [view.samples(FactoredBrdf(packs), LIGHTS) for view in self.views]
         if others is not None:
             seen = [xyz + beside for xyz, beside in zip(seen, others, strict=True)]
         return Judgement(replace(self._error(seen), relative_error=relative), self._back(seen[1]))

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 from tensorly.cp_tensor import CPTensor
 
-from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
+from ...spectral.palette import Palette
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..axes import Axis
@@ -124,7 +124,7 @@ class LobeTable:
         """The pack of a decomposition of `values`, its last mode written as spectra."""
         *factors, coefficients = absorbed(decomposition)
         spectral = coefficients.T @ self.synthesis
-        return FactorPack(self.lobe.frame, self.axes, tuple(factors), spectral, SpectralBasis.sampled())
+        return FactorPack(self.lobe.frame, self.axes, tuple(factors), Palette.of(spectral))
 
     @cached_property
     def _weighted(self) -> WeightedTable:

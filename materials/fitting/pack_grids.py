@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...spectral.palette import Palette
 from ..axes import Axis, Frame
 from ..factors import FactorPack
 from .axis_samples import AxisSamples
@@ -23,7 +24,7 @@ def finer(pack: FactorPack, most: int) -> FactorPack:
             factor = between
         axes.append(axis)
         factors.append(factor)
-    return replace(pack, axes=tuple(axes), factors=tuple(factors), precision="single", error=None)
+    return replace(pack, axes=tuple(axes), factors=tuple(factors), precision="single")
 
 
 def axes_up_to_farthest_light(frame: Frame, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
@@ -41,7 +42,7 @@ def up_to_farthest_light(pack: FactorPack) -> FactorPack:
     position = pack.axes[1].position(axes[1].nodes)
     factor = AxisSamples.of(position, pack.axes[1].size, False).interpolated(pack.factors[1])
     factors = (pack.factors[0], factor, *pack.factors[2:])
-    return replace(pack, axes=axes, factors=factors, precision="single", error=None)
+    return replace(pack, axes=axes, factors=factors, precision="single")
 
 
 def merged(packs: tuple[FactorPack, ...]) -> tuple[FactorPack, ...]:
@@ -53,8 +54,7 @@ def merged(packs: tuple[FactorPack, ...]) -> tuple[FactorPack, ...]:
         replace(
             group[0],
             factors=tuple(np.hstack(columns) for columns in zip(*(pack.factors for pack in group), strict=True)),
-            spectral=np.vstack([pack.spectral for pack in group]),
-            error=None,
+            palette=Palette.of(np.vstack([pack.spectra for pack in group])),
         )
         for group in groups.values()
     )

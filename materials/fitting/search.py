@@ -51,13 +51,13 @@ class Search:
         settings = self.settings
         found = [self._lobe(number, lobe, lobes) for number, lobe in enumerate(lobes)]
         # A lobe without light adds nothing, unless it is all there is.
-        packs = tuple(pack for pack, _ in found if np.any(pack.spectral)) or (found[0][0],)
+        packs = tuple(pack for pack, _ in found if np.any(pack.spectra)) or (found[0][0],)
         relative = max(relative for _, relative in found)
         judgement = self.judge.judge_packs(packs, None, relative)
         # Black is within all bounds.
-        black = not any(np.any(pack.spectral) for pack in packs)
+        black = not any(np.any(pack.spectra) for pack in packs)
         candidate = Candidate("lobes", packs, judgement, relative, "", within=black)
-        if settings.method != "joint" or not np.any(packs[0].spectral):
+        if settings.method != "joint" or not np.any(packs[0].spectra):
             return self.growth.ended(candidate)
         if judgement.score <= settings.budget:
             candidate = self.refinement.bring_within(candidate)

@@ -127,7 +127,7 @@ class SeenSamples:
 
     def minus(self, packs: tuple[FactorPack, ...]) -> SeenSamples:
         """The same samples, with what packs shade to subtracted from the targets."""
-        shaded = [pack.shade(self.wi, self.wo) @ (pack.basis.synthesis.T @ self.analysis) for pack in packs]
+        shaded = [pack.shade(self.wi, self.wo) @ (pack.palette.basis.synthesis.T @ self.analysis) for pack in packs]
         return replace(self, targets=self.targets - sum(shaded, np.zeros_like(self.targets)))
 
 

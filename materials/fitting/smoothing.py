@@ -13,7 +13,7 @@ from ..factors import FactorPack
 def smoothed_pack(pack: FactorPack) -> FactorPack:
     """The pack with every factor over an angle smoothed; spectra stay; its error is unknown."""
     factors = [smoothed(factor, axis.periodic) for factor, axis in zip(pack.factors, pack.axes, strict=True)]
-    return replace(pack, factors=tuple(factors), error=None)
+    return replace(pack, factors=tuple(factors))
 
 
 def smoothed(factor: Float[np.ndarray, "n R"], periodic: bool = False) -> Float[np.ndarray, "n R"]:

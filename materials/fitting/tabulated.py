@@ -13,7 +13,7 @@ from ...spectral.errors import InputError
 from ..axes import AXIS_NAMES, Axis, Frame
 from ..brdf import Brdf
 from ..directions import io_from_half_difference, spherical
-from ..factors import frame_angles
+from ..frame_angles import frame_angles
 
 # The horizon itself has no f_r (it is zero there by definition), so that a node on it is evaluated just above.
 HORIZON_MARGIN = 1e-4

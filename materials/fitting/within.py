@@ -93,7 +93,7 @@ def _half_spaces(
     """Rows and limits of `rows @ spectra >= limits`, one for each pair where the bounds are violations."""
     some = slice(0, _PLACES)
     wi, wo, at = violations.wi[some], violations.wo[some], violations.wavelength[some]
-    geometry = np.hstack([pack.geometry(wi, wo) for pack in packs])
+    geometry = np.hstack([pack.values(wi, wo) for pack in packs])
     rows = np.pi * (geometry[:, :, None] * samples.synthesis[:, at].T[:, None, :]).reshape(len(wi), -1)
     low, high = bounds.limits[:, at]
     below = violations.low[some]

@@ -61,7 +61,7 @@ def _drained(
         while len(sent) < room and (item := next(pending, None)) is not None:
             material, source = item
             if isinstance(source, InputError):
-                yield material, None, Fitted((), None, 0.0, str(source))
+                yield material, None, Fitted(None, 0.0, str(source))
                 continue
             # A key of its own each time: what another import left on the scheduler is not taken for this one's result.
             future = client.submit(_checked_fit, source, budget, code_hash(source.model), pure=False, retries=1)
@@ -77,7 +77,7 @@ def _drained(
 def _checked_fit(source: MaterialSource, budget: float, code: str) -> Fitted:
     """`fit_material`, where this worker has the same code: one may have joined after the first look at all of them."""
     if code_hash(source.model) != code:
-        return Fitted((), None, 0.0, "a worker of the cluster has another version of metamer; install the same one")
+        return Fitted(None, 0.0, "a worker of the cluster has another version of metamer; install the same one")
     return fit_material(source, budget)
 
 
@@ -88,12 +88,12 @@ def _result(future: Any, client: Client, scheduler: str) -> Fitted:
         return future.result()
     except KilledWorker as reason:
         said = f"{reason.allowed_failures + 1} workers of the cluster died over it, as when memory runs out"
-        return Fitted((), None, 0.0, f"{said}; give each worker more memory, or fewer threads")
+        return Fitted(None, 0.0, f"{said}; give each worker more memory, or fewer threads")
     except Exception as reason:
         if client.status != "running" or future.status in ("lost", "cancelled"):
             hint = "start it again, and repeat the command: it goes on from here"
             raise InputError("the scheduler was lost on the way", file=scheduler, hint=hint) from None
-        return Fitted((), None, 0.0, f"the cluster gave no result: {type(reason).__name__}: {reason}")
+        return Fitted(None, 0.0, f"the cluster gave no result: {type(reason).__name__}: {reason}")
 
 
 def _connected(scheduler: str) -> Client:

@@ -14,7 +14,7 @@ from ...spectral.errors import InputError, NoRoomError
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.processes import Lost, Task, supervised
 from ...spectral.upsampling import DEFAULT_METHOD
-from ..factors import FitError
+from ..fit_error import FitError
 from ..records.material import MaterialRecord
 from ..records.record import material_path, write_record
 from ..source import MaterialSource
@@ -269,7 +269,7 @@ def _here(
     def tasks() -> Iterator[Task]:
         for material, source in _loaded(pending, doing):
             if isinstance(source, InputError):
-                unread.append((material, Fitted((), None, 0.0, str(source))))
+                unread.append((material, Fitted(None, 0.0, str(source))))
             else:
                 yield Task((material, source), (source, budget))
 
@@ -279,7 +279,7 @@ def _here(
     else:
         with closing(supervised(fit_material, tasks(), jobs, lambda key, what: doing(key[0].id, what))) as results:
             for key, result in results:
-                yield *key, Fitted((), None, 0.0, result.reason) if isinstance(result, Lost) else result
+                yield *key, Fitted(None, 0.0, result.reason) if isinstance(result, Lost) else result
     for material, fitted in unread:
         yield material, None, fitted
 
@@ -302,8 +302,7 @@ def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | No
         source.model,
         source.parameters,
         source.provenance,
-        fitted.packs,
-        fitted.error,
+        fitted.fast,
         material.source_hash,
         source.original,
         fitted.trials,
@@ -314,4 +313,4 @@ def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | No
         raise
     except InputError as reason:
         return ImportOutcome(material.id, "failed", str(reason), seconds=fitted.seconds)
-    return ImportOutcome(material.id, "imported", "", fitted.error, fitted.seconds)
+    return ImportOutcome(material.id, "imported", "", record.error, fitted.seconds)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ...spectral.errors import MetamerError
-from ..factors import FactorPack, FitError
+from ..fast import Fast
+from ..protocol import measured
 from ..records.models import SPECTRA, rebuild
 from ..source import MaterialSource
 from .doing import Doing, Hears, share_done
@@ -18,13 +19,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What comes back: packs, their error and what was tried; or, in `reason`, why there are none.
+    """What comes back: a fast form with its error, and what was tried; or, in `reason`, why there is none.
 
     seconds : how long it took. It is told to people, and stands in no file: equal materials are equal bytes.
     """
 
-    packs: tuple[FactorPack, ...]
-    error: FitError | None
+    fast: Fast | None
     seconds: float
     reason: str = ""
     trials: tuple[Trial, ...] = ()
@@ -37,8 +37,8 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
     """
     start = time.perf_counter()
 
-    def done(packs: tuple[FactorPack, ...] = (), error: FitError | None = None, reason: str = "") -> Fitted:
-        return Fitted(packs, error, time.perf_counter() - start, reason, tuple(trials))
+    def done(fast: Fast | None = None, reason: str = "") -> Fitted:
+        return Fitted(fast, time.perf_counter() - start, reason, tuple(trials))
 
     def tried(trial: Trial) -> None:
         trials.append(replace(trial, seconds=0.0))
@@ -58,14 +58,14 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
     try:
         say(Doing("preparing"))
         brdf = rebuild(material.model, material.parameters)
-        measured_packs = getattr(brdf, "measured_packs", None)
-        if measured_packs is not None:
-            return done(*measured_packs())
+        own = brdf.own_form()
+        if isinstance(own, Fast):
+            return done(measured(own, brdf))
         # An import that finds everything done does not wait for what fits.
         from ..fitting.fit import fit
 
         result = fit(brdf, budget=budget, tried=tried, doing=doing)
-        return done(result.packs, result.error)
+        return done(result.fast)
     except MetamerError as reason:
         return done(reason=str(reason))
     except Exception as reason:

@@ -63,9 +63,23 @@ def mapping_from(node: Node) -> dict[str, Any]:
     return {key.replace("%2E", ".").replace("%2F", "/").replace("%25", "%"): value for key, value in found.items()}
 
 
-def array_node(name: str, value: Any) -> Node:
-    """A data set; `name` is for the message where the value is none."""
-    return Node(value=_checked_array(name, value))
+def form_node(values: Mapping[str, Any]) -> Node:
+    """What a fast form keeps: text, numbers and booleans as attributes, arrays as data sets, mappings as groups."""
+    node = Node()
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            node.children[name] = form_node(value)
+        elif isinstance(value, np.ndarray):
+            node.children[name] = Node(value=_checked_array(name, value))
+        else:
+            node.attributes[name] = value
+    return node
+
+
+def form_from(node: Node) -> dict[str, Any]:
+    """The mapping that `form_node` wrote."""
+    groups = {name: form_from(child) if child.value is None else child.array for name, child in node.children.items()}
+    return {**node.attributes, **groups}
 
 
 def _checked_array(name: str, value: Any) -> np.ndarray:

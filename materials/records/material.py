@@ -11,7 +11,8 @@ import numpy as np
 from ...spectral.errors import InputError
 from ...spectral.spectrum import Quantity, Spectrum
 from ..brdf import Brdf
-from ..factors import FactorPack, FitError
+from ..fast import Fast, Summand
+from ..fit_error import FitError
 from .models import SPECTRA, no_surface, quantity_of, rebuild
 
 if TYPE_CHECKING:
@@ -53,9 +54,8 @@ class MaterialRecord:
     model : NAME of the original BRDF's class; `parameters` is what it is rebuilt from (arrays, numbers, text), with
         `wavelengths_nm` among them. Or "emission", "transmittance", "radiance_factor": a spectrum without a surface,
         whose samples are `wavelengths_nm` (L,) and `values` (L,) of `original`.
-    packs : the factored form, in the basis "sampled" on the working wavelengths (nothing spectral is lost); none for
-        a spectrum without a surface.
-    error : measured difference between the two, and how it was measured.
+    fast : the form that renderers draw, in the basis "sampled" on the working wavelengths (nothing spectral is lost),
+        with the measured difference between the two; None for a spectrum without a surface.
     source_hash : SHA-256 of the source data and of the settings of the fit; a re-import compares it.
     original : the measurement as it came, beside what was fitted, so that it can be fitted again: arrays of any shape
         (float, int, bool), numbers and text. "wavelengths_nm", "values", "quantity", "stated.N.space", "details.*"...
@@ -67,11 +67,34 @@ class MaterialRecord:
     model: str
     parameters: Mapping[str, Any]
     provenance: Provenance
-    packs: tuple[FactorPack, ...]
-    error: FitError | None
+    fast: Fast | None
     source_hash: str = ""
     original: Mapping[str, Any] = field(default_factory=dict)
     trials: tuple[Trial, ...] = ()
+
+    @property
+    def error(self) -> FitError | None:
+        """How far the fast form is from the original; None where there is none, or where nobody measured it."""
+        return None if self.fast is None else self.fast.error
+
+    def drawn(self) -> Fast:
+        """What renderers draw.
+
+        Raises
+        ------
+        InputError : the record is a spectrum without a surface, or of a surface without a fast form.
+        """
+        if self.fast is not None:
+            return self.fast
+        if not self.is_surface:
+            raise no_surface(self.model, self.id)
+        expected = "a record that was imported with a fit"
+        raise InputError("a surface without a fast form", field=self.id, found="the original alone", expected=expected)
+
+    @property
+    def summands(self) -> tuple[Summand, ...]:
+        """What the fast form is a sum of; nothing where there is none."""
+        return () if self.fast is None else self.fast.summands
 
     @property
     def quantity(self) -> str:
@@ -84,7 +107,7 @@ class MaterialRecord:
         return self.model not in SPECTRA
 
     def brdf(self) -> Brdf:
-        """The original BRDF, at every wavelength: the truth that `packs` stand for.
+        """The original BRDF, at every wavelength: the truth that `fast` stands for.
 
         Raises
         ------

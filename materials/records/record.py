@@ -24,16 +24,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ...spectral.basis import SpectralBasis
-from ...spectral.bispectral import Bispectral
 from ...spectral.errors import InputError
 from ...spectral.files import made_folder, written_whole
-from ...spectral.fluorescent_basis import FluorescentBasis
-from ..axes import Axis
-from ..factors import FactorPack, FitError
-from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
+from ..fit_error import FitError
+from .forms import FORMS
+from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
 from .material import MaterialRecord, Provenance
 from .record_head import (
     FORMAT,
@@ -181,7 +176,9 @@ def _tree(record: MaterialRecord) -> Node:
     tree.children["provenance"] = mapping_node(dataclasses.asdict(record.provenance))
     tree.children["parameters"] = mapping_node(record.parameters)
     tree.children["original"] = mapping_node(record.original)
-    tree.children["packs"] = Node(children={str(index): _pack_node(pack) for index, pack in enumerate(record.packs)})
+    # A record without a fast form has an empty group of packs.
+    form, kept = ("packs", {}) if record.fast is None else (record.fast.NAME, record.fast.stored())
+    tree.children[form] = form_node(kept)
     if record.error is not None:
         tree.children["error"] = _error_node(record.error)
     if record.trials:
@@ -191,15 +188,17 @@ def _tree(record: MaterialRecord) -> Node:
 
 def _record(tree: Node) -> MaterialRecord:
     error = _error(tree["error"]) if "error" in tree.children else None
-    packs = tree["packs"].children
+    form = next((name for name in FORMS if name in tree.children), None)
+    if form is None:
+        raise KeyError(f"no fast form of this version: {', '.join(FORMS)}")
+    kept = form_from(tree[form])
     return MaterialRecord(
         id=tree.attributes["id"],
         family=tree.attributes["family"],
         model=tree.attributes["model"],
         parameters=mapping_from(tree["parameters"]),
         provenance=Provenance(**tree["provenance"].attributes),
-        packs=tuple(_pack(packs[str(index)], error) for index in range(len(packs))),
-        error=error,
+        fast=FORMS[form].from_stored(kept, error) if kept else None,
         source_hash=tree.attributes["source_hash"],
         original=mapping_from(tree["original"]),
         trials=trials_from(tree["trials"].array) if "trials" in tree.children else (),
@@ -217,61 +216,3 @@ def _error_node(error: FitError) -> Node:
 def _error(node: Node) -> FitError:
     lights = lights_from(node["lights"].array) if "lights" in node.children else ()
     return FitError(**node.attributes, lights=lights)
-
-
-def _pack_node(pack: FactorPack) -> Node:
-    node = Node({"frame": pack.frame, "basis": pack.basis.name, "precision": pack.precision})
-    arrays: dict[str, Any] = {"spectral": pack.spectral, "wavelengths_nm": pack.basis.wavelengths_nm}
-    if isinstance(pack.basis, FluorescentBasis):
-        surface = pack.basis.bispectral
-        arrays |= {"excitation_nm": surface.wavelengths_in_nm, "donaldson": surface.matrix}
-    elif not pack.basis.is_sampled:
-        arrays |= {"analysis": pack.basis.analysis, "synthesis": pack.basis.synthesis}
-    node.children.update({name: array_node(name, value) for name, value in arrays.items()})
-    axes = node.children["axes"] = Node()
-    for position, (axis, factor) in enumerate(zip(pack.axes, pack.factors, strict=True)):
-        place = axes.children[axis.name] = Node(
-            {"position": position, "maximum": axis.maximum, "warp": axis.warp, "periodic": axis.periodic}
-        )
-        place.children["factor"] = array_node("factor", _halved(factor) if pack.precision == "half" else factor)
-        place.children["nodes"] = array_node("nodes", axis.nodes)
-    return node
-
-
-def _halved(factor: np.ndarray) -> np.ndarray:
-    with np.errstate(over="ignore"):
-        small = factor.astype(np.float16)
-    if not np.array_equal(small, factor):
-        raise InputError(
-            "factors are not what 16 bits hold",
-            field="precision",
-            found="half",
-            expected="factors that are exact in float16",
-            hint="round the pack first: materials.fitting.half.rounded_to_half",
-        )
-    return small
-
-
-def _pack(node: Node, error: FitError | None) -> FactorPack:
-    wavelengths_nm = node["wavelengths_nm"].array
-    kind = FactorPack
-    if "donaldson" in node.children:
-        from ..fluorescent import FluorescentPack as kind
-
-        surface = Bispectral(node["excitation_nm"].array, wavelengths_nm, node["donaldson"].array)
-        basis = FluorescentBasis.of(surface)
-    elif "analysis" in node.children:
-        matrices = node["analysis"].array, node["synthesis"].array
-        basis = SpectralBasis(node.attributes["basis"], wavelengths_nm, *matrices)
-    else:
-        basis = SpectralBasis.sampled(wavelengths_nm)
-    places = sorted(node["axes"].children.items(), key=lambda place: place[1].attributes["position"])
-    precision = node.attributes["precision"]
-    factors = tuple(place["factor"].array for _, place in places)
-    if precision == "half":
-        factors = tuple(factor.astype(np.float64) for factor in factors)
-    axes = tuple(
-        Axis(name, len(factor), float(at.attributes["maximum"]), at.attributes["warp"], at.attributes["periodic"])
-        for (name, at), factor in zip(places, factors, strict=True)
-    )
-    return kind(node.attributes["frame"], axes, factors, node["spectral"].array, basis, error, precision)

@@ -9,12 +9,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.difference import lab_from_xyz
+from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..brdf import Brdf
 from ..directions import spherical
-from ..factors import FactorPack
+from ..fast import Fast
+from ..points import Points
 from .material import MaterialRecord
 
 LIGHT, OBSERVER = "D65", "1931_2"
@@ -24,8 +26,8 @@ _COSINE = np.sqrt(0.5)
 def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
     """XYZ, Lab and their conditions, rounded to four decimals, for the head; None where there is nothing to look at."""
     light, eye = _conditions()
-    if record.packs:
-        xyz, geometry = xyz_at_45_0(record.packs, light, eye), "45a:0"
+    if record.fast is not None:
+        xyz, geometry = xyz_at_45_0(record.fast, light, eye), "45a:0"
     else:
         spectrum = record.spectrum()
         if spectrum is None or spectrum.samples.ndim != 1:
@@ -47,11 +49,11 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
     }
 
 
-def xyz_at_45_0(packs: tuple[FactorPack, ...], light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
-    """XYZ of packs lit annularly at 45 degrees and seen along the normal; the perfect diffuser has Y = 1."""
+def xyz_at_45_0(fast: Fast, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
+    """XYZ of a fast form lit annularly at 45 degrees and seen along the normal; the perfect diffuser has Y = 1."""
     wi, wo = annular_45_0()
-    xyz = sum((pack.geometry(wi, wo) @ pack.fold(light, eye) for pack in packs), np.zeros(3))
-    return np.pi * np.asarray(xyz).mean(axis=0) / _COSINE
+    xyz = fast.shaded_xyz(Points(wi, wo, np.full((len(wi), 2), 0.5)), Folding(eye, [light]))
+    return np.pi * xyz.mean(axis=0) / _COSINE
 
 
 def annular_45_0() -> tuple[Float[np.ndarray, "8 3"], Float[np.ndarray, "8 3"]]:

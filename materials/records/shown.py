@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..factors import FactorPack
 from .material import MaterialRecord
 from .record_colour import radiance_factor_45_0
 from .stated_colours import recomputed_colours
@@ -70,11 +69,6 @@ def shown_colours(record: MaterialRecord) -> tuple[ShownColour, ...]:
 def shown_conditions(colour: Mapping[str, Any]) -> str:
     """What a colour of `record_colour` was computed for: geometry, illuminant and observer, as far as it has them."""
     return ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
-
-
-def shown_grid(pack: FactorPack) -> str:
-    """The axes of a pack with their sizes."""
-    return " x ".join(f"{axis.name} {axis.size}" for axis in pack.axes)
 
 
 def two_decimals(values: Iterable[float]) -> str:

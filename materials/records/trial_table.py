@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..factors import FitError, LightError
+from ..fit_error import FitError, LightError
 
 if TYPE_CHECKING:
     from ..fitting.judging import Trial

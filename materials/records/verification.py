@@ -16,7 +16,7 @@ from pathlib import Path
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.files import half_written
 from ...spectral.processes import each_done, usable_cores
-from ..factors import FitError
+from ..fit_error import FitError
 from ..protocol import sphere_protocol
 from .material import MaterialRecord
 from .query import material_files
@@ -88,7 +88,7 @@ def verify_material(material_id: str, path: Path, *, quick: bool = False) -> Ver
         if record.id != material_id:
             raise other_material(path, record.id, material_id)
         declared = record.error
-        if quick or declared is None or not record.packs:
+        if quick or declared is None or record.fast is None:
             return Verified(material_id, declared=declared, note="" if quick or declared is None else "no packs")
         measured = measured_again(record)
         if measured is None:
@@ -104,7 +104,7 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     """The error of a record's packs, measured as its `error` says; None where it says what this version does not do."""
     declared = record.error
     size = None if declared is None else re.match(r"sphere (\d+) x \1,", declared.protocol)
-    if declared is None or size is None:
+    if declared is None or size is None or record.fast is None:
         return None
     brdf, pixels = record.brdf(), int(size[1])
     isotropic = brdf.isotropic if brdf.bispectral else all(lobe.brdf.isotropic for lobe in brdf.lobes())
@@ -112,7 +112,7 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     if (sphere.text, sphere.observer) != (declared.protocol, declared.observer):
         return None
     names = [one.light for one in declared.lights] or [declared.light]
-    return sphere.compare_lights(sphere.references(brdf, names), sphere.samples(record.packs, names), names)
+    return sphere.compare_lights(sphere.references(brdf, names), sphere.samples(record.fast, names), names)
 
 
 def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:

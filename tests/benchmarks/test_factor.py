@@ -165,8 +165,8 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
 
     brdf = analytic_cases()[1].make()
     found = configurations.fit(brdf, budget=5.0, pixels=32, precision="single")
-    stored = replace(found, packs=tuple(map(rounded_to_half, found.packs)))
-    fitted = configurations.Fitted(stored, 1.0, lambda: found.packs)
+    stored = replace(found, packs=tuple(map(rounded_to_half, found.fast.packs)))
+    fitted = configurations.Fitted(stored, 1.0, lambda: found.fast.packs)
     points = configurations.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
     assert [point["configuration"] for point in points] == ["single", "half"]
     single, half = handed
@@ -296,7 +296,7 @@ def test_page_and_text_show_both_sides_of_the_speed_bar(measured):
 def test_xyz_of_packs_is_that_of_their_brdf():
     """Two roads to the same colours: folded terms, and spectra under every light."""
     brdf = analytic_cases()[1].make()
-    packs = benchmark.fit(brdf, budget=5.0, pixels=32).packs
+    packs = benchmark.fit(brdf, budget=5.0, pixels=32).fast.packs
     protocol = sphere_protocol(24, True)
     lights = ("D65", "FL11")
     np.testing.assert_allclose(

@@ -55,5 +55,5 @@ def test_table_is_the_one_that_packs_were_found_from():
     rough = OrenNayar(Spectrum.sampled(NM, np.linspace(0.1, 0.9, NM.size), "reflectance"), 0.5)
     axes = (Axis("theta_i", 9, 1.5), Axis("theta_o", 8, 1.5), Axis("phi", 7, np.pi))
     found = fit(rough, budget=5.0, ranks=(1,), axes=axes, pixels=32)
-    assert found.rank == 1 and found.packs[0].axes == axes
+    assert found.rank == 1 and found.fast.packs[0].axes == axes
     assert table_bytes(rough, found) == 8 * 9 * 8 * 7 * 2

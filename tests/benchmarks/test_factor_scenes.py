@@ -37,7 +37,7 @@ def test_lit_pixels_are_those_of_the_protocol():
 def test_renderer_and_rays_agree_as_the_protocol_says():
     """An error on the scenes is that of the packs on the protocol's directions."""
     brdf = OrenNayar(Spectrum.sampled(NM, np.linspace(0.2, 0.8, NM.size), "reflectance"), 0.5)
-    packs = fit(brdf, budget=5.0, ranks=(2,), pixels=32).packs
+    packs = fit(brdf, budget=5.0, ranks=(2,), pixels=32).fast.packs
     with SoftwareRenderer() as renderer:
         shown = rendered_xyz(renderer, packs, D65, 48)
     found = picture_statistics(reference_xyz(brdf, D65, 48)[0], shown[0], D65["D65"])
@@ -79,7 +79,7 @@ def test_reflectance_of_a_fluorescent_surface_exceeds_its_diagonal():
     brdf = FluorescentLambert(made_up()[0])
     pack = fluorescence.reflectance_pack(brdf, D65["D65"])
     diagonal = brdf.bispectral.reflectance.samples
-    assert np.all(pack.spectral[0] >= diagonal - 1e-12) and np.any(pack.spectral[0] > diagonal + 0.05)
+    assert np.all(pack.palette.values[0][0] >= diagonal - 1e-12) and np.any(pack.palette.values[0][0] > diagonal + 0.05)
 
 
 def test_card_has_every_picture_and_the_polar_plot_the_emission(drawn):

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from metamer.cli import catalogue as command
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack, FitError
+from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import ImportInterrupted, ImportReport
-from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.palette import Palette
 
 FAMILY = """
 family = "grey"
@@ -39,8 +40,8 @@ def fast_fit(monkeypatch):
     def fit_one(material, budget, say=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
-        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing.Fitted((pack,), error, 0.5)
+        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
+        return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
 
     monkeypatch.setattr(importing, "fit_material", fit_one)
     # Here, too, what stands in for the fit: another process would not know it.

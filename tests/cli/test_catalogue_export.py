@@ -20,7 +20,7 @@ def catalogue(tmp_path_factory):
     for name, level in (("grey/light", 0.7), ("grey/deep", 0.1)):
         brdf = Lambert(Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, level)))
         parameters = {**brdf.parameters(), "wavelengths_nm": WORKING_WAVELENGTHS_NM}
-        record = MaterialRecord(name, "grey", "lambert", parameters, said, (), None)
+        record = MaterialRecord(name, "grey", "lambert", parameters, said, None)
         write_record(record, folder / f"{name}.h5")
     return folder
 

@@ -8,10 +8,11 @@ import pytest
 from metamer.cli import catalogue_import
 from metamer.cli.words import parser
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack, FitError
+from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import DEFAULT_BUDGET
-from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.palette import Palette
 from metamer.spectral.upsampling import DEFAULT_METHOD
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
@@ -32,8 +33,8 @@ def fast_fit(monkeypatch):
     def fit_material(material, budget, say=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
-        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing.Fitted((pack,), error, 0.5)
+        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
+        return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
 
     monkeypatch.setattr(importing, "fit_material", fit_material)
     # Here, too, what stands in for the fit: another process would not know it.

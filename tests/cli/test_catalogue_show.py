@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.factors import FitError
+from metamer.materials.fit_error import FitError
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.records.material import Provenance
 from metamer.spectral.illuminants import illuminant

@@ -4,29 +4,31 @@ import numpy as np
 import pytest
 from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack
+from metamer.materials.factors import FactoredBrdf, FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
+from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 AXES = (Axis("theta_i", 2, np.pi / 2), Axis("theta_o", 2, np.pi / 2), Axis("phi", 2, np.pi))
 
 
-def flat_pack(reflectance: np.ndarray) -> FactorPack:
+def flat(reflectance: np.ndarray) -> FactoredBrdf:
     """A surface of one colour in all directions."""
     factors = tuple(np.ones((2, 1)) for _ in AXES)
-    return FactorPack("io", AXES, factors, reflectance[None] / np.pi, SpectralBasis.sampled(), None)
+    return FactoredBrdf((FactorPack("io", AXES, factors, Palette.of(reflectance[None] / np.pi)),))
 
 
 @pytest.fixture(scope="module")
-def chart() -> list[tuple[FactorPack, ...]]:
+def chart() -> list[FactoredBrdf]:
     patches = colour_science().SDS_COLOURCHECKERS["BabelColor Average"].values()
     spectra = [Spectrum.sampled(p.wavelengths, p.values).resampled(WORKING_WAVELENGTHS_NM) for p in patches]
-    return [(flat_pack(s.samples),) for s in spectra]
+    return [flat(s.samples) for s in spectra]
 
 
 def test_one_light_and_no_bounce_is_exact_at_three(chart):
@@ -62,7 +64,7 @@ def test_a_bounce_takes_more_coefficients(chart):
 
 
 def test_black_materials_plan_too():
-    plan = plan_scene([(flat_pack(np.zeros(81)),)], [illuminant("D65")], observer("1931_2"))
+    plan = plan_scene([flat(np.zeros(81))], [illuminant("D65")], observer("1931_2"))
     assert plan.basis_size == 1 and plan.spectral_delta_e94 == 0.0
 
 
@@ -77,7 +79,8 @@ def on(wavelengths_nm, reflectance):
     """The surface of one colour, sampled elsewhere than on the working wavelengths."""
     factors = tuple(np.ones((2, 1)) for _ in AXES)
     spectral = np.asarray(reflectance(wavelengths_nm))[None] / np.pi
-    return (FactorPack("io", AXES, factors, spectral, SpectralBasis.sampled(wavelengths_nm), None),)
+    palette = Palette.of(spectral, SpectralBasis.sampled(wavelengths_nm))
+    return FactoredBrdf((FactorPack("io", AXES, factors, palette),))
 
 
 GRIDS = {
@@ -94,11 +97,12 @@ GRIDS = {
 def test_packs_of_different_wavelengths_are_planned_together(names, turned):
     """Each still has its own colour under every light, to the share of the budget that the plan says it spends."""
     lights, eye = [illuminant(name) for name in ("D65", "A", "FL11")], observer("1931_2")
-    packs = [on(GRIDS[name], lambda nm, k=k: 0.4 + 0.3 * np.sin(nm / (40 + 9 * k))) for k, name in enumerate(names)]
-    plan = plan_scene(packs[::-1] if turned else packs, lights, eye, 0.5)
-    for pack in (pack for material in packs for pack in material):
+    surfaces = [on(GRIDS[name], lambda nm, k=k: 0.4 + 0.3 * np.sin(nm / (40 + 9 * k))) for k, name in enumerate(names)]
+    plan = plan_scene(surfaces[::-1] if turned else surfaces, lights, eye, 0.5)
+    for palette in (surface.packs[0].palette for surface in surfaces):
         for light in lights:
-            own, shown = (np.pi * p.fold(light, eye)[0] for p in (pack, pack.in_basis(plan.basis)))
+            under = Folding(eye, [light], np.pi)
+            own, shown = (one.folded(under)[0, 0] for one in (palette, palette.in_basis(plan.basis)))
             assert delta_e_xyz(own, shown, eye.white(light)) < plan.spectral_delta_e94 + 0.01
 
 

@@ -9,12 +9,14 @@ import pytest
 from metamer.materials.analytic import MODELS
 from metamer.materials.axes import Axis
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.factors import FactorPack, FitError
+from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.fit_error import FitError
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, read_record, write_record
 from metamer.materials.records.record_head import SCHEMA
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM
 
 ERROR = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "sphere", 1e-3, -1e-5)
@@ -27,7 +29,7 @@ def pack(frame="io", basis=None, seed=1):
     draw = np.random.default_rng(seed)
     axes = tuple(Axis(n, size, 1.5, warp) for n, size, warp in zip(names, sizes, warps, strict=True))
     factors = tuple(draw.standard_normal((size, 3)) for size in sizes)
-    return FactorPack(frame, axes, factors, draw.standard_normal((3, basis.size)), basis, ERROR)
+    return FactorPack(frame, axes, factors, Palette.of(draw.standard_normal((3, basis.size)), basis))
 
 
 def record(material_id="paint/red", **changes):
@@ -39,8 +41,7 @@ def record(material_id="paint/red", **changes):
         "model": model.NAME,
         "parameters": {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **brdf.parameters()},
         "provenance": Provenance("a test", "none", "analytic", notes="ΔE, accents: Rakić"),
-        "packs": (pack("io"), pack("hd", seed=2)),
-        "error": ERROR,
+        "fast": FactoredBrdf((pack("io"), pack("hd", seed=2)), ERROR),
         "source_hash": "abc",
     }
     return MaterialRecord(**(fields | changes))
@@ -59,10 +60,10 @@ def stored(folder, material_id="paint/red", **changes):
 
 
 def assert_same_pack(found, expected):
-    assert (found.frame, found.axes, found.error) == (expected.frame, expected.axes, expected.error)
+    assert (found.frame, found.axes) == (expected.frame, expected.axes)
     for name in ("wavelengths_nm", "analysis", "synthesis"):
-        np.testing.assert_array_equal(getattr(found.basis, name), getattr(expected.basis, name))
-    for a, b in zip((*found.factors, found.spectral), (*expected.factors, expected.spectral), strict=True):
+        np.testing.assert_array_equal(getattr(found.palette.basis, name), getattr(expected.palette.basis, name))
+    for a, b in zip((*found.factors, found.palette.values), (*expected.factors, expected.palette.values), strict=True):
         np.testing.assert_array_equal(a, b)
         assert a.dtype == b.dtype
 
@@ -84,7 +85,7 @@ def test_record_comes_back_whole(folder):
     for field in ("id", "family", "model", "provenance", "error", "source_hash"):
         assert getattr(found, field) == getattr(expected, field)
     assert found.parameters.keys() == expected.parameters.keys()
-    for a, b in zip(found.packs, expected.packs, strict=True):
+    for a, b in zip(found.fast.packs, expected.fast.packs, strict=True):
         assert_same_pack(a, b)
 
 
@@ -92,11 +93,9 @@ def test_packs_in_another_basis_and_float32_come_back(folder):
     draw = np.random.default_rng(0)
     basis = SpectralBasis("balanced", np.array([400.0, 500.0, 600.0]), *draw.standard_normal((2, 3, 2)))
     small = pack(basis=basis)
-    half = FactorPack(
-        small.frame, small.axes, tuple(np.float32(f) for f in small.factors), small.spectral, basis, ERROR
-    )
-    found = read_record(stored(folder, packs=(half,)))
-    assert_same_pack(found.packs[0], half)
+    half = FactorPack(small.frame, small.axes, tuple(np.float32(f) for f in small.factors), small.palette)
+    found = read_record(stored(folder, fast=FactoredBrdf((half,))))
+    assert_same_pack(found.fast.packs[0], half)
 
 
 def test_file_is_readable_in_five_lines_of_h5py(folder):
@@ -191,7 +190,7 @@ def test_flipped_byte_never_passes_unnoticed(folder):
             assert "red.h5" in str(reason)
         else:  # a byte that carries no content: padding of the container
             assert found.provenance == whole.provenance, f"byte {at}"
-            for a, b in zip(found.packs, whole.packs, strict=True):
+            for a, b in zip(found.fast.packs, whole.fast.packs, strict=True):
                 assert_same_pack(a, b)
 
 

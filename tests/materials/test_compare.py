@@ -5,7 +5,7 @@ import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.compare import compare_catalogues, compare_records
 from metamer.materials.fluorescent import FluorescentLambert
-from metamer.materials.protocol import sphere_protocol
+from metamer.materials.protocol import measured, sphere_protocol
 from metamer.materials.records.record import read_record
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError, UnknownNameError
@@ -141,12 +141,12 @@ def test_fluorescent_original_and_packs_agree(tmp_path, write_matt):
     matrix = np.diag(np.full(40, 0.4))
     matrix[20:28, :4] += 0.05
     surface = FluorescentLambert(Bispectral(np.arange(380.0, 780.0, 10.0), np.arange(380.0, 780.0, 10.0), matrix))
-    packs, error = surface.measured_packs(32)
-    changes = {"model": surface.NAME, "parameters": surface.parameters(), "packs": packs, "error": error}
+    fast = measured(surface.own_form(), surface, 32)
+    changes = {"model": surface.NAME, "parameters": surface.parameters(), "fast": fast}
     record = read_record(write_matt(tmp_path, "x/f", **changes))
     sphere, eye = sphere_protocol(32), observer("1931_2")
     lights = [illuminant("D65"), illuminant("A")]
     folding = Folding(eye, lights, np.pi)
-    fast, slow = sphere.packs_xyz(record.packs, folding), sphere.original_xyz(record.brdf(), folding)
+    fast, slow = sphere.fast_xyz(record.fast, folding), sphere.original_xyz(record.brdf(), folding)
     np.testing.assert_allclose(fast, slow, atol=2e-3)
     assert np.abs(fast[0] - fast[1]).max() > 0.05

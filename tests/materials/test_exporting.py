@@ -33,7 +33,7 @@ VALUES = np.array([0.05, 0.1, 1 / 3, 0.8, 0.75])
 
 
 def record(name, model, parameters=None, provenance=SAID, **original):
-    return MaterialRecord(name, name.split("/")[0], model, parameters or {}, provenance, (), None, "abc", original)
+    return MaterialRecord(name, name.split("/")[0], model, parameters or {}, provenance, None, "abc", original)
 
 
 def of(name, brdf, **original):

@@ -12,6 +12,7 @@ from metamer.materials.fluorescent import FluorescentLambert
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.folding import Folding
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -69,7 +70,7 @@ def test_rendered_pictures_are_the_reference():
     scene = ball()
     truth = reference_images(scene, None, {"dye": BRDF}, LIGHTS)
     with SoftwareRenderer() as renderer:
-        shown = renderer.render_many(scene, None, {"dye": BRDF.packs()}, LIGHTS)
+        shown = renderer.render_many(scene, None, {"dye": BRDF.own_form()}, LIGHTS)
     for number, light in enumerate(LIGHTS):
         xyz = shown[number][0]
         lit = truth.xyz[number][..., 1] > 0.02
@@ -81,8 +82,8 @@ def test_rendered_pictures_are_the_reference():
 def test_gl_agrees_with_numpy(gl):
     scene = ball()
     with SoftwareRenderer() as software, GLRenderer(gl) as renderer:
-        theirs, _ = software.render(scene, None, {"dye": BRDF.packs()})
-        ours, _ = renderer.render(scene, None, {"dye": BRDF.packs()})
+        theirs, _ = software.render(scene, None, {"dye": BRDF.own_form()})
+        ours, _ = renderer.render(scene, None, {"dye": BRDF.own_form()})
     assert_same_pictures(theirs, ours)
 
 
@@ -102,7 +103,7 @@ def test_a_light_without_ultraviolet_shows_a_brightener_as_its_diagonal():
     brightener = FluorescentLambert(dye(330.0, 440.0))
     plain = FluorescentLambert(brightener.bispectral.without_emission())
     with SoftwareRenderer() as renderer:
-        packs = {"b": brightener.packs()}, {"b": plain.packs()}
+        packs = {"b": brightener.own_form()}, {"b": plain.own_form()}
         dark = [renderer.render(ball("b", UV_FREE), None, each)[0] for each in packs]
         lit = [renderer.render(ball("b", D65), None, each)[0] for each in packs]
     # Absorption at 330 nm reaches, ever fainter, past 400 nm.
@@ -112,18 +113,19 @@ def test_a_light_without_ultraviolet_shows_a_brightener_as_its_diagonal():
 
 def test_projecting_into_a_basis_of_reflectances_leaves_it_alone():
     """A scene's plan projects every pack; this one is already three numbers a light."""
-    (pack,) = BRDF.packs()
-    assert pack.in_basis(SpectralBasis.sampled()) is pack
-    np.testing.assert_allclose(pack.fold(D65, EYE)[0], dye().fold(D65, EYE))
-    plan = plan_scene([BRDF.packs()], [D65, illuminant("A")], EYE)
-    assert pack.in_basis(plan.basis).fold(D65, EYE).shape == (1, 3)
+    (pack,) = BRDF.own_form().packs
+    palette, folding = pack.palette, Folding(EYE, [D65])
+    assert palette.in_basis(SpectralBasis.sampled()) is palette
+    np.testing.assert_allclose(palette.folded(folding)[0, 0], dye().fold(D65, EYE))
+    plan = plan_scene([BRDF.own_form()], [D65, illuminant("A")], EYE)
+    assert pack.in_basis(plan.basis).palette.folded(folding).shape == (1, 1, 3)
 
 
 def test_packs_are_exact_for_every_direction():
     rng = np.random.default_rng(3)
     wi, wo = rng.normal(size=(2, 500, 3))
     wi, wo = (np.abs(w) / np.linalg.norm(w, axis=1, keepdims=True) for w in (wi, wo))
-    shaded = BRDF.packs()[0].geometry(wi, wo)[:, 0]
+    shaded = BRDF.own_form().packs[0].values(wi, wo)[:, 0]
     np.testing.assert_allclose(shaded, BRDF.emission_factor(wi, wo) * wi[:, 2], rtol=1e-12)
 
 
@@ -132,8 +134,8 @@ def test_spectral_pictures_show_light_where_the_lamp_has_none():
     blue = Spectrum.sampled(grid, np.where(grid < 520, 1.0, 0.0), "emission")
     scene = ball("dye", blue)
     with SoftwareRenderer() as renderer:
-        spectra = renderer.render_spectra(scene, None, {"dye": BRDF.packs()}, grid)
-        xyz, _ = renderer.render(scene, None, {"dye": BRDF.packs()})
+        spectra = renderer.render_spectra(scene, None, {"dye": BRDF.own_form()}, grid)
+        xyz, _ = renderer.render(scene, None, {"dye": BRDF.own_form()})
     assert spectra[..., grid == 580].max() > 0.05 * spectra.max() and blue.samples[grid == 580] == 0
     seen = spectra.astype(np.float64) @ radiance_weights(EYE, grid).T
     np.testing.assert_allclose(seen, xyz, atol=0.01 * xyz.max())
@@ -147,7 +149,7 @@ def test_beside_an_ordinary_material_under_two_lights():
     plain = FluorescentLambert(dye().without_emission())
     truth, _ = reference_image(scene, None, {"dye": BRDF, "plain": Lambert(plain.bispectral.reflectance)})
     with SoftwareRenderer() as renderer:
-        shown, _ = renderer.render(scene, None, {"dye": BRDF.packs(), "plain": plain.packs()})
+        shown, _ = renderer.render(scene, None, {"dye": BRDF.own_form(), "plain": plain.own_form()})
     assert np.percentile(np.abs(truth - shown), 99) < 2e-3
 
 
@@ -168,7 +170,7 @@ def test_real_sticky_notes(shared_data):
     for brdf in found.values():
         truth = reference_images(ball("note"), None, {"note": brdf}, LIGHTS)
         with SoftwareRenderer() as renderer:
-            shown = renderer.render_many(ball("note"), None, {"note": brdf.packs()}, LIGHTS)
+            shown = renderer.render_many(ball("note"), None, {"note": brdf.own_form()}, LIGHTS)
         for number, light in enumerate(LIGHTS):
             lit = truth.xyz[number][..., 1] > 0.02
             white = EYE.white(light)

@@ -12,15 +12,17 @@ from metamer.lighting.scene import Part, Scene
 from metamer.lighting.shapes import sphere
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fluorescent import FluorescentLambert, FluorescentPack
+from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.formats.bispectral import MOST_SURFACES, read_bispectral
 from metamer.materials.intake.importing import import_sources
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.errors import InputError
+from metamer.spectral.folding import Folding
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.palette import DonaldsonPalette
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.software import SoftwareRenderer
 
@@ -69,12 +71,12 @@ def test_one_material_a_distinct_pixel_in_order(catalogue):
 
 def test_what_is_stored_still_shines(catalogue):
     record = catalogue.load("measured/notes-1")
-    (pack,) = record.packs
-    assert isinstance(pack, FluorescentPack)
-    assert record.error.maximum < 1e-6 and pack.error == record.error
+    (pack,) = record.summands
+    assert isinstance(pack.palette, DonaldsonPalette)
+    assert record.error.maximum < 1e-6
     for name in ("D65", "A", "FL11"):
         expected = record.brdf().bispectral.fold(illuminant(name), EYE)
-        np.testing.assert_array_equal(pack.fold(illuminant(name), EYE)[0], expected)
+        np.testing.assert_array_equal(pack.palette.folded(Folding(EYE, [illuminant(name)]))[0, 0], expected)
         assert (expected > record.brdf().bispectral.without_emission().fold(illuminant(name), EYE)).all()
 
 
@@ -82,7 +84,7 @@ def test_picture_from_the_catalogue_is_the_reference(catalogue):
     record, scene = catalogue.load("measured/notes-2"), scene_of("measured/notes-2")
     truth, _ = reference_image(scene, None, {record.id: record.brdf()})
     with SoftwareRenderer() as renderer:
-        shown, _ = renderer.render(scene, None, {record.id: record.packs})
+        shown, _ = renderer.render(scene, None, {record.id: record.drawn()})
     assert np.percentile(np.abs(truth - shown), 99) < 1e-3
 
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from metamer.spectral.bispectral import Bispectral, band_widths, fluorophore
 from metamer.spectral.errors import InputError
-from metamer.spectral.fluorescent_basis import FluorescentBasis
+from metamer.spectral.folding import Folding
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.palette import DonaldsonPalette
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 EYE = observer("1931_2")
@@ -199,8 +200,8 @@ def test_black_that_shines_and_black_that_does_not():
     shifted = np.zeros((NM.size, NM.size))
     black = Bispectral(NM, NM, shifted)
     np.testing.assert_array_equal(black.fold(illuminant("D65"), EYE), 0.0)
-    basis = FluorescentBasis.of(black)
-    np.testing.assert_array_equal(basis.fold(illuminant("D65"), EYE), np.zeros((3, 1)))
+    palette = DonaldsonPalette.of_surface(black)
+    np.testing.assert_array_equal(palette.folded(Folding(EYE, [illuminant("D65")])), np.zeros((1, 1, 3)))
     shifted[24, 10] = 0.5
     assert (Bispectral(NM, NM, shifted).fold(illuminant("D65"), EYE) > 0).all()
 
@@ -243,15 +244,15 @@ def test_wavelengths_that_do_not_fit():
     assert "ascend" in refusal(NM[::-1], NM, np.zeros((NM.size, NM.size)))
 
 
-# The basis of one coefficient.
+# The palette of one surface.
 
 
-def test_one_coefficient_folds_like_the_surface_and_sends_out_the_same_radiance():
+def test_one_term_folds_like_the_surface_and_sends_out_the_same_radiance():
     surface = dye()
-    basis, lamp = FluorescentBasis.of(surface), illuminant("FL2")
-    np.testing.assert_array_equal(basis.fold(lamp, EYE)[:, 0], surface.fold(lamp, EYE))
-    np.testing.assert_array_equal(basis.radiance(lamp, NM)[0], surface.radiance(lamp, NM))
-    np.testing.assert_array_equal(basis.reconstruct(np.ones(1)), surface.reflectance.samples)
+    palette, lamp = DonaldsonPalette.of_surface(surface), illuminant("FL2")
+    np.testing.assert_array_equal(palette.folded(Folding(EYE, [lamp]))[0, 0], surface.fold(lamp, EYE))
+    np.testing.assert_array_equal(palette.radiance(lamp, NM)[0, 0], surface.radiance(lamp, NM))
+    np.testing.assert_array_equal(palette.samples[0, 0], surface.reflectance.samples)
 
 
 # Real files.

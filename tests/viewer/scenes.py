@@ -6,10 +6,11 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.scene import Part, Scene
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack
+from metamer.materials.factors import FactoredBrdf, FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.palette import Palette
 
 QUARTER, HALF, TURN = np.pi / 2, np.pi, 2 * np.pi
 BASIS = SpectralBasis.sampled()
@@ -26,7 +27,7 @@ def lambert_pack(reflectance: np.ndarray) -> FactorPack:
     """f_r cos(theta_i) of a matt surface, one term."""
     axes = (Axis("theta_i", 91, QUARTER), Axis("theta_o", 2, QUARTER), Axis("phi", 2, HALF))
     factors = (np.cos(axes[0].nodes)[:, None] / np.pi, np.ones((2, 1)), np.ones((2, 1)))
-    return FactorPack("io", axes, factors, reflectance[None], BASIS)
+    return FactorPack("io", axes, factors, Palette.of(reflectance[None]))
 
 
 def lobe_pack(width: float = 0.12, anisotropic: bool = False) -> FactorPack:
@@ -46,7 +47,7 @@ def lobe_pack(width: float = 0.12, anisotropic: bool = False) -> FactorPack:
         phi_h = axes[3].nodes
         factors.append(np.stack([1 + 0.8 * np.cos(2 * phi_h), np.ones_like(phi_h), np.ones_like(phi_h)], axis=1))
     coat = np.stack([np.full(BASIS.size, 0.9), spectrum(5), spectrum(6)])
-    return FactorPack("hd", tuple(axes), tuple(factors), coat, BASIS)
+    return FactorPack("hd", tuple(axes), tuple(factors), Palette.of(coat))
 
 
 def woven_pack() -> FactorPack:
@@ -64,15 +65,15 @@ def woven_pack() -> FactorPack:
         np.stack([1 + 0.2 * np.cos(phi), 0.5 + 0.5 * np.sin(phi)], axis=1),
         np.stack([1 + 0.5 * np.cos(2 * phi_i), 0.5 + 0.4 * np.sin(phi_i)], axis=1),
     )
-    return FactorPack("io", axes, factors, np.stack([spectrum(8), spectrum(9)]), BASIS)
+    return FactorPack("io", axes, factors, Palette.of(np.stack([spectrum(8), spectrum(9)])))
 
 
-PACKS = {
-    "matt": (lambert_pack(spectrum(1)),),
-    "gloss": (lambert_pack(spectrum(2)), lobe_pack()),
-    "sharp": (lambert_pack(0.3 * spectrum(3)), lobe_pack(0.02)),
-    "brushed": (lobe_pack(0.2, anisotropic=True),),
-    "woven": (woven_pack(),),
+SURFACES = {
+    "matt": FactoredBrdf((lambert_pack(spectrum(1)),)),
+    "gloss": FactoredBrdf((lambert_pack(spectrum(2)), lobe_pack())),
+    "sharp": FactoredBrdf((lambert_pack(0.3 * spectrum(3)), lobe_pack(0.02))),
+    "brushed": FactoredBrdf((lobe_pack(0.2, anisotropic=True),)),
+    "woven": FactoredBrdf((woven_pack(),)),
 }
 
 

@@ -8,12 +8,13 @@ from metamer.benchmarks import filtering as benchmark
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack
+from metamer.materials.factors import FactoredBrdf, FactorPack
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.palette import Palette
 from metamer.viewer.headless import GLRenderer, create_renderer
-from metamer.viewer.resources import Owner, factor_texels, texture_bytes
+from metamer.viewer.resources import Owner
 from metamer.viewer.software import SoftwareRenderer
 
 SCENES = {
@@ -55,7 +56,9 @@ def software():
 
 @pytest.fixture(scope="module")
 def halved(scenes):
-    return {name: tuple(rounded_to_half(pack) for pack in packs) for name, packs in scenes.PACKS.items()}
+    return {
+        name: FactoredBrdf(tuple(rounded_to_half(pack) for pack in one.packs)) for name, one in scenes.SURFACES.items()
+    }
 
 
 def difference(reference, sample, scene):
@@ -63,9 +66,13 @@ def difference(reference, sample, scene):
     return delta_e_xyz(*pair, scene.adopted_white(), method="CIE 1994")
 
 
-def as_single(packs):
+def as_single(surfaces):
     """The same numbers, uploaded as float32."""
-    return {name: tuple(replace(pack, precision="single") for pack in some) for name, some in packs.items()}
+    return {name: FactoredBrdf(tuple(map(single, one.packs))) for name, one in surfaces.items()}
+
+
+def single(pack):
+    return replace(pack, precision="single")
 
 
 @pytest.mark.parametrize(
@@ -73,7 +80,7 @@ def as_single(packs):
     [*((name, "single") for name in SCENES), ("sphere of a few pixels", "half"), ("a far lamp", "half")],
 )
 def test_mip_mapped_gl_equals_numpy_over_all_pixels(scenes, hardware, software, halved, name, precision):
-    scene, packs = SCENES[name](scenes), halved if precision == "half" else scenes.PACKS
+    scene, packs = SCENES[name](scenes), halved if precision == "half" else scenes.SURFACES
     mine, coverage = software.render(scene, None, packs)
     theirs, their_coverage = hardware.render(scene, None, packs)
     np.testing.assert_array_equal(coverage, their_coverage)
@@ -94,8 +101,8 @@ def test_a_measured_mesh_mip_mapped(scenes, hardware, software, shared_data):
     eye = centre + np.array([1.2, 1.5, 3.0]) * radius
     camera = Camera("c", eye, centre, vertical_fov_deg=36, width=48, height_px=48, samples=1)
     scene = scenes.scene_of([(mesh, "gloss")], [scenes.sun()], camera)
-    mine, coverage = software.render(scene, None, scenes.PACKS)
-    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    mine, coverage = software.render(scene, None, scenes.SURFACES)
+    theirs, their_coverage = hardware.render(scene, None, scenes.SURFACES)
     np.testing.assert_array_equal(coverage, their_coverage)
     assert difference(mine, theirs, scene).max() < 0.1
 
@@ -116,27 +123,28 @@ def test_half_precision_textures_give_the_float32_picture_bit_for_bit(scenes, gl
 
 
 def test_half_precision_takes_half_the_bytes(gl, halved):
-    for packs in halved.values():
-        for pack in packs:
+    for surface in halved.values():
+        for pack in surface.packs:
             owner = Owner(gl)
-            half, single = factor_texels(pack), factor_texels(replace(pack, precision="single"))
-            assert half.texture(owner).dtype == "f2" and single.texture(owner).dtype == "f4"
+            half, whole = (one.shader().textures["factors"] for one in (pack, single(pack)))
+            assert owner.texels(half).dtype == "f2" and owner.texels(whole).dtype == "f4"
             owner.release()
-            assert 2 * half.texels.nbytes == single.texels.nbytes == 16 * np.prod(single.texels.shape[:2])
-            assert 3 < texture_bytes((pack,), mipmapped=True) / texture_bytes((pack,)) < 8
-            np.testing.assert_array_equal(half.texels.astype(np.float32), single.texels)
+            assert 2 * half.nbytes == whole.nbytes == 16 * np.prod(whole.shape[:2])
+            assert 3 < pack.shader(filtered=True).textures["factors"].nbytes / half.nbytes < 8
+            np.testing.assert_array_equal(half.astype(np.float32), whole)
 
 
 def test_subnormal_halves_are_not_flushed(scenes, gl):
     """A factor of 2^-24 to 2^-14, undone by its spectrum."""
-    (pack,) = scenes.PACKS["matt"]
+    (pack,) = scenes.SURFACES["matt"].packs
     tiny = (pack.factors[0] * 2.0**-14).astype(np.float16).astype(float)
     assert 0.0 < tiny[tiny > 0].min() < tiny.max() < 2.0**-14
-    small = replace(pack, factors=(tiny, *pack.factors[1:]), spectral=pack.spectral * 2.0**14, precision="half")
+    brighter = pack.recoloured(pack.palette.values[0] * 2.0**14)
+    small = FactoredBrdf((replace(brighter, factors=(tiny, *pack.factors[1:]), precision="half"),))
     scene = scenes.sphere_scene("matt", size=24, samples=1)
     with GLRenderer(gl) as renderer:
-        found, _ = renderer.render(scene, None, {"matt": (small,)})
-        expected, _ = renderer.render(scene, None, as_single({"matt": (small,)}))
+        found, _ = renderer.render(scene, None, {"matt": small})
+        expected, _ = renderer.render(scene, None, as_single({"matt": small}))
     assert found.max() > 0.1
     np.testing.assert_array_equal(found, expected)
 
@@ -149,23 +157,23 @@ def test_highlights_of_any_height_fit_into_16_bits(scenes, gl, exponent):
     lobe = (exponent + 1.0) / (2.0 * np.pi) * np.maximum(np.cos(axes[0].nodes), 0.0) ** exponent
     lobe[-1] = 0.0  # held beyond the axis
     factors = (lobe[:, None] * 100.0, np.ones((2, 1)), np.ones((2, 1)))
-    pack = FactorPack("hd", axes, factors, scenes.spectrum(1)[None] / 100.0, scenes.BASIS)
+    pack = FactorPack("hd", axes, factors, Palette.of(scenes.spectrum(1)[None] / 100.0))
     small = rounded_to_half(pack)
     scene = scenes.sphere_scene("lobe", size=48, samples=1)
     for renderer in (GLRenderer(gl), GLRenderer(gl, "mipmapped"), SoftwareRenderer("mipmapped")):
-        xyz, _ = renderer.render(scene, None, {"lobe": (small,)})
-        expected, _ = renderer.render(scene, None, {"lobe": (pack,)})
+        xyz, _ = renderer.render(scene, None, {"lobe": FactoredBrdf((small,))})
+        expected, _ = renderer.render(scene, None, {"lobe": FactoredBrdf((pack,))})
         renderer.close()
         assert np.isfinite(xyz).all()
         assert np.percentile(difference(expected, xyz, scene), 99) < 0.1
 
 
 def test_factors_that_16_bits_do_not_hold_are_refused(scenes, gl):
-    (pack,) = scenes.PACKS["matt"]
+    (pack,) = scenes.SURFACES["matt"].packs
     for factor in (pack.factors[0], pack.factors[0] * 1e6):
         wrong = replace(pack, factors=(factor, *pack.factors[1:]), precision="half")
         with GLRenderer(gl) as renderer, pytest.raises(InputError, match="16 bits"):
-            renderer.render(scenes.sphere_scene("matt", size=8), None, {"matt": (wrong,)})
+            renderer.render(scenes.sphere_scene("matt", size=8), None, {"matt": FactoredBrdf((wrong,))})
 
 
 @pytest.mark.parametrize("material", ["gloss", "brushed"])
@@ -173,9 +181,9 @@ def test_mip_mapped_is_nearer_to_many_samples_a_pixel(scenes, software, material
     scene = scenes.sphere_scene(material, size=16, samples=1)
     camera = scene.camera()
     with SoftwareRenderer() as linear:
-        truth, whole = linear.render(scene, replace(camera, samples=16), scenes.PACKS)
-        plain, _ = linear.render(scene, camera, scenes.PACKS)
-    averaged, _ = software.render(scene, camera, scenes.PACKS)
+        truth, whole = linear.render(scene, replace(camera, samples=16), scenes.SURFACES)
+        plain, _ = linear.render(scene, camera, scenes.SURFACES)
+    averaged, _ = software.render(scene, camera, scenes.SURFACES)
     inside = whole == 1.0
     before, after = (difference(truth, picture, scene)[inside] for picture in (plain, averaged))
     assert np.percentile(after, 99) < 0.5 * np.percentile(before, 99)
@@ -192,7 +200,7 @@ def test_a_highlight_smaller_than_a_pixel_keeps_its_light(scenes, software):
         moved = replace(camera, position=(shift, 0.7 * shift, 4.0), target=(shift, 0.7 * shift, 0.0))
         views = (linear, moved), (software, moved), (linear, replace(moved, samples=12))
         for values, (renderer, view) in zip(found.values(), views, strict=True):
-            around_the_highlight = renderer.render(scene, view, scenes.PACKS)[0][2:8, 5:12, 1]
+            around_the_highlight = renderer.render(scene, view, scenes.SURFACES)[0][2:8, 5:12, 1]
             values.append(around_the_highlight.sum())
     plain, averaged, truth = (np.array(values) for values in found.values())
     assert np.ptp(plain) > 0.5 * truth.mean()
@@ -202,13 +210,13 @@ def test_a_highlight_smaller_than_a_pixel_keeps_its_light(scenes, software):
 
 def test_linear_pictures_carry_no_spans(scenes, gl):
     with GLRenderer(gl) as renderer:
-        renderer.render(scenes.sphere_scene(size=8), None, scenes.PACKS)
+        renderer.render(scenes.sphere_scene(size=8), None, scenes.SURFACES)
         (tile,) = (piece.tile for piece in renderer._kept)
         assert [len(textures) for textures in tile.lights] == [3]
-        assert not factor_texels(scenes.PACKS["matt"][0]).values
+        assert "levels" not in scenes.SURFACES["matt"].packs[0].shader().uniforms
         renderer.filtering = "mipmapped"
         assert not renderer._kept
-        renderer.render(scenes.sphere_scene(size=8), None, scenes.PACKS)
+        renderer.render(scenes.sphere_scene(size=8), None, scenes.SURFACES)
         (tile,) = (piece.tile for piece in renderer._kept)
         assert [len(textures) for textures in tile.lights] == [5]
         renderer.filtering = "mipmapped"

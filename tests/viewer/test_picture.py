@@ -36,9 +36,9 @@ def folded(values, scene):
 @pytest.mark.parametrize("material", ["gloss", "woven"])
 def test_spectra_fold_to_the_xyz_picture(scenes, software, material, name):
     scene = lit_by(scenes.sphere_scene(material, size=32, samples=2), name)
-    spectra = software.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
+    spectra = software.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
     assert spectra.shape == (32, 32, 81) and spectra.dtype == np.float32
-    xyz, _ = software.render(scene, None, scenes.PACKS)
+    xyz, _ = software.render(scene, None, scenes.SURFACES)
     delta = delta_e_xyz(xyz.astype(np.float64), folded(spectra, scene), scene.adopted_white(), "CIE 1994")
     at = np.unravel_index(np.argmax(delta), delta.shape)
     assert delta.max() < FOLDED_DELTA_E94, (at, delta[at], xyz[at], folded(spectra, scene)[at])
@@ -47,8 +47,8 @@ def test_spectra_fold_to_the_xyz_picture(scenes, software, material, name):
 def test_spectra_of_two_lights_and_three_parts_add_up(scenes, software):
     """Each light is scaled by itself: the sum of what they send, and not the mixture, has Y = 1 for each."""
     scene = scenes.lamp_scene(size=32, samples=2)
-    spectra = software.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
-    xyz, _ = software.render(scene, None, scenes.PACKS)
+    spectra = software.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
+    xyz, _ = software.render(scene, None, scenes.SURFACES)
     delta = delta_e_xyz(xyz.astype(np.float64), folded(spectra, scene), scene.adopted_white(), "CIE 1994")
     assert delta.max() < FOLDED_DELTA_E94
 
@@ -57,10 +57,10 @@ def test_gl_renders_the_same_spectra(scenes, software, gl):
     scene = scenes.lamp_scene(size=32, samples=2)
     renderer = GLRenderer(gl)
     try:
-        theirs = renderer.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
+        theirs = renderer.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
     finally:
         renderer.close()
-    mine = software.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
+    mine = software.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
     np.testing.assert_allclose(theirs, mine, rtol=1e-3, atol=1e-4 * mine.max())
 
 
@@ -79,8 +79,8 @@ def test_any_wavelengths_and_any_basis(scenes, software):
     grid = np.arange(400.0, 701.0, 10.0)
     lamp = Spectrum.sampled(grid, illuminant("D65").resampled(grid).samples, "emission")
     scene = scenes.sphere_scene("matt", size=16, samples=1).with_illuminant(lamp, "lamp")
-    spectra = software.render_spectra(scene, None, scenes.PACKS, grid)
-    fine = software.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
+    spectra = software.render_spectra(scene, None, scenes.SURFACES, grid)
+    fine = software.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
     ratio = spectra[8, 8] / fine[8, 8, 4:65:2]
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-5)
 
@@ -116,12 +116,12 @@ def test_light_that_sends_nothing_at_any_wavelength_is_an_error(scenes, software
     scene = scenes.sphere_scene("matt", size=16, samples=1)
     line = Spectrum.sampled([799.0, 800.0, 801.0], [0.0, 1.0, 0.0], "emission")
     with pytest.raises(InputError, match="sends nothing at these wavelengths"):
-        software.render_spectra(scene.with_illuminant(line, "laser"), None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
+        software.render_spectra(scene.with_illuminant(line, "laser"), None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
 
 
 def test_material_without_packs_is_an_error(scenes, software):
     with pytest.raises(UnknownNameError, match="unknown material"):
-        software.render_spectra(scenes.sphere_scene(), None, {"matt": scenes.PACKS["matt"]}, WORKING_WAVELENGTHS_NM)
+        software.render_spectra(scenes.sphere_scene(), None, {"matt": scenes.SURFACES["matt"]}, WORKING_WAVELENGTHS_NM)
 
 
 @pytest.mark.parametrize("name", ["1931_2", "1964_10", "2015_2", "2015_10"])

@@ -54,19 +54,19 @@ def test_memory_of_a_picture_is_foretold(scenes, tmp_path, lights):
     scene = filled(scenes, lights, 200)
 
     def work():
-        xyz, coverage = SoftwareRenderer().render(scene, None, scenes.PACKS)
+        xyz, coverage = SoftwareRenderer().render(scene, None, scenes.SURFACES)
         image = ColourImage(xyz, "xyz", scene.adopted_white())
         rgb, _ = display_for(scene.viewing).encode(image, coverage, image.white_xyz)
         write_png(tmp_path / "a.png", rgb)
 
-    SoftwareRenderer().render(filled(scenes, lights, 8), None, scenes.PACKS)
+    SoftwareRenderer().render(filled(scenes, lights, 8), None, scenes.SURFACES)
     within(peak(work), picture_cost(scene, scene.camera()).memory_bytes)
 
 
 def test_memory_of_many_triangles_is_foretold(scenes):
     scene = filled(scenes, 2, 8, subdivisions=5)
     within(
-        peak(lambda: SoftwareRenderer().render(scene, None, scenes.PACKS)),
+        peak(lambda: SoftwareRenderer().render(scene, None, scenes.SURFACES)),
         picture_cost(scene, scene.camera(), suffix=".exr").memory_bytes,
     )
 
@@ -77,7 +77,7 @@ def test_memory_of_the_reference_and_of_spectra_is_foretold(scenes):
     reference_images(filled(scenes, 1, 8), None, {"matt": grey})
     measured = peak(lambda: reference_images(scene, None, {"matt": grey}))
     within(measured, picture_cost(scene, scene.camera(), "reference").memory_bytes)
-    measured = peak(lambda: SoftwareRenderer().render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM))
+    measured = peak(lambda: SoftwareRenderer().render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM))
     within(measured, picture_cost(scene, scene.camera(), "spectra", ".exr").memory_bytes)
 
 
@@ -167,11 +167,11 @@ def test_progress_of_a_picture_goes_tile_by_tile(scenes, monkeypatch):
     renderer, said = SoftwareRenderer(), []
     renderer.progress = lambda *step: said.append(step)
     scene = scenes.sphere_scene("matt", size=40, samples=3)
-    renderer.render(scene, None, scenes.PACKS)
+    renderer.render(scene, None, scenes.SURFACES)
     assert said[0] == (0, 4, "sorting 5,120 triangles")
     assert said[1:] == [(number, 4, "drawing") for number in (1, 2, 3, 4)]
     said.clear()
-    renderer.render_spectra(scene, None, scenes.PACKS, WORKING_WAVELENGTHS_NM)
+    renderer.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
     assert said[-1] == (16, 16, "drawing") and [step[0] for step in said] == sorted(step[0] for step in said)
 
 

@@ -19,7 +19,7 @@ from metamer.viewer.view import view_key
 
 @pytest.fixture(scope="module")
 def brdfs(scenes):
-    return {name: FactoredBrdf(packs) for name, packs in scenes.PACKS.items()}
+    return dict(scenes.SURFACES)
 
 
 @pytest.fixture(scope="module")
@@ -59,8 +59,8 @@ ALL = {
 @pytest.mark.parametrize("name", ALL)
 def test_gl_equals_numpy_over_all_pixels(scenes, hardware, software, name):
     scene = ALL[name](scenes)
-    mine, coverage = software.render(scene, None, scenes.PACKS)
-    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    mine, coverage = software.render(scene, None, scenes.SURFACES)
+    theirs, their_coverage = hardware.render(scene, None, scenes.SURFACES)
     np.testing.assert_array_equal(coverage, their_coverage)
     assert 0.05 < coverage.mean() <= 1.0
     seen = coverage > 0
@@ -75,7 +75,7 @@ def test_gl_equals_numpy_over_all_pixels(scenes, hardware, software, name):
 @pytest.mark.parametrize("name", ALL)
 def test_numpy_agrees_with_rays(scenes, brdfs, software, name):
     scene = ALL[name](scenes)
-    mine, coverage = software.render(scene, None, scenes.PACKS)
+    mine, coverage = software.render(scene, None, scenes.SURFACES)
     reference, their_coverage = reference_image(scene, None, brdfs)
     seen = their_coverage > 0
     delta = difference(reference, mine, scene)[seen]
@@ -111,11 +111,11 @@ def test_several_illuminants_are_several_renders(scenes, brdfs, hardware, softwa
     scene = scenes.lamp_scene(size=32)
     spectra = [None, illuminant("A"), illuminant("FL11"), illuminant("D50"), illuminant("FL2")]
     for renderer in (software, hardware):
-        many = renderer.render_many(scene, None, scenes.PACKS, spectra)
+        many = renderer.render_many(scene, None, scenes.SURFACES, spectra)
         assert len(many) == len(spectra)
         for spectrum, (xyz, coverage) in zip(spectra, many, strict=True):
             relit = scene if spectrum is None else scene.with_illuminant(spectrum)
-            one, one_coverage = renderer.render(scene, None, scenes.PACKS, lights=relit.lights)
+            one, one_coverage = renderer.render(scene, None, scenes.SURFACES, lights=relit.lights)
             np.testing.assert_allclose(xyz, one, rtol=1e-5, atol=1e-7)
             np.testing.assert_array_equal(coverage, one_coverage)
     reference = reference_images(scene, None, brdfs, spectra)
@@ -131,7 +131,7 @@ def test_the_nearer_part_is_seen_whatever_is_drawn_first(scenes, hardware, softw
     parts = [(shapes.sphere(4), "matt"), (small.transformed(lift), "red")]
     camera = scenes.sphere_scene(size=32).camera()
     scene = scenes.scene_of(parts[::-1] if flip else parts, [scenes.sun((0, 0, 1))], camera)
-    packs = scenes.PACKS | {"red": (scenes.lambert_pack(np.where(np.arange(81) > 45, 1.0, 0.0)),)}
+    packs = scenes.SURFACES | {"red": FactoredBrdf((scenes.lambert_pack(np.where(np.arange(81) > 45, 1.0, 0.0)),))}
     for renderer in (software, hardware):
         xyz, _ = renderer.render(scene, None, packs)
         assert xyz[16, 16, 0] > 1.5 * xyz[16, 16, 1]
@@ -146,8 +146,8 @@ def test_parts_that_pass_through_each_other(scenes, brdfs, hardware, software):
     parts = [(plane, "matt"), (plane.transformed(tilt), "gloss"), (shapes.sphere(4, 0.7), "sharp")]
     camera = Camera("c", (1, 4, 3), (0, 0, 0), vertical_fov_deg=40, width=64, height_px=64)
     scene = scenes.scene_of(parts, [scenes.sun(), scenes.lamp()], camera)
-    mine, coverage = software.render(scene, None, scenes.PACKS)
-    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    mine, coverage = software.render(scene, None, scenes.SURFACES)
+    theirs, their_coverage = hardware.render(scene, None, scenes.SURFACES)
     np.testing.assert_array_equal(coverage, their_coverage)
     delta = difference(mine, theirs, scene)
     assert delta.max() < 0.1, worst(delta, mine, theirs)
@@ -163,8 +163,8 @@ def test_a_camera_inside_the_scene(scenes, brdfs, hardware, software):
     parts = [(shapes.plane(12, 12), "matt"), (shapes.sphere(3, 0.5).transformed(back), "gloss"),
              (shapes.sphere(3, 0.5), "gloss")]  # fmt: skip
     scene = scenes.scene_of(parts, [scenes.sun(), scenes.lamp((0.5, 2.0, 0.5))], camera)
-    mine, coverage = software.render(scene, None, scenes.PACKS)
-    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    mine, coverage = software.render(scene, None, scenes.SURFACES)
+    theirs, their_coverage = hardware.render(scene, None, scenes.SURFACES)
     np.testing.assert_array_equal(coverage, their_coverage)
     assert difference(mine, theirs, scene).max() < 0.1
     reference, reference_coverage = reference_image(scene, None, brdfs)
@@ -176,7 +176,7 @@ def test_nothing_visible_is_an_empty_picture(scenes, hardware, software):
     camera = Camera("away", (0, 0, 4), (0, 0, 8), vertical_fov_deg=30, width=16, height_px=12)
     scene = scenes.scene_of([(shapes.sphere(2), "gloss")], [scenes.sun()], camera)
     for renderer in (software, hardware):
-        xyz, coverage = renderer.render(scene, None, scenes.PACKS)
+        xyz, coverage = renderer.render(scene, None, scenes.SURFACES)
         assert xyz.shape == (12, 16, 3) and xyz.dtype == coverage.dtype == np.float32
         assert not xyz.any() and not coverage.any()
 
@@ -185,7 +185,7 @@ def test_a_light_below_the_horizon_gives_nothing(scenes, hardware, software):
     camera = Camera("top", (0, 3, 0.1), (0, 0, 0), vertical_fov_deg=30, width=16, height_px=16)
     scene = scenes.scene_of([(shapes.plane(4, 4), "gloss")], [scenes.sun((0.2, -0.5, 0.1))], camera)
     for renderer in (software, hardware):
-        xyz, coverage = renderer.render(scene, None, scenes.PACKS)
+        xyz, coverage = renderer.render(scene, None, scenes.SURFACES)
         assert not xyz.any() and (coverage == 1.0).all()
 
 
@@ -197,18 +197,18 @@ def test_the_back_of_an_open_surface_is_lit_like_its_front(scenes, brdfs, hardwa
     reference, _ = reference_image(scene, None, brdfs)
     assert reference.max() > 0.2
     for renderer in (software, hardware):
-        xyz, _ = renderer.render(scene, None, scenes.PACKS)
+        xyz, _ = renderer.render(scene, None, scenes.SURFACES)
         assert np.percentile(difference(reference, xyz, scene), 99) < 0.5
 
 
 def test_large_pictures_are_made_of_tiles(scenes, hardware, software, monkeypatch):
     scene = scenes.lamp_scene(size=40)
-    whole, coverage = software.render(scene, None, scenes.PACKS)
+    whole, coverage = software.render(scene, None, scenes.SURFACES)
     monkeypatch.setattr("metamer.viewer.view.TILE_SAMPLES", 50)
     software.release()
     hardware.release()
-    tiled, tiled_coverage = software.render(scene, None, scenes.PACKS)
-    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    tiled, tiled_coverage = software.render(scene, None, scenes.SURFACES)
+    theirs, their_coverage = hardware.render(scene, None, scenes.SURFACES)
     software.release()
     hardware.release()
     np.testing.assert_array_equal(tiled_coverage, their_coverage)
@@ -221,11 +221,11 @@ def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, softwa
     scene = scenes.lamp_scene(size=24)
     for renderer in (software, hardware):
         renderer.release()
-        kept, coverage = renderer.render(scene, None, scenes.PACKS)
+        kept, coverage = renderer.render(scene, None, scenes.SURFACES)
         renderer.release()
         monkeypatch.setattr("metamer.viewer.keeping.KEPT_SAMPLES", 0)
         for _ in range(2):
-            again, again_coverage = renderer.render(scene, None, scenes.PACKS)
+            again, again_coverage = renderer.render(scene, None, scenes.SURFACES)
             assert not any(piece.tile for piece in renderer._kept)
             np.testing.assert_array_equal(kept, again)
             np.testing.assert_array_equal(coverage, again_coverage)
@@ -234,12 +234,12 @@ def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, softwa
 
 def test_geometry_is_kept_while_only_materials_change(scenes, software):
     scene = scenes.lamp_scene(size=16)
-    software.render(scene, None, scenes.PACKS)
+    software.render(scene, None, scenes.SURFACES)
     (kept,) = (piece.tile for piece in software._kept)
-    software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, scenes.PACKS)
+    software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, scenes.SURFACES)
     assert kept is not None and software._kept[0].tile is kept
     moved = scenes.lamp_scene(size=16)
-    software.render(moved, None, scenes.PACKS)
+    software.render(moved, None, scenes.SURFACES)
     assert software._kept[0].tile is not kept
 
 
@@ -267,8 +267,8 @@ def test_a_measured_mesh_of_88_000_triangles(scenes, hardware, software, brdfs, 
     )
     lamp = scenes.lamp(centre + np.array([-1.0, 1.5, 1.0]) * radius, 2000 * radius**2)
     scene = scenes.scene_of([(mesh, "gloss")], [scenes.sun(), lamp], camera)
-    mine, coverage = software.render(scene, None, scenes.PACKS)
-    theirs, their_coverage = hardware.render(scene, None, scenes.PACKS)
+    mine, coverage = software.render(scene, None, scenes.SURFACES)
+    theirs, their_coverage = hardware.render(scene, None, scenes.SURFACES)
     np.testing.assert_array_equal(coverage, their_coverage)
     delta = difference(mine, theirs, scene)
     assert delta.max() < 0.1, worst(delta, mine, theirs)
@@ -278,7 +278,7 @@ def test_a_measured_mesh_of_88_000_triangles(scenes, hardware, software, brdfs, 
 
 def test_a_missing_material_is_named(scenes, software):
     with pytest.raises(UnknownNameError, match="part part0"):
-        software.render(scenes.sphere_scene("glos", size=8), None, scenes.PACKS)
+        software.render(scenes.sphere_scene("glos", size=8), None, scenes.SURFACES)
 
 
 def test_forty_lights_are_one_as_strong(scenes, hardware, software):
@@ -289,8 +289,8 @@ def test_forty_lights_are_one_as_strong(scenes, hardware, software):
     crowd = replace(scene, lights=tuple(weak))
     one = replace(scene, lights=(lamp,))
     for renderer in (hardware, software):
-        alone, _ = renderer.render(one, None, scenes.PACKS)
-        together, _ = renderer.render(crowd, None, scenes.PACKS)
+        alone, _ = renderer.render(one, None, scenes.SURFACES)
+        together, _ = renderer.render(crowd, None, scenes.SURFACES)
         np.testing.assert_allclose(together, alone, rtol=2e-5, atol=1e-6)
     assert len(parts) == len(crowd.parts)
 
@@ -300,19 +300,19 @@ def test_other_spectra_are_folded_from_kept_terms(scenes, hardware, software, mo
     warm = (illuminant("A"),)
     for renderer in (hardware, software):
         monkeypatch.setattr(renderer, "keeps_terms", True)
-        (first,) = renderer.render_many(scene, None, scenes.PACKS, warm)
+        (first,) = renderer.render_many(scene, None, scenes.SURFACES, warm)
         renderer.release()
-        renderer.render(scene, None, scenes.PACKS)
+        renderer.render(scene, None, scenes.SURFACES)
         with monkeypatch.context() as patched:
             patched.setattr(renderer, "_terms", lambda *_: pytest.fail("terms were worked out again"))
-            (again,) = renderer.render_many(scene, None, scenes.PACKS, warm)
+            (again,) = renderer.render_many(scene, None, scenes.SURFACES, warm)
         np.testing.assert_array_equal(again[0], first[0])
         # Lights of one spectrum are one sum.
-        alike, _ = renderer.render(scene.with_illuminant(*warm), None, scenes.PACKS)
+        alike, _ = renderer.render(scene.with_illuminant(*warm), None, scenes.SURFACES)
         np.testing.assert_allclose(alike, first[0], rtol=1e-5, atol=1e-7)
         monkeypatch.setattr("metamer.viewer.keeping.KEPT_TERMS", 0)
         renderer.release()
-        (unkept,) = renderer.render_many(scene, None, scenes.PACKS, warm)
+        (unkept,) = renderer.render_many(scene, None, scenes.SURFACES, warm)
         assert not renderer._terms_bytes and not renderer._kept[0].terms
         np.testing.assert_array_equal(unkept[0], first[0])
         monkeypatch.undo()
@@ -327,7 +327,7 @@ def test_a_call_that_breaks_off_keeps_no_half_picture(scenes, software, monkeypa
     next(turns)
     turns.close()
     assert not any(piece.tile for piece in software._kept)
-    _, coverage = software.render(scene, None, scenes.PACKS)
+    _, coverage = software.render(scene, None, scenes.SURFACES)
     assert all(piece.tile for piece in software._kept) and len(software._kept) > 1 and coverage[12, 12] == 1.0
     software.release()
 
@@ -335,7 +335,7 @@ def test_a_call_that_breaks_off_keeps_no_half_picture(scenes, software, monkeypa
 def test_gl_objects_are_given_back(scenes, gl):
     renderer = GLRenderer(gl)
     scene = scenes.sphere_scene(size=16)
-    renderer.render(scene, None, scenes.PACKS)
+    renderer.render(scene, None, scenes.SURFACES)
     (tile,) = (piece.tile for piece in renderer._kept)
     textures = [tile.seen, *tile.lights[0]]
     renderer.close()

@@ -216,8 +216,8 @@ def test_wrong_pack_is_found(sphere, catalogue, tmp_path, scale):
     (folder / MARKER).write_bytes((catalogue.folder / MARKER).read_bytes())
     for material_id in catalogue.ids():
         record = catalogue.load(material_id)
-        packs = tuple(replace(pack, spectral=scale * pack.spectral) for pack in record.packs)
-        write_record(replace(record, packs=packs), folder / f"{material_id}.h5")
+        packs = tuple(pack.recoloured(scale * pack.palette.values[0]) for pack in record.fast.packs)
+        write_record(replace(record, fast=replace(record.fast, packs=packs)), folder / f"{material_id}.h5")
     found, document = run(sphere, Catalogue.open(folder), tmp_path / "out", illuminants=["D65", "A"])
     assert found.status == document["status"] == "over"
     for row in document["results"]:

@@ -152,8 +152,8 @@ def test_a_changed_material_is_drawn_again_and_no_other(run, catalogue, tmp_path
     shutil.copytree(catalogue.folder, folder)
     run(illuminants=["D65"], catalogue=Catalogue.open(folder))
     record = catalogue.load("tiny/copper")
-    packs = tuple(replace(pack, spectral=1.01 * pack.spectral) for pack in record.packs)
-    write_record(replace(record, packs=packs), folder / "tiny" / "copper.h5")
+    packs = tuple(pack.recoloured(1.01 * pack.palette.values[0]) for pack in record.fast.packs)
+    write_record(replace(record, fast=replace(record.fast, packs=packs)), folder / "tiny" / "copper.h5")
     drawn, _ = run(illuminants=["D65"], catalogue=Catalogue.open(folder))
     assert "tiny/copper" in drawn
     assert (folder / MARKER).is_file()

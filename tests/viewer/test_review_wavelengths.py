@@ -10,6 +10,7 @@ from metamer.lighting.scene import Review
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.intake.importing import import_sources
+from metamer.materials.protocol import measured
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.bispectral import fluorophore
@@ -35,9 +36,8 @@ def test_a_fluorescent_material_of_31_wavelengths_beside_one_of_81(kind, tiny_ca
     grid = np.arange(400.0, 701.0, 10.0)
     bump = (np.exp(-(((grid - centre) / 35.0) ** 2)) for centre in (440.0, 530.0))
     dye = FluorescentLambert(fluorophore(Spectrum.sampled(grid, 0.2 + 0.0 * grid), 0.6 * next(bump), next(bump), 0.9))
-    packs, error = dye.measured_packs()
     provenance = Provenance("a test", "none", "analytic")
-    record = MaterialRecord("tiny/dye", "tiny", dye.NAME, dye.parameters(), provenance, packs, error)
+    record = MaterialRecord("tiny/dye", "tiny", dye.NAME, dye.parameters(), provenance, measured(dye.own_form(), dye))
     plain = Catalogue.open(tiny_catalogue).load("tiny/matt-red")
     folder = tmp_path / "catalogue"
     folder.mkdir()

@@ -1,22 +1,39 @@
 """Every shader that ships compiles, and a compiler's message names files."""
 
+from pathlib import Path
+
 import pytest
 from metamer.benchmarks import shading
+from metamer.materials import factor_texels
+from metamer.materials.pyramids import MOST_LEVELS
 from metamer.viewer import passes, shaders
 
-PROGRAMS = (*passes.PROGRAMS, *shading.PROGRAMS)
+FACTORS = Path(factor_texels.__file__).with_name("factors.glsl")
+PROGRAMS = (
+    *((*row, None) for row in passes.PROGRAMS),
+    *((*row, FACTORS) for row in shading.PROGRAMS),
+    *(
+        ("fullscreen.vert", "shade.frag", {"AXES": axes, "MIXED": 1, **written, **mipmapped}, FACTORS)
+        for mipmapped in ({}, {"MIPMAPPED": 1, "MOST_LEVELS": MOST_LEVELS})
+        for axes in (3, 4)
+        for written in (*passes.FOLDED, *passes.KEPT)
+    ),
+)
 
 
-@pytest.mark.parametrize(("vertex", "fragment", "sizes"), PROGRAMS)
-def test_every_program_compiles(gl, vertex, fragment, sizes):
-    shaders.program(gl, vertex, fragment, sizes).release()
+@pytest.mark.parametrize(("vertex", "fragment", "sizes", "terms"), PROGRAMS)
+def test_every_program_compiles(gl, vertex, fragment, sizes, terms):
+    shaders.program(gl, vertex, fragment, sizes, terms).release()
 
 
 def test_every_shader_file_is_part_of_a_program():
     used = {
-        name for vertex, fragment, sizes in PROGRAMS for f in (vertex, fragment) for name in shaders.source(f, sizes)[1]
+        name
+        for vertex, fragment, sizes, terms in PROGRAMS
+        for file in (vertex, fragment)
+        for name in shaders.source(file, sizes, terms)[1]
     }
-    assert used == {file.name for file in shaders._folder().iterdir()}
+    assert used == {file.name for file in shaders._folder().iterdir()} | {FACTORS.name}
 
 
 def test_an_include_is_put_in_once_and_lines_are_counted_per_file():

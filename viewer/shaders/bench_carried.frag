@@ -1,6 +1,7 @@
 // The spectrum carried to the pixel and folded there: COEFFICIENTS of a basis, or samples. For comparison only.
 
-#include "factors.glsl"
+#include "sample.glsl"
+#include "terms.glsl"
 
 uniform sampler2D seen;
 uniform sampler2D angles;

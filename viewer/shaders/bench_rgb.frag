@@ -1,6 +1,7 @@
 // What an RGB renderer would do with the same factors: three numbers a term, one picture. For comparison only.
 
-#include "factors.glsl"
+#include "sample.glsl"
+#include "terms.glsl"
 
 uniform sampler2D seen;
 uniform sampler2D angles;

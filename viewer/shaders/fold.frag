@@ -13,7 +13,7 @@ void main() {
     for (int k = 0; k < SPECTRA; ++k) total[k] = vec3(0.0);
     for (int quad = 0; quad < QUADS; ++quad) {
         vec4 term = texelFetch(terms[quad], ivec2(gl_FragCoord.xy) - origin, 0);
-        for (int k = 0; k < SPECTRA; ++k) total[k] += folded(term, first_row + quad, k);
+        for (int k = 0; k < SPECTRA; ++k) total[k] += folded(term, 0, first_row + quad, k);
     }
     for (int k = 0; k < SPECTRA; ++k) pictures[k] = vec4(total[k], 0.0);
 }

@@ -1,10 +1,12 @@
-// Where light meets colour, and nowhere else: four terms times what they are worth in XYZ under a spectrum.
+// Where light meets colour, and nowhere else: four terms of an entry times what they are worth in XYZ under a spectrum.
 
-uniform sampler2D weights;      // X, Y, Z of every four terms, for each spectrum; a row for every four terms
+uniform sampler2D palette;      // X, Y, Z of every four terms for each spectrum: entries side by side, a row for four terms
+uniform ivec2 palette_shape;    // entries in a row of the texture; rows of an entry
 
-vec3 folded(vec4 term, int row, int spectrum) {
+vec3 folded(vec4 term, int entry, int row, int spectrum) {
+    ivec2 at = ivec2(entry % palette_shape.x * SPECTRA + spectrum, entry / palette_shape.x * palette_shape.y + row);
     return vec3(
-        dot(term, texelFetch(weights, ivec2(3 * spectrum, row), 0)),
-        dot(term, texelFetch(weights, ivec2(3 * spectrum + 1, row), 0)),
-        dot(term, texelFetch(weights, ivec2(3 * spectrum + 2, row), 0)));
+        dot(term, texelFetch(palette, ivec2(3 * at.x, at.y), 0)),
+        dot(term, texelFetch(palette, ivec2(3 * at.x + 1, at.y), 0)),
+        dot(term, texelFetch(palette, ivec2(3 * at.x + 2, at.y), 0)));
 }

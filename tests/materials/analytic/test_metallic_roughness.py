@@ -73,7 +73,7 @@ def test_it_factors_into_few_terms():
     sheen = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, 0.04))
     found = fit(MetallicRoughness(body, sheen, 1.0, 0.25, 1.0, 0.01), budget=0.5)
     assert found.error.p99 < 0.5
-    assert sum(pack.spectral.shape[0] for pack in found.packs) <= 8
+    assert sum(pack.palette.values[0].shape[0] for pack in found.fast.packs) <= 8
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from metamer.materials.fitting.seen import seen_samples
 from metamer.materials.fitting.within import within_bounds
 from metamer.materials.formats.rgl import read_rgl
 from metamer.materials.measured.rgl import RglBrdf
-from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 L = len(WORKING_WAVELENGTHS_NM)
@@ -33,12 +33,12 @@ def with_a_dip(packs, depth, wavelength):
         factor[node] = 1.0
     spectrum = np.zeros((1, L))
     spectrum[0, wavelength] = -depth / np.pi
-    return (*packs, FactorPack("io", IO, tuple(factors), spectrum, SpectralBasis.sampled()))
+    return (*packs, FactorPack("io", IO, tuple(factors), Palette.of(spectrum)))
 
 
 @pytest.mark.parametrize("wavelength", [0, 33, 80])
 def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
-    packs, bounds = fit(glossy, pixels=32).packs, Bounds.of(glossy)
+    packs, bounds = fit(glossy, pixels=32).fast.packs, Bounds.of(glossy)
     assert bounds.extremes(packs).within
     assert not len(bounds.violations(packs))
     dipped = with_a_dip(packs, 3.0, wavelength)
@@ -51,12 +51,12 @@ def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
 
 
 def test_what_is_too_bright_is_found(glossy):
-    packs, bounds = fit(glossy, pixels=32).packs, Bounds(Lambert(COAT), np.full(L, 0.05))
+    packs, bounds = fit(glossy, pixels=32).fast.packs, Bounds(Lambert(COAT), np.full(L, 0.05))
     found = bounds.extremes(packs)
     violations = bounds.violations(packs)
     assert found.ratio > LARGEST and found.lowest >= LOWEST
     assert len(violations) and not violations.low.any()
-    shaded = np.pi * sum(p.basis.reconstruct(p.shade(violations.wi, violations.wo)) for p in packs)
+    shaded = np.pi * sum(p.shade(violations.wi, violations.wo) for p in packs)
     assert found.ratio >= shaded.max() / 0.05 * (1.0 - 1e-9)
 
 
@@ -64,15 +64,15 @@ def test_spectra_alone_bring_any_packs_back(glossy):
     samples, bounds = seen_samples(glossy, 4000), Bounds.of(glossy)
     rng = np.random.default_rng(0)
     factors = tuple(rng.standard_normal((axis.size, 3)) for axis in IO)
-    wild = (FactorPack("io", IO, factors, rng.standard_normal((3, L)), SpectralBasis.sampled()),)
+    wild = (FactorPack("io", IO, factors, Palette.of(rng.standard_normal((3, L)))),)
     assert not bounds.extremes(wild).within
     tame, kept = within_bounds(wild, samples, bounds)
     assert kept and bounds.extremes(tame).within
-    assert any(np.any(pack.spectral) for pack in tame)
+    assert any(np.any(pack.palette.values[0]) for pack in tame)
 
 
 def test_packs_within_their_bounds_stay_as_they_are(glossy):
-    packs, bounds = fit(glossy, pixels=32).packs, Bounds.of(glossy)
+    packs, bounds = fit(glossy, pixels=32).fast.packs, Bounds.of(glossy)
     same, kept = within_bounds(packs, seen_samples(glossy, 2000), bounds)
     assert kept and same is packs
 

@@ -30,7 +30,7 @@ def p99_against(brdf):
 def test_exponents_from_1_to_100000_do_not_overflow_and_cost_little(exponent):
     brdf = AshikhminShirley(flat(0.03), flat(0.04), exponent, exponent)
     found = fit(brdf, pixels=PIXELS, ranks=(1, 2, 4, 6))
-    stored = half_storage(found.packs, p99_against(brdf))
+    stored = half_storage(found.fast.packs, p99_against(brdf))
     assert stored.half, stored.reason
     assert stored.cost <= 0.1
     for pack in stored.packs:
@@ -40,13 +40,13 @@ def test_exponents_from_1_to_100000_do_not_overflow_and_cost_little(exponent):
             assert np.abs(factor).max() <= 1.0
     theta = np.radians([5.0, 20.0, 40.0])
     wi, wo = spherical(theta, 0.0), spherical(theta, np.pi)
-    single, half = (FactoredBrdf(packs).eval(wi, wo) for packs in (found.packs, stored.packs))
+    single, half = (FactoredBrdf(packs).eval(wi, wo) for packs in (found.fast.packs, stored.packs))
     np.testing.assert_allclose(half, single, rtol=0.01)
 
 
 def test_a_cost_above_the_allowance_keeps_single_and_says_why():
     brdf = OrenNayar(flat(0.4), 0.35)
-    packs = fit(brdf, pixels=PIXELS, ranks=(4,)).packs
+    packs = fit(brdf, pixels=PIXELS, ranks=(4,)).fast.packs
     stored = half_storage(packs, p99_against(brdf), allowed=-1.0)
     assert not stored.half
     assert stored.packs is packs

@@ -19,7 +19,7 @@ ramp = np.linspace(0.0, 1.0, len(WORKING_WAVELENGTHS_NM))
 red, grey = (Spectrum.sampled(WORKING_WAVELENGTHS_NM, v) for v in (0.05 + 0.6 * ramp**2, 0.04 + 0.0 * ramp))
 brdf = AshikhminShirley(red, grey, 40.0, 40.0)
 found = fit(brdf, frame="io", budget=1.0, pixels=48)
-bounds = Bounds.of(brdf).extremes(found.packs)
+bounds = Bounds.of(brdf).extremes(found.fast.packs)
 print(json.dumps([bounds.lowest, bounds.ratio, found.score, found.error.most_negative]))
 """
 

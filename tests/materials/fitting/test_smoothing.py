@@ -5,6 +5,7 @@ from metamer.materials.axes import Axis
 from metamer.materials.factors import FactorPack
 from metamer.materials.fitting.smoothing import smoothed, smoothed_pack
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.palette import Palette
 
 
 def test_constants_are_kept_and_a_turn_is_wrapped():
@@ -25,8 +26,8 @@ def test_a_pack_is_smoothed_over_its_angles_only():
     generator = np.random.default_rng(0)
     factors = tuple(generator.random((axis.size, 3)) for axis in axes)
     basis = SpectralBasis.sampled()
-    pack = FactorPack("io", axes, factors, generator.random((3, basis.size)), basis)
+    pack = FactorPack("io", axes, factors, Palette.of(generator.random((3, basis.size)), basis))
     found = smoothed_pack(pack)
-    np.testing.assert_array_equal(found.spectral, pack.spectral)
+    np.testing.assert_array_equal(found.spectral, pack.palette.values[0])
     for before, after in zip(pack.factors, found.factors, strict=True):
         assert np.abs(np.diff(after, axis=0)).sum() < np.abs(np.diff(before, axis=0)).sum()

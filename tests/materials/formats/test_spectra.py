@@ -197,9 +197,9 @@ def test_what_is_measured_more_finely_than_the_working_grid_stays_the_truth(sour
     assert "finer than 5 nm" in one.provenance.notes and "every sample" in one.provenance.notes
     done = fit_material(one, 0.5)
     light, eye = illuminant("FL11"), observer("1931_2")
-    truth, shown = eye.weights(light, EVERY) @ fine, np.pi * done.packs[0].fold(light, eye)[0]
+    truth, shown = eye.weights(light, EVERY) @ fine, np.pi * done.fast.packs[0].fold(light, eye)[0]
     assert delta_e_xyz(truth, shown, eye.white(light)) < 0.1
-    np.testing.assert_array_equal(done.packs[0].basis.wavelengths_nm, WORKING_WAVELENGTHS_NM)
+    np.testing.assert_array_equal(done.fast.packs[0].palette.basis.wavelengths_nm, WORKING_WAVELENGTHS_NM)
 
 
 def test_only_what_is_seen_of_a_long_measurement_is_shaded_and_all_of_it_is_kept(sources):
@@ -219,11 +219,11 @@ def test_an_edge_that_no_5_nm_hold_is_declared(sources):
     sphere = sphere_protocol(128).under(done.error.light)
     brdf = rebuild(one.model, one.parameters)
     white = illuminant_white(done.error.light)
-    expected = delta_e_xyz(sphere.reference(brdf), sphere.sample(done.packs), white)
+    expected = delta_e_xyz(sphere.reference(brdf), sphere.sample(done.fast), white)
     assert done.error.maximum == pytest.approx(expected.max(), abs=1e-9)
     assert done.error.maximum > 0.05
-    assert min(pack.spectral.min() for pack in done.packs) >= 0
-    assert max(pack.spectral.max() for pack in done.packs) <= 1 / np.pi
+    assert min(pack.palette.values[0].min() for pack in done.fast.packs) >= 0
+    assert max(pack.palette.values[0].max() for pack in done.fast.packs) <= 1 / np.pi
 
 
 def illuminant_white(name):

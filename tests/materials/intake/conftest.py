@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack, FitError
+from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
-from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.palette import Palette
 
 
 @pytest.fixture
@@ -17,8 +18,8 @@ def fits(monkeypatch):
         fitted.append(material.id)
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
-        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled(), error)
-        return importing.Fitted((pack,), error, 0.5)
+        pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
+        return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
 
     monkeypatch.setattr(importing, "fit_material", fit_one)
     return fitted

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.axes import Axis
 from metamer.materials.directions import TAU, spherical
-from metamer.materials.factors import FactorPack
+from metamer.materials.factors import FactoredBrdf, FactorPack
 from metamer.materials.formats.rgl import MAGIC, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
 from metamer.materials.intake.sources import read_sources
@@ -17,10 +17,10 @@ from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.source import Rejected
-from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.palette import Palette
 from metamer.spectral.upsampling import METHODS, xyz_from_rgb
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
@@ -384,9 +384,9 @@ def test_import_knows_it_by_content_and_rebuilds_it(tmp_path):
 def test_record_keeps_every_field_of_the_file(tmp_path):
     (source,) = read_sources(written(tmp_path / "film.bsdf", made_up()))
     axes = tuple(Axis(name, 2, 0.5 * np.pi) for name in ("theta_h", "theta_d", "phi_d"))
-    pack = FactorPack("hd", axes, (np.ones((2, 1)),) * 3, np.ones((1, 81)), SpectralBasis.sampled())
+    pack = FactorPack("hd", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
     told = (source.id, source.family, source.model, source.parameters, source.provenance)
-    write_record(MaterialRecord(*told, (pack,), None), tmp_path / "film.h5")
+    write_record(MaterialRecord(*told, FactoredBrdf((pack,))), tmp_path / "film.h5")
     brdf = read_record(tmp_path / "film.h5").brdf()
     assert isinstance(brdf, RglBrdf)
     for name, values in made_up().items():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.factors import FitError
+from metamer.materials.fit_error import FitError
 from metamer.materials.records.material import Provenance
 from metamer.materials.records.query import Query
 from metamer.spectral.difference import delta_e
@@ -145,7 +145,7 @@ def test_surfaces_leave_spectra_out(catalogue):
         catalogue.match_surfaces("lamp/*")
     with pytest.raises(InputError, match=r"(?s)glass/clear: a transmittance spectrum.*measure"):
         catalogue.surface("glass/clear")
-    assert catalogue.surface("paint/dark").packs
+    assert catalogue.surface("paint/dark").summands
 
 
 def test_ids_lead_nowhere_outside(catalogue, tmp_path):

@@ -9,7 +9,8 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack, FitError
+from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.fit_error import FitError
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.records.material import MaterialRecord, Provenance
@@ -17,8 +18,8 @@ from metamer.materials.records.models import MEASURED, SPECTRA
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.record_head import HEAD_BYTES, read_head
 from metamer.materials.records.trial_table import trial_table, trials_from
-from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
+from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Quantity
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
@@ -29,20 +30,20 @@ FROM = Provenance("a test", "none", "analytic")
 def matt(reflectance=0.5, precision="single", rank=1):
     axes = tuple(Axis(name, 5, 1.5) for name in ("theta_h", "theta_d", "phi_d"))
     factors = (np.full((5, rank), 1 / np.pi / rank), np.ones((5, rank)), np.ones((5, rank)))
-    pack = FactorPack("hd", axes, factors, np.full((rank, 81), reflectance), SpectralBasis.sampled(), ERROR)
+    pack = FactorPack("hd", axes, factors, Palette.of(np.full((rank, 81), reflectance)))
     return rounded_to_half(pack) if precision == "half" else pack
 
 
 def surface(**changes):
     parameters = {"wavelengths_nm": NM, "reflectance": np.full(81, 0.5)}
-    record = MaterialRecord("paint/grey", "paint", "lambert", parameters, FROM, (matt(),), ERROR, "abc")
+    record = MaterialRecord("paint/grey", "paint", "lambert", parameters, FROM, FactoredBrdf((matt(),), ERROR), "abc")
     return replace(record, **changes)
 
 
 def spectrum_only(model, values=None, **original):
     nm = np.array([380.0, 401.5, 560.0, 730.0])
     kept = {"wavelengths_nm": nm, "values": np.array([0.1, 0.2, 0.9, 0.4]) if values is None else values}
-    return MaterialRecord("lamp/one", "lamp", model, {}, FROM, (), None, original=kept | original)
+    return MaterialRecord("lamp/one", "lamp", model, {}, FROM, None, original=kept | original)
 
 
 def back(record, tmp_path):
@@ -107,9 +108,13 @@ def test_trials_survive_fields_that_come_and_go():
 
 def test_half_precision_is_stored_as_such_and_comes_back_exactly(tmp_path):
     pack = matt(1 / 3, "half", rank=3)
-    found, path = back(surface(packs=(pack, matt())), tmp_path)
-    assert [one.precision for one in found.packs] == ["half", "single"]
-    for a, b in zip((*found.packs[0].factors, found.packs[0].spectral), (*pack.factors, pack.spectral), strict=True):
+    found, path = back(surface(fast=FactoredBrdf((pack, matt()))), tmp_path)
+    assert [one.precision for one in found.fast.packs] == ["half", "single"]
+    for a, b in zip(
+        (*found.fast.packs[0].factors, found.fast.packs[0].spectra),
+        (*pack.factors, pack.spectra),
+        strict=True,
+    ):
         assert a.dtype == np.float64
         np.testing.assert_array_equal(a, b)
     with h5py.File(path) as file:
@@ -118,8 +123,8 @@ def test_half_precision_is_stored_as_such_and_comes_back_exactly(tmp_path):
 
 
 def test_half_that_is_not_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"(?s)precision: factors are not what 16 bits hold.*rounded_to_half"):
-        back(surface(packs=(replace(matt(), precision="half"),)), tmp_path)
+    with pytest.raises(InputError, match=r"(?s)do not fit into 16 bits.*rounded_to_half"):
+        back(surface(fast=FactoredBrdf((replace(matt(), precision="half"),))), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -132,7 +137,7 @@ def test_half_that_is_not_is_refused(tmp_path):
 )
 def test_spectrum_without_a_surface(tmp_path, model, words, step):
     found, _ = back(spectrum_only(model), tmp_path)
-    assert not found.is_surface and found.packs == () and found.error is None
+    assert not found.is_surface and found.summands == () and found.error is None
     spectrum = found.spectrum()
     assert spectrum.quantity == model.replace("_", " ") == found.quantity
     np.testing.assert_array_equal(spectrum.wavelengths_nm, [380.0, 401.5, 560.0, 730.0])
@@ -157,7 +162,7 @@ def test_spectrum_without_samples_is_refused(tmp_path):
 
 
 def test_head_is_json_in_the_first_bytes(tmp_path):
-    _, path = back(surface(packs=(matt(0.25),)), tmp_path)
+    _, path = back(surface(fast=FactoredBrdf((matt(0.25),), ERROR)), tmp_path)
     head = json.loads(path.read_bytes()[:HEAD_BYTES])
     assert head["id"] == "paint/grey" and head["terms"] == [[1, "hd"]] and head["quantity"] == "reflectance"
     assert head["error"]["p99"] == 0.3 and head["error"]["light"] == "D65"
@@ -167,7 +172,7 @@ def test_head_is_json_in_the_first_bytes(tmp_path):
 
 def test_head_s_colour_is_that_of_45_0(tmp_path):
     """A matt grey of radiance factor 0.25: the white's chromaticity, and L* = 116 0.25^(1/3) - 16 = 57.0754."""
-    colour = read_head(back(surface(packs=(matt(0.25),)), tmp_path)[1])["colour"]
+    colour = read_head(back(surface(fast=FactoredBrdf((matt(0.25),), ERROR)), tmp_path)[1])["colour"]
     np.testing.assert_allclose(colour["XYZ"], 0.25 * np.array([0.95043, 1.0, 1.08880]), atol=2e-4)
     np.testing.assert_allclose(colour["Lab"], [57.0754, 0.0, 0.0], atol=1e-3)
     assert (colour["illuminant"], colour["observer"], colour["geometry"]) == ("D65", "1931_2", "45a:0")

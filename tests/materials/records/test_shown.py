@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley
 from metamer.materials.exported_spectrum import exported_spectrum
-from metamer.materials.factors import FitError
+from metamer.materials.fit_error import FitError
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.shown import shown_colours, shown_spectrum, shown_trials
@@ -18,7 +18,7 @@ def brushed(**changes):
     brdf = AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2]
     assert not brdf.isotropic
     parameters = {**brdf.parameters(), "wavelengths_nm": brdf.wavelengths_nm}
-    record = MaterialRecord("x/b", "x", brdf.NAME, parameters, Provenance("a", "b", "analytic"), (), None)
+    record = MaterialRecord("x/b", "x", brdf.NAME, parameters, Provenance("a", "b", "analytic"), None)
     return replace(record, **changes)
 
 

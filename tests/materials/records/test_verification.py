@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.fluorescent import FluorescentLambert
+from metamer.materials.protocol import measured
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.verification import TOLERANCE, verify_catalogue, verify_material
 from metamer.spectral.bispectral import Bispectral
@@ -17,7 +18,7 @@ def by_id(found):
 
 def declare(path, **changes):
     record = read_record(path)
-    write_record(replace(record, error=replace(record.error, **changes)), path)
+    write_record(replace(record, fast=replace(record.fast, error=replace(record.error, **changes))), path)
 
 
 @pytest.fixture
@@ -104,10 +105,11 @@ def test_fluorescent_surface_is_measured_with_its_emission(tmp_path, write_matt)
     matrix = np.diag(np.full(40, 0.4))
     matrix[20:28, :4] += 0.05
     surface = FluorescentLambert(Bispectral(np.arange(380.0, 780.0, 10.0), np.arange(380.0, 780.0, 10.0), matrix))
-    packs, error = surface.measured_packs(32)
-    changes = {"model": surface.NAME, "parameters": surface.parameters(), "packs": packs, "error": error}
+    fast = measured(surface.own_form(), surface, 32)
+    changes = {"model": surface.NAME, "parameters": surface.parameters(), "fast": fast}
     one = verify_material("x/f", write_matt(tmp_path, "x/f", **changes))
-    assert one.problem is None and one.measured.p99 == pytest.approx(error.p99, abs=1e-6)
-    dimmer = (replace(packs[0], spectral=0.9 * packs[0].spectral),)
-    one = verify_material("x/f", write_matt(tmp_path, "x/f", **(changes | {"packs": dimmer})))
+    assert one.problem is None and one.measured.p99 == pytest.approx(fast.error.p99, abs=1e-6)
+    (pack,) = fast.packs
+    dimmer = replace(fast, packs=(pack.recoloured(0.9 * pack.palette.values[0]),))
+    one = verify_material("x/f", write_matt(tmp_path, "x/f", **(changes | {"fast": dimmer})))
     assert "does not hold" in str(one.problem)

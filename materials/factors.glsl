@@ -1,4 +1,4 @@
-// Factors of a pack: one texel holds four terms at one node of one axis. Interpolated by hand, because texture units
+// Terms of a factor pack, twin of factors.py: one texel holds four terms at one node of one axis. Interpolated by hand, because texture units
 // filter with 8 bits of fraction, which would show.
 
 uniform sampler2D factors;
@@ -61,3 +61,47 @@ vec4 look_up(Mean mean, int row) {
     return mean.blend > 0.0 ? mix(found, look_up(mean.coarse, row), mean.blend) : found;
 }
 #endif
+
+#ifdef MIPMAPPED
+#define PLACE Mean
+#define PLACE_ON(number, angle) mean_on(number, angle, s.span[number])
+#else
+#define PLACE Place
+#define PLACE_ON(number, angle) place_on(axes[number], angle)
+#endif
+
+uniform int azimuth_channel;    // of the fourth axis: phi_i or phi_h
+
+struct Here {
+    PLACE first, second, third;
+#if AXES == 4
+    PLACE fourth;
+#endif
+    float scale;
+};
+
+Here here_at(Sample s) {
+    Here here;
+#if AXES == 3
+    s.angles.z = min(s.angles.z, 6.28318530717958648 - s.angles.z);
+#else
+    here.fourth = PLACE_ON(3, s.azimuths[azimuth_channel]);
+#endif
+    here.first = PLACE_ON(0, s.angles.x);
+    here.second = PLACE_ON(1, s.angles.y);
+    here.third = PLACE_ON(2, s.angles.z);
+    here.scale = s.angles.w;
+    return here;
+}
+
+int entry(Here here, int mixed) {
+    return 0;
+}
+
+vec4 term(Here here, int mixed, int row) {
+    vec4 found = look_up(here.first, row) * look_up(here.second, row) * look_up(here.third, row) * here.scale;
+#if AXES == 4
+    found *= look_up(here.fourth, row);
+#endif
+    return found;
+}

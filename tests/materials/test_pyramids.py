@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from metamer.materials.axes import Axis
-from metamer.materials.factors import frame_angles
 from metamer.materials.fitting.half import rounded_to_half
-from metamer.viewer.pyramids import MOST_LEVELS, axis_levels, filtered_geometry, level_of, pyramid, width_of
+from metamer.materials.frame_angles import frame_angles
+from metamer.materials.points import Points
+from metamer.materials.pyramids import MOST_LEVELS, axis_levels, filtered_values, level_of, pyramid, width_of
 
 TURN = 2 * np.pi
 AXES = [
@@ -30,6 +31,10 @@ def level(axis, number, factor):
     made = axis_levels(axis)
     rows = slice(made.starts[number], made.starts[number] + made.sizes[number])
     return made.spacings[number] * np.arange(made.sizes[number]), made.weights[rows] @ factor
+
+
+def means(pack):
+    return pyramid(pack.axes, pack.factors, pack.precision == "half")
 
 
 def directions(count, seed=0):
@@ -118,34 +123,33 @@ def test_discs_beyond_a_short_axis_see_its_last_node_alone():
 @pytest.mark.parametrize("name", ["gloss", "sharp", "brushed", "woven"])
 def test_a_sample_without_extent_sees_the_factors_themselves(scenes, name):
     wi, wo = directions(500)
-    for pack in scenes.PACKS[name]:
-        at = frame_angles(pack.frame, wi, wo, pack.anisotropic)
-        found = filtered_geometry(pack, at, np.zeros((500, len(pack.axes))))
-        np.testing.assert_allclose(found, pack.geometry_at(at), rtol=1e-12, atol=1e-15)
+    for pack in scenes.SURFACES[name].packs:
+        spanless = Points(wi, wo, spans={pack.frame: np.zeros((500, 4))})
+        np.testing.assert_allclose(pack.terms(spanless).value, pack.values(wi, wo), rtol=1e-12, atol=1e-15)
 
 
 def test_a_sample_that_spans_everything_sees_one_mean(scenes):
     wi, wo = directions(200)
-    (pack,) = scenes.PACKS["brushed"]
+    (pack,) = scenes.SURFACES["brushed"].packs
     at = frame_angles(pack.frame, wi, wo, True)
-    found = filtered_geometry(pack, at, np.full((200, 4), 1e3)) / at.scale[:, None]
+    found = filtered_values(pack.axes, pack.factors, False, at, np.full((200, 4), 1e3)) / at.scale[:, None]
     assert np.ptp(found, axis=0).max() < 1e-6 * np.abs(found).max()
 
 
 def test_wider_is_smoother_and_never_jumps(scenes):
     """What is looked up changes steadily with the span, between levels and beyond the last."""
     wi, wo = directions(50)
-    pack = scenes.PACKS["sharp"][1]
+    pack = scenes.SURFACES["sharp"].packs[1]
     at = frame_angles("hd", wi, wo)
     spans = np.geomspace(1e-5, 10.0, 2000)
-    seen = np.stack([filtered_geometry(pack, at, np.full((50, 3), span)) for span in spans])
+    seen = np.stack([filtered_values(pack.axes, pack.factors, False, at, np.full((50, 3), span)) for span in spans])
     assert np.abs(np.diff(seen, axis=0)).max() < 0.02 * np.abs(seen).max()
 
 
 def test_means_of_a_half_precision_pack_fit_into_16_bits(scenes):
-    for pack in (*scenes.PACKS["sharp"], *scenes.PACKS["woven"]):
+    for pack in (*scenes.SURFACES["sharp"].packs, *scenes.SURFACES["woven"].packs):
         small = rounded_to_half(pack)
-        for table, whole in zip(pyramid(small), pyramid(pack), strict=True):
+        for table, whole in zip(means(small), means(pack), strict=True):
             np.testing.assert_array_equal(table.astype(np.float16), table)
             scale = np.abs(whole).max(axis=0)
             np.testing.assert_allclose(table * scale, whole, atol=1e-3 * scale.max())

@@ -18,14 +18,17 @@ Twin of the levels in `factors.glsl`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..materials.axes import Axis
-from ..materials.factors import FactorPack, FrameAngles
+from .axes import Axis
+from .frame_angles import FrameAngles
+
+Factors = tuple[Float[np.ndarray, "_ R"], ...]
 
 # Nodes that a level keeps to each width that it averages over, where the axis has as many.
 NODES_A_WIDTH = 4
@@ -80,10 +83,10 @@ def axis_levels(axis: Axis) -> Levels:
     return Levels(tuple(sizes), tuple(spacings), starts, stacked)
 
 
-def pyramid(pack: FactorPack) -> tuple[Float[np.ndarray, "_ R"], ...]:
-    """The nodes of all levels of every factor; rounded to 16 bits where the pack is in half precision."""
-    stacked = [axis_levels(axis).weights @ factor for axis, factor in zip(pack.axes, pack.factors, strict=True)]
-    if pack.precision == "half":
+def pyramid(axes: Sequence[Axis], factors: Factors, half: bool) -> Factors:
+    """The nodes of all levels of every factor; rounded to 16 bits where those are in half precision."""
+    stacked = [axis_levels(axis).weights @ factor for axis, factor in zip(axes, factors, strict=True)]
+    if half:
         stacked = [values.astype(np.float16).astype(np.float64) for values in stacked]
     return tuple(stacked)
 
@@ -111,18 +114,18 @@ def level_of(axis: Axis, position: Float[np.ndarray, " K"], width: Float[np.ndar
     return np.clip(np.log2(np.maximum(nodes, 1.0)), 0.0, last)
 
 
-def filtered_geometry(
-    pack: FactorPack, at: FrameAngles, widths: Float[np.ndarray, "K axes"]
+def filtered_values(
+    axes: Sequence[Axis], factors: Factors, half: bool, at: FrameAngles, widths: Float[np.ndarray, "K axes"]
 ) -> Float[np.ndarray, "K R"]:
-    """`FactorPack.geometry_at` with each factor averaged over `widths`, radians, in the order of the pack's axes."""
-    tables = pyramid(pack)
+    """Products of factors, each averaged over `widths` (radians, in the order of the axes), times the angles' scale."""
+    tables = pyramid(axes, factors, half)
     steps = [np.diff(table, axis=0, append=table[-1:]) for table in tables]
-    out = np.empty((len(at.scale), pack.rank))
+    out = np.empty((len(at.scale), factors[0].shape[1]))
     for start in range(0, len(out), _BLOCK):
         rows = slice(start, start + _BLOCK)
         product = out[rows]
         product[:] = at.scale[rows, None]
-        for number, (axis, table, step) in enumerate(zip(pack.axes, tables, steps, strict=True)):
+        for number, (axis, table, step) in enumerate(zip(axes, tables, steps, strict=True)):
             position = _position(axis, at.angles[axis.name][rows])
             level = level_of(axis, position, widths[rows, number])
             fine = level.astype(np.intp)

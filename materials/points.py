@@ -1,0 +1,59 @@
+"""Points of surfaces as they are shaded: where light comes from, where it goes, and where on the texture they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from .axes import Frame
+from .frame_angles import FrameAngles, frame_angles
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """N shading points of one surface.
+
+    Parameters
+    ----------
+    wi, wo : (N,3) unit vectors to the light and to the viewer, in the local frame: x along u where there are texture
+        coordinates, z along the normal.
+    uv : (N,2) texture coordinates; None where the mesh has none or nobody asked for them.
+    footprint : (N,2,2) what a sample of the picture spans of the texture: [:, :, 0] is how far (u, v) go across one
+        column of samples, [:, :, 1] across one row; None without uv.
+    arriving : (N,) what light arrives, on a surface that faces it: terms are multiplied by it; None is 1.
+    spans : radians of each angle of a frame that a sample stands for, (N,4) in the order of its axes; None where terms
+        are taken at the very point.
+    """
+
+    wi: Float[np.ndarray, "N 3"]
+    wo: Float[np.ndarray, "N 3"]
+    uv: Float[np.ndarray, "N 2"] | None = None
+    footprint: Float[np.ndarray, "N 2 2"] | None = None
+    arriving: Float[np.ndarray, " N"] | None = None
+    spans: Mapping[Frame, Float[np.ndarray, "N 4"]] | None = None
+    _angles: dict[tuple[Frame, bool], FrameAngles] = field(default_factory=dict, repr=False)
+
+    def __len__(self) -> int:
+        return len(self.wi)
+
+    def angles(self, frame: Frame, anisotropic: bool = False) -> FrameAngles:
+        """The angles of a frame at every point, kept for the next who asks; `scale` includes what arrives."""
+        key = (frame, anisotropic)
+        if key not in self._angles:
+            at = frame_angles(frame, self.wi, self.wo, anisotropic)
+            self._angles[key] = at if self.arriving is None else replace(at, scale=at.scale * self.arriving)
+        return self._angles[key]
+
+    def chosen(self, which: Int[np.ndarray, " K"] | Bool[np.ndarray, " N"] | slice) -> Points:
+        """Some of the points."""
+
+        def of(values: np.ndarray | None) -> np.ndarray | None:
+            return None if values is None else values[which]
+
+        spans: dict[Frame, np.ndarray] | None = None
+        if self.spans is not None:
+            spans = {frame: values[which] for frame, values in self.spans.items()}
+        return Points(self.wi[which], self.wo[which], of(self.uv), of(self.footprint), of(self.arriving), spans)

@@ -1,0 +1,8 @@
+"""The fast forms that a record may hold, a row each, by the group of the file that they lie in."""
+
+from __future__ import annotations
+
+from ..factors import FactoredBrdf
+from ..fast import Fast
+
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf,)}

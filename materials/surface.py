@@ -1,0 +1,42 @@
+"""The interface of everything that light falls on: originals, and the fast forms that stand for them."""
+
+from __future__ import annotations
+
+import abc
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ..spectral.bispectral import Bispectral
+from ..spectral.folding import Folding
+from .points import Points
+
+
+class Surface(abc.ABC):
+    """How a surface scatters light, point by point.
+
+    Attributes
+    ----------
+    wavelengths_nm : (L,) ascending.
+    isotropic : True where turning both directions about the normal changes nothing.
+    bispectral : what also leaves at other wavelengths than it came in (`fluorescent`); None where nothing does.
+    uses_uv : whether it has to know where on its texture a point is.
+    """
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    isotropic: bool
+    bispectral: Bispectral | None = None
+    uses_uv: ClassVar[bool] = False
+
+    def own_form(self) -> Surface | None:
+        """The fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted."""
+        return None
+
+    @abc.abstractmethod
+    def at(self, points: Points) -> Float[np.ndarray, "N L"]:
+        """f_r in 1/sr at each point, without the cosine; zero where either direction is on or below the horizon."""
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """All that leaves in colour, at every wavelength, under each of M lights; 1/sr, without the cosine."""
+        return self.at(points) @ folding.weights(self.wavelengths_nm)
