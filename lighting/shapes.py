@@ -64,10 +64,10 @@ def cloth(divisions: int = 160) -> Mesh:
 
     if not 1 <= divisions <= 2000:
         raise InputError("divisions out of range", field="divisions", found=divisions, expected="1 to 2000")
-    uv, faces = _grid(divisions, divisions)
-    points, normals = _patch(drape, 2.0 * uv - 1.0)
+    xz, faces = _grid(divisions, divisions)
+    points, normals = _patch(drape, 2.0 * xz - 1.0)
     points = points - np.array([0.0, points[:, 1].min(), 0.0])
-    return Mesh(points, normals, faces, uv, name="cloth")
+    return Mesh(points, normals, faces, _uv_from_above(xz), name="cloth")
 
 
 def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
@@ -75,9 +75,9 @@ def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
     for field, size in (("width", width), ("depth", depth)):
         if not 0.0 < size < np.inf:
             raise InputError("not the size of a plane", field=field, found=size, expected="a positive length")
-    uv, faces = _grid(1, 1)
-    points, normals = _patch(lambda p: np.stack([p[0] * width, 0.0 * p[0], p[1] * depth]), uv - 0.5)
-    return Mesh(points, normals, faces, uv, name="plane")
+    xz, faces = _grid(1, 1)
+    points, normals = _patch(lambda p: np.stack([p[0] * width, 0.0 * p[0], p[1] * depth]), xz - 0.5)
+    return Mesh(points, normals, faces, _uv_from_above(xz), name="plane")
 
 
 def patches(count: int = 6, gap: Number = 0.08, tilt_deg: Number = 0.0) -> tuple[Mesh, ...]:
@@ -141,14 +141,19 @@ def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
 
 
 def _grid(rows: int, columns: int) -> tuple[Float[np.ndarray, "V 2"], Int[np.ndarray, "F 3"]]:
-    """uv in [0, 1]^2 and triangles that face +y when u runs along x and v along z."""
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
+    """Points (x, z) of [0, 1]^2 and triangles that face +y."""
+    x, z = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
     corner = np.arange(rows * (columns + 1)).reshape(rows, columns + 1)[:, :-1].reshape(-1)
     below = corner + columns + 1
     faces = np.concatenate(
         [np.stack([corner, below, corner + 1], axis=1), np.stack([corner + 1, below, below + 1], axis=1)]
     )
-    return np.stack([u.reshape(-1), v.reshape(-1)], axis=1), faces
+    return np.stack([x.reshape(-1), z.reshape(-1)], axis=1), faces
+
+
+def _uv_from_above(xz: Float[np.ndarray, "V 2"]) -> Float[np.ndarray, "V 2"]:
+    """u along x and v against z: a picture that lies face up, read from its lower edge, which is the nearer one."""
+    return np.stack([xz[:, 0], 1.0 - xz[:, 1]], axis=1)
 
 
 def _partials(surface: Callable[[np.ndarray], np.ndarray], p: np.ndarray) -> np.ndarray:
