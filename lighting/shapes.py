@@ -14,25 +14,27 @@ from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError
 from .mesh import Mesh
-from .vectors import Number, unit
+from .vectors import Number, unit, welded
 
 STEP = 1e-100
 
 
-def sphere(subdivisions: int = 6, radius: Number = 1.0) -> Mesh:
+def sphere(subdivisions: int = 6, radius: Number = 1.0, uv: bool = False) -> Mesh:
     """Unit sphere about the origin, from an icosahedron whose triangles are cut in four `subdivisions` times.
 
-    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels.
+    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels. With `uv` it has
+    texture coordinates: u once round from the back (-z) by the left, v from the lower pole to the upper one.
     """
     directions, faces = _icosphere(subdivisions)
-    return Mesh(directions * radius, directions, faces, name="sphere")
+    return _with_uv(Mesh(directions * radius, directions, faces, name="sphere"), directions, uv)
 
 
-def speed_shape(subdivisions: int = 6) -> Mesh:
+def speed_shape(subdivisions: int = 6, uv: bool = False) -> Mesh:
     """The long doubly curved body that paint is judged on: nose, waist, tail, and a hollow along its back.
 
     A sphere under a smooth invertible map, so that it is closed and free of creases: convex at both ends, saddle-shaped
-    at the waist, concave along the hollow. Length 3.2 along x, back to +y, standing on y = 0 at its lowest point.
+    at the waist, concave along the hollow. Length 3.2 along x, back to +y, standing on y = 0 at its lowest point. With
+    `uv` it has those of the sphere that it comes from.
     """
 
     def body(p: np.ndarray) -> np.ndarray:
@@ -44,7 +46,7 @@ def speed_shape(subdivisions: int = 6) -> Mesh:
     directions, faces = _icosphere(subdivisions)
     points, normals = _mapped(body, directions)
     points = points - np.array([0.0, points[:, 1].min(), 0.0])
-    return Mesh(points, normals, faces, name="speed_shape")
+    return _with_uv(Mesh(points, normals, faces, name="speed_shape"), directions, uv)
 
 
 def cloth(divisions: int = 160) -> Mesh:
@@ -123,6 +125,27 @@ def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndar
         (a, b, c), (ab, bc, ca) = faces.T, middle
         faces = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     return points, faces
+
+
+def _with_uv(mesh: Mesh, directions: Float[np.ndarray, "V 3"], wanted: bool) -> Mesh:
+    """A closed shape with longitude and latitude of its directions as uv, vertices split along the seam and at the
+    poles; as it is where that is not wanted.
+
+    A triangle across the seam goes on beyond u = 1; at a pole each triangle has the longitude of its middle.
+    """
+    if not wanted:
+        return mesh
+    x, y, z = directions.T
+    u = (np.arctan2(x, z) / (2.0 * np.pi) + 0.5)[mesh.faces]
+    v = (np.arcsin(np.clip(y, -1.0, 1.0)) / np.pi + 0.5)[mesh.faces]
+    pole = (np.hypot(x, z) < 1e-9)[mesh.faces]
+    largest = np.where(pole, -np.inf, u).max(axis=1, keepdims=True)
+    u = np.where(largest - u > 0.5, u + 1.0, u)
+    middle = np.where(pole, 0.0, u).sum(axis=1, keepdims=True) / (~pole).sum(axis=1, keepdims=True)
+    u = np.where(pole, middle, u)
+    corners, number = welded(np.stack([mesh.faces, u, v], axis=-1).reshape(-1, 3))
+    old = corners[:, 0].astype(np.int64)
+    return Mesh(mesh.vertices[old], mesh.normals[old], number.reshape(-1, 3), corners[:, 1:], name=mesh.name)
 
 
 def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
