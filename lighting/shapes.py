@@ -22,8 +22,8 @@ STEP = 1e-100
 def sphere(subdivisions: int = 6, radius: Number = 1.0, uv: bool = False) -> Mesh:
     """Unit sphere about the origin, from an icosahedron whose triangles are cut in four `subdivisions` times.
 
-    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels. With `uv` it has
-    texture coordinates: u once round from the back (-z) by the left, v from the lower pole to the upper one.
+    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels. With `uv` it
+    has texture coordinates: u once round from the back (-z) by the left, v from the lower pole to the upper one.
     """
     directions, faces = _icosphere(subdivisions)
     return _with_uv(Mesh(directions * radius, directions, faces, name="sphere"), directions, uv)
