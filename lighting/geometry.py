@@ -18,7 +18,7 @@ from .camera import Camera
 from .lights import Light
 from .scene import Scene
 from .tangents import seen_handedness
-from .texture_coordinates import uv_footprints
+from .texture_coordinates import uv_footprints, uv_gradients
 from .vectors import dot, facing_viewer, orthonormal_frame, unit
 
 # Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
@@ -104,6 +104,11 @@ class Tracer:
         return np.concatenate(
             [mesh.uv if mesh.uv is not None else np.zeros((len(mesh.vertices), 2)) for mesh in self._meshes]
         )
+
+    @cached_property
+    def uv_gradients(self) -> Float[np.ndarray, "F 2 3"]:
+        """See `texture_coordinates.uv_gradients`; worked out when first asked for."""
+        return uv_gradients(self.vertices[self.faces], self.uv[self.faces])
 
     def first(
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool = True
@@ -201,7 +206,7 @@ def visible_geometry(
     uv, footprint = None, None
     if with_uv and any(tracer.has_uv):
         uv = np.einsum("nk,nki->ni", weights, tracer.uv[corners])
-        footprint = uv_footprints(camera, -to_viewer, distance, tracer.vertices[corners], tracer.uv[corners])
+        footprint = uv_footprints(camera, -to_viewer, distance, geometric, tracer.uv_gradients[face])
     return VisibleGeometry(
         width=camera.width,
         rows=height,

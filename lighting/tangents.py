@@ -1,18 +1,20 @@
 """Tangents from texture coordinates, by the convention of MikkTSpace (Mikkelsen 2008), which normal maps are baked for.
 
 The tangent runs along increasing u. The bitangent is `handedness` * cross(normal, tangent), with 1 where (u, v) turns
-as (x, y) does on the side that the triangle winds anticlockwise, and -1 where the texture is mirrored. A vertex has one
-tangent for its unmirrored triangles and another for its mirrored ones: the mean of their directions of u, each laid
+as (x, y) does on the side that the triangle winds anticlockwise, and -1 where the texture is mirrored. Triangles of one
+handedness that share a vertex, and edges at it, have one tangent there: the mean of their directions of u, each laid
 into the plane of the vertex normal, at length one, weighted with the triangle's angle at the vertex in that plane.
 
-As in mikktspace.c: all of that; vertices that agree in place, normal and uv count as one, however a file numbers them;
-a triangle without area in uv adds nothing and takes its neighbours' handedness.
+As in mikktspace.c, with its usual threshold of 180 degrees: all of that; vertices that agree in place, normal and uv
+count as one, however a file numbers them; a triangle without area in uv adds nothing and takes its neighbours'
+handedness.
 
-Otherwise: (1) all triangles of one handedness around a vertex are averaged, where mikktspace.c joins them across shared
-edges alone, and so keeps two fans apart that meet in nothing but the vertex. (2) "Without area" is relative to the
-triangle's longest side in uv, not a smallest float32. (3) Polygons are triangles before they come here, so that a quad
-whose halves differ in handedness is not brought to one. (4) Sums are in float64. (5) Renderers make the
-interpolated tangent and normal square and unit at every sample, where MikkTSpace leaves them as interpolated.
+Otherwise: (1) where those neighbours differ, it takes that of the unmirrored ones, not of the first in the file; where
+it has none, it is unmirrored. (2)
+"Without area" is relative to the triangle's longest side in uv, not a smallest float32. (3) Polygons are triangles
+before they come here, so that a quad whose halves differ in handedness is not brought to one. (4) Numbers are float64.
+(5) Renderers make the interpolated tangent and normal square and unit at every sample, where MikkTSpace leaves them as
+interpolated.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from .creases import corner_groups
 from .vectors import dot, orthonormal_frame, stated_tangents, unit, welded
 
 # A triangle thinner than this in uv, as height over longest side, has no direction of u that float64 can tell.
@@ -29,10 +32,9 @@ THINNEST_UV = 1e-10
 
 
 class Tangents(NamedTuple):
-    """Tangents of a mesh of V vertices and F triangles.
+    """Tangents of a mesh of F triangles.
 
-    directions (T, 3) : unit, square to the normal. The first V are one a vertex; the others are the mirrored ones of
-    vertices that unmirrored triangles use too.
+    directions (T, 3) : unit, square to the normal of their vertex.
     faces (F, 3) : which direction each corner of each triangle has.
     handedness (F,) : 1.0 or -1.0; the bitangent is handedness * cross(normal, tangent), along increasing v.
     """
@@ -59,33 +61,18 @@ def uv_tangents(
     alike, vertex = welded(np.concatenate([vertices, normals, uv], axis=1))
     corners = vertex[faces]
     handedness = _handedness(corners, sign, len(alike))
+    groups, label = corner_groups(corners, lambda one, other: handedness[one] == handedness[other])
+    label = label.reshape(-1, 3)
 
-    # Two sums a vertex: of its unmirrored and of its mirrored triangles.
-    total = np.zeros((2 * len(alike), 3))
-    mirrored = (handedness < 0.0).astype(np.int64)
+    total, normal_of = np.zeros((2, groups, 3))
     for k in range(3):
         normal = normals[faces[:, k]]
         here = vertices[faces[:, k]]
         following, last = (_level(vertices[faces[:, (k + step) % 3]] - here, normal) for step in (1, 2))
         angle = np.arctan2(np.linalg.norm(np.cross(following, last), axis=1), dot(following, last))
-        weight = np.where(sign == 0.0, 0.0, angle)
-        np.add.at(total, 2 * corners[:, k] + mirrored, weight[:, None] * unit(_level(along_u, normal)))
-    # What only triangles without area in uv use takes the other sum of the vertex.
-    empty = ~total.any(axis=1)
-    total = np.where(empty[:, None], total.reshape(-1, 2, 3)[:, ::-1].reshape(-1, 3), total)
-
-    # A vertex's own tangent is the unmirrored one where it has one; a mirrored one beside that is put at the end.
-    unmirrored = np.zeros(len(vertices), dtype=bool)
-    unmirrored[faces[handedness > 0.0]] = True
-    beside = np.zeros(len(vertices), dtype=bool)
-    beside[faces[handedness < 0.0]] = True
-    beside = np.flatnonzero(beside & unmirrored)
-    number = np.arange(len(vertices))
-    number[beside] = len(vertices) + np.arange(len(beside))
-    of_vertex = np.concatenate([np.arange(len(vertices)), beside])
-    which = np.concatenate([2 * vertex + ~unmirrored, 2 * vertex[beside] + 1])
-    directions = orthonormal_frame(normals[of_vertex], total[which])[:, 0]
-    return Tangents(directions, np.where(mirrored[:, None] == 1, number[faces], faces), handedness)
+        np.add.at(total, label[:, k], angle[:, None] * unit(_level(along_u, normal)))
+        normal_of[label[:, k]] = normal
+    return Tangents(orthonormal_frame(normal_of, total)[:, 0], label, handedness)
 
 
 def seen_handedness(
@@ -121,7 +108,7 @@ def _handedness(
         beside = np.zeros((2, vertices), dtype=bool)
         beside[0, corners[sign > 0.0]] = True
         beside[1, corners[sign < 0.0]] = True
-        unmirrored, mirrored = beside[:, corners[lost]].any(axis=2)
+        unmirrored, mirrored = (np.any(one[corners[lost]], axis=1) for one in beside)
         found[lost] = np.where(mirrored & ~unmirrored, -1.0, 1.0)
     return found
 

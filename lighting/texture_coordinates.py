@@ -18,14 +18,28 @@ from .camera import Camera
 from .vectors import dot
 
 
+def uv_gradients(corners: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"]) -> Float[np.ndarray, "F 2 3"]:
+    """How u and v grow along the three coordinates of space, in the planes of triangles with these corners."""
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(first, second)
+    # Directions along which only the one side's weight grows, and at which rate.
+    by_first, by_second = np.cross(second, normal), np.cross(normal, first)
+    by_uv = np.einsum("nc,ni->nci", uv[:, 1] - uv[:, 0], by_first) + np.einsum(
+        "nc,ni->nci", uv[:, 2] - uv[:, 0], by_second
+    )
+    return by_uv / dot(normal, normal)[:, None, None]
+
+
 def uv_footprints(
     camera: Camera,
     directions: Float[np.ndarray, "N 3"],
     distance: Float[np.ndarray, " N"],
-    corners: Float[np.ndarray, "N 3 3"],
-    uv: Float[np.ndarray, "N 3 2"],
+    normals: Float[np.ndarray, "N 3"],
+    gradients: Float[np.ndarray, "N 2 3"],
 ) -> Float[np.ndarray, "N 2 2"]:
-    """Footprints of samples whose rays, with unit `directions`, meet the triangles with these corners at `distance`."""
+    """Footprints of samples whose rays, with unit `directions`, meet triangles with these normals and `uv_gradients` at
+    `distance`.
+    """
     half_width, half_height = camera.half_extent
     right, up, back = camera.axes
     steps = (
@@ -34,13 +48,7 @@ def uv_footprints(
     )
     # Where the step is one of the ray's direction, it is at unit depth; a parallel view's is one of place.
     scale = -distance * (directions @ back) if camera.projection == "perspective" else np.ones_like(distance)
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(first, second)
-    along, squared = dot(normal, directions), dot(normal, normal)
-    rows = []
-    for step in steps:
-        moved = scale[:, None] * (step - directions * (normal @ step / along)[:, None])
-        by_first = dot(np.cross(moved, second), normal) / squared
-        by_second = dot(np.cross(first, moved), normal) / squared
-        rows.append(by_first[:, None] * (uv[:, 1] - uv[:, 0]) + by_second[:, None] * (uv[:, 2] - uv[:, 0]))
+    # What a step leaves of the plane is made up for along the ray.
+    along = np.einsum("nci,ni->nc", gradients, directions) / dot(normals, directions)[:, None]
+    rows = [scale[:, None] * (gradients @ step - along * (normals @ step)[:, None]) for step in steps]
     return np.stack(rows, axis=1)

@@ -88,9 +88,7 @@ def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray,
 def uv_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 2 4"]:
     """Per triangle the texture coordinates of its corners: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
     texels = np.zeros((len(triangles.parent), UV_TEXELS, 4), dtype=np.float32)
-    if view.scene.uv is not None:
-        corners = np.einsum("tkj,tjc->tkc", triangles.weights, view.scene.uv[triangles.parent])
-        texels.reshape(-1, 8)[:, :6] = corners.reshape(-1, 6)
+    texels.reshape(-1, 8)[:, :6] = view.uv(triangles).reshape(-1, 6)
     return texels
 
 

@@ -95,16 +95,16 @@ def uv_at(
     point: Int[np.ndarray, "N 2"],
 ) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2 2"]]:
     """Texture coordinates and footprints of triangles `number` at `point`, as `Surface` has them."""
-    corners = np.einsum("nkj,njc->nkc", triangles.weights[number], view.scene.uv[triangles.parent[number]])
-    inverse_w = triangles.inverse_w[number]
-    weights = _areas(triangles, number, point) * inverse_w
+    inverse_w = triangles.inverse_w
+    # The areas are linear in the point: how they change with a step of one sample to the right, and downwards.
+    opposite = np.roll(triangles.corners, -2, axis=1) - np.roll(triangles.corners, -1, axis=1)
+    slopes = SUBSTEPS * np.stack([-opposite[..., 1], opposite[..., 0]], axis=1) * inverse_w[:, None]
+    corners = view.uv(triangles)[number]
+    weights = _areas(triangles, number, point) * inverse_w[number]
     whole = weights.sum(axis=1)
     whole = np.where(whole == 0.0, 1.0, whole)
     uv = np.einsum("nk,nkc->nc", weights, corners) / whole[:, None]
-    # The areas are linear in the point: the derivative of their quotient, for a step of one sample.
-    opposite = np.roll(triangles.corners[number], -2, axis=1) - np.roll(triangles.corners[number], -1, axis=1)
-    slopes = SUBSTEPS * np.stack([-opposite[..., 1], opposite[..., 0]], axis=1) * inverse_w[:, None]
-    footprint = np.einsum("nsk,nkc->nsc", slopes, corners - uv[:, None]) / whole[:, None, None]
+    footprint = slopes[number] @ (corners - uv[:, None]) / whole[:, None, None]
     return uv, footprint
 
 

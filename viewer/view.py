@@ -60,6 +60,12 @@ class View:
         """The triangles in one of the windows."""
         return window_triangles(self.clip, self.depth, self.perspective, self.size, window)
 
+    def uv(self, triangles: WindowTriangles) -> Float[np.ndarray, "T 3 2"]:
+        """Texture coordinates at the corners of a window's triangles, 0 on parts without."""
+        if self.scene.uv is None:
+            return np.zeros((len(triangles.parent), 3, 2))
+        return np.einsum("tkj,tjc->tkc", triangles.weights, self.scene.uv[triangles.parent])
+
 
 def view_of(scene: SceneGeometry, camera: Camera) -> View:
     """Prepare a scene for rasterising from a camera."""
