@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 
 
-def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
+def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None = None) -> Mesh:
     """Read a mesh file; the parts of a scene graph are brought into one coordinate system and keep their names.
 
     Vertices are split where their texture coordinates differ, whatever the format. v grows upwards as in OBJ and PLY;
@@ -33,6 +33,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
     ----------
     path : an OBJ, PLY, STL, glTF or GLB file.
     crease_deg : where a file has no normals they are computed, smooth across edges blunter than this.
+    mesh_part : only the part of this name, with its texture coordinates even where other parts have none.
 
     Returns
     -------
@@ -41,6 +42,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
     Raises
     ------
     InputError : the file is missing, of another kind, damaged, or holds no triangle; numbers that are not finite.
+    UnknownNameError : no part of this name.
     """
     import trimesh
 
@@ -90,6 +92,10 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         cleaned = cleaned_mesh(piece.vertices, piece.faces, normals, uv, source=label, name=name, crease_deg=crease_deg)
         meshes.append(cleaned.transformed(world_from_piece))
     mesh = joined(meshes, path.stem)
+    if mesh_part is not None:
+        own = next((one for one in meshes if one.name == mesh_part), mesh)
+        alone = mesh.part(mesh_part)
+        mesh = alone if own.uv is None else replace(alone, uv=own.uv[np.unique(own.faces)])
     if path.suffix.lower() == ".obj" and all(one.uv is None for one in meshes) and b"\nvt " in path.read_bytes():
         left_out.append(f"{path.stem}: not every corner has texture coordinates; they are left out")
     return replace(mesh, notes=(*mesh.notes, *left_out))

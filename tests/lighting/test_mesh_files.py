@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from metamer.lighting.mesh_files import cleaned_mesh, load_mesh
 from metamer.lighting.shapes import _grid
-from metamer.spectral.errors import InputError
+from metamer.spectral.errors import InputError, UnknownNameError
 
 CUBE = trimesh.creation.box()
 
@@ -392,3 +392,24 @@ def test_an_obj_with_uv_on_some_corners_only_says_that_they_are_left_out(tmp_pat
     mesh = load_mesh(path)
     assert mesh.uv is None
     assert mesh.notes[-1] == "some: not every corner has texture coordinates; they are left out"
+
+
+def test_a_part_keeps_its_uv_where_others_have_none(tmp_path):
+    """The whole file has none then, and says so."""
+    path = tmp_path / "two.obj"
+    write_squares_obj(path, normals=False)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines, "v 0 0 5", "v 1 0 5", "v 0 1 5", "usemtl other", "f 7 8 9", ""]))
+    whole = load_mesh(path)
+    assert whole.uv is None and whole.notes[-1].endswith("they are left out") and len(whole.part_names) == 2
+    with_uv, without = sorted(
+        (load_mesh(path, mesh_part=name) for name in whole.part_names), key=lambda mesh: mesh.uv is None
+    )
+    assert without.uv is None and len(without.faces) == 1
+    again = {
+        (tuple(place), tuple(uv)) for place, uv in zip(with_uv.vertices.tolist(), with_uv.uv.tolist(), strict=True)
+    }
+    vertices, _, uv = split_squares()
+    assert again == {(tuple(a), tuple(b)) for a, b in zip(vertices.tolist(), uv.tolist(), strict=True)}
+    with pytest.raises(UnknownNameError, match="part of the mesh"):
+        load_mesh(path, mesh_part="nothing")
