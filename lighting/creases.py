@@ -1,9 +1,11 @@
-"""Vertex normals for meshes that come without."""
+"""Vertex normals for meshes that come without, and which corners of triangles share one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .vectors import Number, dot, unit, welded
 
@@ -19,33 +21,14 @@ def creased_normals(
 
     Returns `source` (C,): the old vertex of each new one, the normals (C, 3), and the faces (F, 3) in new numbers.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     joined = welded(vertices)[1][faces]
     points = vertices[faces]
     normals = unit(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]))
 
+    limit = np.cos(np.deg2rad(crease_deg))
+    groups, label = corner_groups(joined, lambda one, other: dot(normals[one], normals[other]) > limit)
     count = len(faces)
     corner = np.arange(3 * count).reshape(count, 3)
-    start = np.concatenate([joined[:, 0], joined[:, 1], joined[:, 2]])
-    stop = np.concatenate([joined[:, 1], joined[:, 2], joined[:, 0]])
-    corner_start = np.concatenate([corner[:, 0], corner[:, 1], corner[:, 2]])
-    corner_stop = np.concatenate([corner[:, 1], corner[:, 2], corner[:, 0]])
-    turned = start > stop
-    low, high = np.where(turned, stop, start), np.where(turned, start, stop)
-    corner_low = np.where(turned, corner_stop, corner_start)
-    corner_high = np.where(turned, corner_start, corner_stop)
-    order = np.lexsort((high, low))
-    same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
-    first, second = order[:-1][same], order[1:][same]
-    smooth = dot(normals[first % count], normals[second % count]) > np.cos(np.deg2rad(crease_deg))
-    first, second = first[smooth], second[smooth]
-    joins = np.concatenate([[corner_low[first], corner_low[second]], [corner_high[first], corner_high[second]]], axis=1)
-    links = coo_matrix((np.ones(joins.shape[1]), (joins[0], joins[1])), shape=(3 * count, 3 * count))
-    groups, label = connected_components(links, directed=False)
-    # What scipy gives has 32 bits, too few for the products below once a mesh has some 46,000 vertices.
-    label = label.astype(np.int64)
 
     total = np.zeros((groups, 3))
     for k in range(3):
@@ -62,3 +45,38 @@ def creased_normals(
     # A corner keeps its old vertex too, so that seams of texture coordinates stay seams.
     pairs, number = np.unique(label * len(vertices) + faces.reshape(-1), return_inverse=True)
     return pairs % len(vertices), unit(total)[pairs // len(vertices)], number.reshape(count, 3).astype(np.int64)
+
+
+def corner_groups(
+    joined: Int[np.ndarray, "F 3"],
+    joins: Callable[[Int[np.ndarray, " E"], Int[np.ndarray, " E"]], Bool[np.ndarray, " E"]],
+) -> tuple[int, Int[np.ndarray, "C"]]:
+    """How many groups the 3 F corners of triangles make, and which of them each is in, row by row.
+
+    Corners at one vertex (`joined` numbers them) are in a group where their triangles meet in an edge, or are joined by
+    others that do; of the pairs of triangles that do, `joins` says which count.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(joined)
+    corner = np.arange(3 * count).reshape(count, 3)
+    start = np.concatenate([joined[:, 0], joined[:, 1], joined[:, 2]])
+    stop = np.concatenate([joined[:, 1], joined[:, 2], joined[:, 0]])
+    corner_start = np.concatenate([corner[:, 0], corner[:, 1], corner[:, 2]])
+    corner_stop = np.concatenate([corner[:, 1], corner[:, 2], corner[:, 0]])
+    turned = start > stop
+    low, high = np.where(turned, stop, start), np.where(turned, start, stop)
+    corner_low = np.where(turned, corner_stop, corner_start)
+    corner_high = np.where(turned, corner_start, corner_stop)
+    edge = low * (int(joined.max()) + 1) + high
+    order = np.argsort(edge, kind="stable")
+    same = edge[order][1:] == edge[order][:-1]
+    first, second = order[:-1][same], order[1:][same]
+    kept = joins(first % count, second % count)
+    first, second = first[kept], second[kept]
+    ends = np.concatenate([[corner_low[first], corner_low[second]], [corner_high[first], corner_high[second]]], axis=1)
+    links = coo_matrix((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(3 * count, 3 * count))
+    groups, label = connected_components(links, directed=False)
+    # What scipy gives has 32 bits, too few for products of numbers once a mesh has some 46,000 vertices.
+    return groups, label.astype(np.int64)

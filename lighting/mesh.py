@@ -11,7 +11,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError, UnknownNameError
-from .vectors import Number, VectorLike, dot, orthonormal_frame, stated_tangents, unit
+from .tangents import Tangents, horizontal_tangents, uv_tangents
+from .vectors import Number, VectorLike, dot, unit
 
 # A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
 THINNEST = 1e-10
@@ -26,7 +27,8 @@ class Mesh:
     vertices : (V, 3) world coordinates.
     normals : (V, 3) unit vectors on the side from which the triangles wind anticlockwise.
     faces : (F, 3) indices of vertices.
-    uv : (V, 2) texture coordinates, or None. They decide the tangent of anisotropic materials.
+    uv : (V, 2) texture coordinates, or None: (0, 0) is the lower left corner of a picture, v grows upwards. They decide
+        the tangent of anisotropic materials.
     part_names, face_part : names of the parts inside the file, and which of them each triangle belongs to.
     notes : what was dropped, computed or turned on the way in; for people, in plain words.
 
@@ -101,21 +103,13 @@ class Mesh:
         return unit(np.cross(b - a, c - a))
 
     @cached_property
-    def tangents(self) -> Float[np.ndarray, "V 3"]:
-        """(V, 3) unit: along increasing u where there are texture coordinates, else horizontal (`stated_tangents`)."""
-        rough = stated_tangents(self.normals) if self.uv is None else self._u_directions()
-        return orthonormal_frame(self.normals, rough)[:, 0]
-
-    def _u_directions(self) -> Float[np.ndarray, "V 3"]:
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        ua, ub, uc = (self.uv[self.faces[:, k]] for k in range(3))  # type: ignore[index]
-        (du1, dv1), (du2, dv2) = (ub - ua).T, (uc - ua).T
-        # The gradient of position along u, times the signed uv area, whose sign is kept and whose size is the weight.
-        along_u = (dv2[:, None] * (b - a) - dv1[:, None] * (c - a)) * np.sign(du1 * dv2 - du2 * dv1)[:, None]
-        total = np.zeros_like(self.vertices)
-        for k in range(3):
-            np.add.at(total, self.faces[:, k], along_u)
-        return unit(total)
+    def tangents(self) -> Tangents:
+        """Tangents by corner, and handedness by triangle: along increasing u by MikkTSpace's convention (`tangents`)
+        where there are texture coordinates, else horizontal (`stated_tangents`) and unmirrored.
+        """
+        if self.uv is None:
+            return horizontal_tangents(self.normals, self.faces)
+        return uv_tangents(self.vertices, self.normals, self.faces, self.uv)
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:

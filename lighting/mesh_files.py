@@ -13,6 +13,7 @@ import numpy as np
 
 from ..spectral.errors import InputError
 from .creases import creased_normals
+from .gltf_uv import readable_gltf
 from .mesh import Mesh, check_arrays, degenerate_faces
 from .vectors import Number, dot, unit
 
@@ -22,13 +23,17 @@ if TYPE_CHECKING:
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 
 
-def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
+def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None = None) -> Mesh:
     """Read a mesh file; the parts of a scene graph are brought into one coordinate system and keep their names.
+
+    Vertices are split where their texture coordinates differ, whatever the format. v grows upwards as in OBJ and PLY;
+    glTF's, which grows downwards, is turned here. Tangents are computed, also where a glTF has some.
 
     Parameters
     ----------
     path : an OBJ, PLY, STL, glTF or GLB file.
     crease_deg : where a file has no normals they are computed, smooth across edges blunter than this.
+    mesh_part : only the part of this name, with its texture coordinates even where other parts have none.
 
     Returns
     -------
@@ -37,6 +42,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
     Raises
     ------
     InputError : the file is missing, of another kind, damaged, or holds no triangle; numbers that are not finite.
+    UnknownNameError : no part of this name.
     """
     import trimesh
 
@@ -49,8 +55,12 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         _check_glb_length(path)
     if path.suffix.lower() == ".ply":
         _check_ply_lines(path)
+    mended, left_out = readable_gltf(path) if path.suffix.lower() in (".gltf", ".glb") else (None, ())
+    # Buffers and materials beside the file are found from its place.
+    beside = {} if mended is None else {"resolver": trimesh.resolvers.FilePathResolver(str(path))}
     try:
-        loaded = trimesh.load(_source(path), file_type=path.suffix[1:].lower(), process=False)
+        source = _source(path) if mended is None else mended
+        loaded = trimesh.load(source, file_type=path.suffix[1:].lower(), process=False, **beside)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short",
@@ -60,7 +70,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         ) from reason
 
     pieces: list[tuple[str, trimesh.Trimesh, np.ndarray]] = []
-    left_out: list[str] = []
+    left_out = list(left_out)
     if isinstance(loaded, trimesh.Scene):
         for name, node in _named_nodes(loaded):
             world_from_node, geometry = loaded.graph[node]
@@ -82,6 +92,12 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0) -> Mesh:
         cleaned = cleaned_mesh(piece.vertices, piece.faces, normals, uv, source=label, name=name, crease_deg=crease_deg)
         meshes.append(cleaned.transformed(world_from_piece))
     mesh = joined(meshes, path.stem)
+    if mesh_part is not None:
+        own = next((one for one in meshes if one.name == mesh_part), mesh)
+        alone = mesh.part(mesh_part)
+        mesh = alone if own.uv is None else replace(alone, uv=own.uv[np.unique(own.faces)])
+    if path.suffix.lower() == ".obj" and all(one.uv is None for one in meshes) and b"\nvt " in path.read_bytes():
+        left_out.append(f"{path.stem}: not every corner has texture coordinates; they are left out")
     return replace(mesh, notes=(*mesh.notes, *left_out))
 
 

@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..materials.points import Points
 from ..materials.surface import Surface
 from ..spectral.folding import Folding
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
-from .geometry import Tracer, VisibleGeometry, visible_geometry
+from .geometry import LitSamples, Tracer, VisibleGeometry, visible_geometry
 from .scene import Scene
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
@@ -66,9 +66,9 @@ def reference_images(
     camera : None takes the scene's first.
     surfaces : by material id, for every id in the scene.
     illuminants : None keeps the lights' own spectra; a spectrum replaces that of every light.
-    geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials. Without it the picture
-        is traced in bands of rows of at most about `band_samples` sample points.
-
+    geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials; with uv where one of
+        them needs them (`Scene.needs_uv`). Without it the picture is traced in bands of rows of at most about
+        `band_samples` sample points.
     progress : called with (rows done, rows in all, what is done) as bands are traced.
 
     Raises
@@ -90,7 +90,8 @@ def reference_images(
     step = max(1, band_samples // (camera.width * camera.samples**2))
     xyz, coverage = [], []
     for start in range(0, camera.height_px, step):
-        band = visible_geometry(scene, camera, slice(start, min(start + step, camera.height_px)), tracer)
+        rows = slice(start, min(start + step, camera.height_px))
+        band = visible_geometry(scene, camera, rows, tracer, scene.needs_uv(surfaces))
         xyz.append(_shade(scene, band, surfaces, foldings, len(illuminants), block))
         coverage.append(band.coverage)
         say(min(start + step, camera.height_px), camera.height_px, "tracing")
@@ -117,8 +118,7 @@ def _shade(
             step = max(block * usual // max(surface.wavelengths_nm.size, usual), 1)
             for start in range(0, len(mine), step):
                 rows = mine[start : start + step]
-                wi, wo = lit.wi[rows], geometry.wo[lit.sample[rows]]
-                values[start : start + step] = surface.xyz(Points(wi, wo), folding)
+                values[start : start + step] = surface.xyz(_points(geometry, lit, rows), folding)
             scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
             values *= scale[:, None]
             pixel = geometry.pixel[lit.sample[mine]]
@@ -126,3 +126,10 @@ def _shade(
                 total[:, channel] += np.bincount(pixel, values[:, channel], minlength=len(total))
     total /= geometry.samples
     return total.reshape(geometry.rows, geometry.width, count, 3).transpose(2, 0, 1, 3)
+
+
+def _points(geometry: VisibleGeometry, lit: LitSamples, rows: Int[np.ndarray, " K"]) -> Points:
+    """Some of the samples that a light reaches."""
+    sample = lit.sample[rows]
+    uv, footprint = (None if one is None else one[sample] for one in (geometry.uv, geometry.footprint))
+    return Points(lit.wi[rows], geometry.wo[sample], uv, footprint)

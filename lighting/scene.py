@@ -141,6 +141,10 @@ class Scene:
                 return camera
         raise UnknownNameError("camera", name, [camera.name for camera in self.cameras], file=self.path)
 
+    def needs_uv(self, surfaces: Mapping[str, Surface]) -> bool:
+        """Whether a part wears a material that asks where on its texture a point is."""
+        return any(surfaces[part.material].uses_uv for part in self.parts)
+
     def check_surfaces(self, surfaces: Mapping[str, Surface]) -> None:
         """Raises where a part cannot wear its material: `UnknownNameError` where it is not in `surfaces`, `InputError`
         where it needs texture coordinates that the part's mesh does not have.

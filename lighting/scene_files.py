@@ -158,8 +158,7 @@ def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None]
 
 
 def _file_mesh(file: Path, got: Mapping[str, Any]) -> Mesh:
-    mesh = load_mesh(file, float(got.get("crease_deg", 40.0)))
-    return mesh.part(got["mesh_part"]) if "mesh_part" in got else mesh
+    return load_mesh(file, float(got.get("crease_deg", 40.0)), got.get("mesh_part"))
 
 
 def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[str], catalogue: Any) -> Light:

@@ -35,8 +35,8 @@ PART = {
 }
 # What each generated shape can be told beside the keys of every part.
 SHAPES = {
-    "sphere": {"subdivisions": "count"},
-    "speed_shape": {"subdivisions": "count"},
+    "sphere": {"subdivisions": "count", "uv": "flag"},
+    "speed_shape": {"subdivisions": "count", "uv": "flag"},
     "cloth": {"divisions": "count"},
     "plane": {"width": "number", "depth": "number"},
     "patches": {"gap": "number", "tilt_deg": "number"},
@@ -64,6 +64,7 @@ EXPECTED = {
     "number": "a finite number",
     "entry": "a name in quotes, or a number from 1",
     "count": "a whole number, at least 1",
+    "flag": "true or false",
     "vector": "a list of three finite numbers",
     "scale": "a number or a list of three, none of them 0",
 }
@@ -92,6 +93,8 @@ def _fits(value: Any, kind: str) -> bool:
         return _fits(value, "text") or _fits(value, "count")
     if kind == "texts":
         return isinstance(value, list) and bool(value) and all(isinstance(item, str) and item for item in value)
+    if kind == "flag":
+        return isinstance(value, bool)
     if kind == "count":
         return type(value) is int and value >= 1
     items: list[Any] = value if isinstance(value, list) else []

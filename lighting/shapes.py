@@ -14,25 +14,27 @@ from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError
 from .mesh import Mesh
-from .vectors import Number, unit
+from .vectors import Number, unit, welded
 
 STEP = 1e-100
 
 
-def sphere(subdivisions: int = 6, radius: Number = 1.0) -> Mesh:
+def sphere(subdivisions: int = 6, radius: Number = 1.0, uv: bool = False) -> Mesh:
     """Unit sphere about the origin, from an icosahedron whose triangles are cut in four `subdivisions` times.
 
-    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels.
+    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels. With `uv` it
+    has texture coordinates: u once round from the back (-z) by the left, v from the lower pole to the upper one.
     """
     directions, faces = _icosphere(subdivisions)
-    return Mesh(directions * radius, directions, faces, name="sphere")
+    return _with_uv(Mesh(directions * radius, directions, faces, name="sphere"), directions, uv)
 
 
-def speed_shape(subdivisions: int = 6) -> Mesh:
+def speed_shape(subdivisions: int = 6, uv: bool = False) -> Mesh:
     """The long doubly curved body that paint is judged on: nose, waist, tail, and a hollow along its back.
 
     A sphere under a smooth invertible map, so that it is closed and free of creases: convex at both ends, saddle-shaped
-    at the waist, concave along the hollow. Length 3.2 along x, back to +y, standing on y = 0 at its lowest point.
+    at the waist, concave along the hollow. Length 3.2 along x, back to +y, standing on y = 0 at its lowest point. With
+    `uv` it has those of the sphere that it comes from.
     """
 
     def body(p: np.ndarray) -> np.ndarray:
@@ -44,7 +46,7 @@ def speed_shape(subdivisions: int = 6) -> Mesh:
     directions, faces = _icosphere(subdivisions)
     points, normals = _mapped(body, directions)
     points = points - np.array([0.0, points[:, 1].min(), 0.0])
-    return Mesh(points, normals, faces, name="speed_shape")
+    return _with_uv(Mesh(points, normals, faces, name="speed_shape"), directions, uv)
 
 
 def cloth(divisions: int = 160) -> Mesh:
@@ -64,10 +66,10 @@ def cloth(divisions: int = 160) -> Mesh:
 
     if not 1 <= divisions <= 2000:
         raise InputError("divisions out of range", field="divisions", found=divisions, expected="1 to 2000")
-    uv, faces = _grid(divisions, divisions)
-    points, normals = _patch(drape, 2.0 * uv - 1.0)
+    xz, faces = _grid(divisions, divisions)
+    points, normals = _patch(drape, 2.0 * xz - 1.0)
     points = points - np.array([0.0, points[:, 1].min(), 0.0])
-    return Mesh(points, normals, faces, uv, name="cloth")
+    return Mesh(points, normals, faces, _uv_from_above(xz), name="cloth")
 
 
 def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
@@ -75,9 +77,9 @@ def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
     for field, size in (("width", width), ("depth", depth)):
         if not 0.0 < size < np.inf:
             raise InputError("not the size of a plane", field=field, found=size, expected="a positive length")
-    uv, faces = _grid(1, 1)
-    points, normals = _patch(lambda p: np.stack([p[0] * width, 0.0 * p[0], p[1] * depth]), uv - 0.5)
-    return Mesh(points, normals, faces, uv, name="plane")
+    xz, faces = _grid(1, 1)
+    points, normals = _patch(lambda p: np.stack([p[0] * width, 0.0 * p[0], p[1] * depth]), xz - 0.5)
+    return Mesh(points, normals, faces, _uv_from_above(xz), name="plane")
 
 
 def patches(count: int = 6, gap: Number = 0.08, tilt_deg: Number = 0.0) -> tuple[Mesh, ...]:
@@ -125,6 +127,27 @@ def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndar
     return points, faces
 
 
+def _with_uv(mesh: Mesh, directions: Float[np.ndarray, "V 3"], wanted: bool) -> Mesh:
+    """A closed shape with longitude and latitude of its directions as uv, vertices split along the seam and at the
+    poles; as it is where that is not wanted.
+
+    A triangle across the seam goes on beyond u = 1; at a pole each triangle has the longitude of its middle.
+    """
+    if not wanted:
+        return mesh
+    x, y, z = directions.T
+    u = (np.arctan2(x, z) / (2.0 * np.pi) + 0.5)[mesh.faces]
+    v = (np.arcsin(np.clip(y, -1.0, 1.0)) / np.pi + 0.5)[mesh.faces]
+    pole = (np.hypot(x, z) < 1e-9)[mesh.faces]
+    largest = np.where(pole, -np.inf, u).max(axis=1, keepdims=True)
+    u = np.where(largest - u > 0.5, u + 1.0, u)
+    middle = np.where(pole, 0.0, u).sum(axis=1, keepdims=True) / (~pole).sum(axis=1, keepdims=True)
+    u = np.where(pole, middle, u)
+    corners, number = welded(np.stack([mesh.faces, u, v], axis=-1).reshape(-1, 3))
+    old = corners[:, 0].astype(np.int64)
+    return Mesh(mesh.vertices[old], mesh.normals[old], number.reshape(-1, 3), corners[:, 1:], name=mesh.name)
+
+
 def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
     """The triangles of an icosahedron: its triples of mutual neighbours, turned outwards."""
     near = points @ points.T > 0.4
@@ -141,14 +164,19 @@ def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
 
 
 def _grid(rows: int, columns: int) -> tuple[Float[np.ndarray, "V 2"], Int[np.ndarray, "F 3"]]:
-    """uv in [0, 1]^2 and triangles that face +y when u runs along x and v along z."""
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
+    """Points (x, z) of [0, 1]^2 and triangles that face +y."""
+    x, z = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
     corner = np.arange(rows * (columns + 1)).reshape(rows, columns + 1)[:, :-1].reshape(-1)
     below = corner + columns + 1
     faces = np.concatenate(
         [np.stack([corner, below, corner + 1], axis=1), np.stack([corner + 1, below, below + 1], axis=1)]
     )
-    return np.stack([u.reshape(-1), v.reshape(-1)], axis=1), faces
+    return np.stack([x.reshape(-1), z.reshape(-1)], axis=1), faces
+
+
+def _uv_from_above(xz: Float[np.ndarray, "V 2"]) -> Float[np.ndarray, "V 2"]:
+    """u along x and v against z: a picture that lies face up, read from its lower edge, which is the nearer one."""
+    return np.stack([xz[:, 0], 1.0 - xz[:, 1]], axis=1)
 
 
 def _partials(surface: Callable[[np.ndarray], np.ndarray], p: np.ndarray) -> np.ndarray:

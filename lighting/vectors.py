@@ -33,7 +33,7 @@ def unit(vectors: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
-def welded(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "m 3"], Int[np.ndarray, " n"]]:
+def welded(points: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "m k"], Int[np.ndarray, " n"]]:
     """The different points, sorted, and which of them each one is: `np.unique` along an axis, much sooner."""
     order = np.lexsort(points.T[::-1])
     ordered = points[order]
@@ -71,15 +71,21 @@ def stated_tangents(normals: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n
 
 
 def orthonormal_frame(
-    normals: Float[np.ndarray, "*n 3"], tangents: Float[np.ndarray, "*n 3"]
+    normals: Float[np.ndarray, "*n 3"],
+    tangents: Float[np.ndarray, "*n 3"],
+    handedness: Float[np.ndarray, "*n"] | None = None,
 ) -> Float[np.ndarray, "*n 3 3"]:
-    """Rows tangent, bitangent, normal: `frame @ world` is local, z along the (unit) normal, right-handed.
+    """Rows tangent, bitangent, normal: `frame @ world` is local, z along the (unit) normal.
 
-    `tangents` need only be roughly tangent; one that is parallel to its normal is replaced by `stated_tangents`.
+    `tangents` need only be roughly tangent; one that is parallel to its normal is replaced by `stated_tangents`. The
+    frame is right-handed, or mirrored where `handedness` is -1 and not 1.
     """
     flat = tangents - dot(tangents, normals)[..., None] * normals
     lost = np.linalg.norm(flat, axis=-1, keepdims=True) < 1e-8
     fallback = stated_tangents(normals)
     fallback = fallback - dot(fallback, normals)[..., None] * normals
     tangent = unit(np.where(lost, fallback, flat))
-    return np.stack([tangent, np.cross(normals, tangent), normals], axis=-2)
+    bitangent = np.cross(normals, tangent)
+    if handedness is not None:
+        bitangent = handedness[..., None] * bitangent
+    return np.stack([tangent, bitangent, normals], axis=-2)

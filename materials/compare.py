@@ -148,7 +148,7 @@ def compare_records(
         sphere = sphere_protocol(_PIXELS, isotropic)
         folding = Folding(eye, lights, np.pi)
         reference, sample = (
-            sphere.fast_xyz(fast, folding) if of == "packs" else sphere.original_xyz(record.brdf(), folding)
+            sphere.fast_xyz(fast, folding) if of == "packs" else sphere.original_xyz(record.surface(), folding)
             for record, fast in ((a, a.fast), (b, b.fast))
         )
     elif a.quantity == b.quantity:

@@ -21,8 +21,8 @@ class Points:
     wi, wo : (N,3) unit vectors to the light and to the viewer, in the local frame: x along u where there are texture
         coordinates, z along the normal.
     uv : (N,2) texture coordinates; None where the mesh has none or nobody asked for them.
-    footprint : (N,2,2) what a sample of the picture spans of the texture: [:, :, 0] is how far (u, v) go across one
-        column of samples, [:, :, 1] across one row; None without uv.
+    footprint : (N,2,2) what a sample of the picture spans of the texture: in rows, how far (u, v) go to the next column
+        of samples, and to the next row, downwards; None without uv.
     arriving : (N,) what light arrives, on a surface that faces it: terms are multiplied by it; None is 1.
     spans : radians of each angle of a frame that a sample stands for, (N,4) in the order of its axes; None where terms
         are taken at the very point.

@@ -8,11 +8,13 @@ cannot differ on it. Lengths are in radii of the scene. The policy is that of `l
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from ..lighting.lights import Light
+from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.vectors import dot
 from .shadows import ShadowGrid, SortedTriangles, shadow_grid, sorted_triangles
@@ -43,10 +45,11 @@ class SceneGeometry:
 
     centre (3,), radius : world, of what is seen; scale of all that follows but `corners` (F, 3, 3), world.
     face_normals (F, 3) : unit. positions, normals, tangents (F, 3, 3) : rounded to float32.
+    handedness (F,) : 1 or -1, of the tangents (`lighting.tangents`).
     first_face (parts + 1,) : where each part's triangles begin.
     """
 
-    meshes: tuple[object, ...]
+    meshes: tuple[Mesh, ...]
     centre: Float[np.ndarray, "3"]
     radius: float
     corners: Float[np.ndarray, "F 3 3"]
@@ -54,9 +57,25 @@ class SceneGeometry:
     positions: Float[np.ndarray, "F 3 3"]
     normals: Float[np.ndarray, "F 3 3"]
     tangents: Float[np.ndarray, "F 3 3"]
+    handedness: Float[np.ndarray, " F"]
     first_face: Int[np.ndarray, "_"]
     occluders: SortedTriangles
     lights: tuple[LightGeometry, ...] = ()
+
+    @property
+    def has_uv(self) -> tuple[bool, ...]:
+        """By part, whether it has texture coordinates."""
+        return tuple(mesh.uv is not None for mesh in self.meshes)
+
+    @cached_property
+    def uv(self) -> Float[np.ndarray, "F 3 2"] | None:
+        """Texture coordinates rounded to float32, 0 on parts without; None where no part has any. Put together when
+        first asked for.
+        """
+        if not any(self.has_uv):
+            return None
+        parts = [np.zeros((len(m.faces), 3, 2)) if m.uv is None else m.uv[m.faces] for m in self.meshes]
+        return _float32(np.concatenate(parts))
 
 
 def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeometry:
@@ -91,7 +110,8 @@ def _triangles(scene: Scene) -> SceneGeometry:
         face_normals=np.concatenate([mesh.face_normals for mesh in meshes]),
         positions=_float32((corners - centre) / radius),
         normals=_float32(np.concatenate([mesh.normals[mesh.faces] for mesh in meshes])),
-        tangents=_float32(np.concatenate([mesh.tangents[mesh.faces] for mesh in meshes])),
+        tangents=_float32(np.concatenate([mesh.tangents.directions[mesh.tangents.faces] for mesh in meshes])),
+        handedness=np.concatenate([mesh.tangents.handedness for mesh in meshes]),
         first_face=np.cumsum([0, *(len(mesh.faces) for mesh in meshes)]),
         occluders=sorted_triangles((corners - centre) / radius),
     )

@@ -54,12 +54,14 @@ class GLTile(Tile):
     seen : triangle number + 1 at each sample, 0 where there is none.
     parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
     None where there are none.
+    uv : texture coordinates and footprints, where they were asked for.
     lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
     """
 
     parts: tuple[Place | None, ...]
     samples: int
     seen: moderngl.Texture
+    uv: tuple[moderngl.Texture, ...]
     lights: tuple[tuple[moderngl.Texture, ...], ...]
     owner: Owner
 
@@ -122,6 +124,7 @@ class GLRenderer(Renderer):
                 self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped)
                 for light in scene.lights
             )
+            uv = self._passes.uv(owner, view, seen, table, triangles) if self._with_uv else ()
             coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
@@ -129,7 +132,7 @@ class GLRenderer(Renderer):
         finally:
             scratch.release()
         parts = _places(triangles, scene.first_face, side, coverage.shape[::-1])
-        return GLTile(coverage, parts, side, seen, lights, owner)
+        return GLTile(coverage, self._with_uv, parts, side, seen, uv, lights, owner)
 
     def _discard(self, tile: GLTile) -> None:
         tile.owner.release()
@@ -165,6 +168,7 @@ class GLRenderer(Renderer):
             io, hd, azimuth, *spans = tile.lights[light]
             samplers = {"seen": tile.seen, "angles": io if in_io else hd, "azimuth": azimuth, **textures}
             samplers |= {"spans": spans[0 if in_io else 1]} if spans else {}
+            samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.summand.uses_uv else {}
             samplers |= palette or {}
             given = {"part": numbers, "samples": tile.samples, **values}
             self._passes.shade(target, None if palette is None else box, written, made, samplers, given)

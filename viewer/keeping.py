@@ -58,10 +58,11 @@ class KeptTerms:
 class Tile:
     """What is worked out at every sample of a window of the picture: renderers add to it.
 
-    coverage (h, w) : float32, of its pixels.
+    coverage (h, w) : float32, of its pixels. with_uv : whether it knows texture coordinates.
     """
 
     coverage: Float[np.ndarray, "h w"]
+    with_uv: bool
 
 
 @dataclass(eq=False)
@@ -88,6 +89,8 @@ class Keeping(ABC):
         self._view: View | None = None
         self._kept: list[Piece] = []
         self._terms_bytes = 0
+        # Whether what is drawn needs texture coordinates: nobody pays for them otherwise.
+        self._with_uv = False
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -116,6 +119,8 @@ class Keeping(ABC):
 
     def _tile_of(self, piece: Piece) -> Any:
         """The tile of a piece, worked out anew where it is not kept."""
+        if self._with_uv and piece.tile is not None and not piece.tile.with_uv:
+            self._forget_tile(piece)
         if piece.tile is None:
             assert self._view is not None
             piece.tile = self._tile(self._view, piece.window, self._view.triangles(piece.window))

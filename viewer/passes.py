@@ -1,4 +1,4 @@
-"""The three passes of the GL renderer: what is seen, what light arrives, what leaves.
+"""The passes of the GL renderer: what is seen, what light arrives, what leaves; and texture coordinates.
 
 `PROGRAMS` lists every pair of shader files with the sizes that are written into them, all but `shade.frag`, which each
 fast form completes; a test compiles them all.
@@ -47,6 +47,11 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
         ("fullscreen.vert", "light.frag", {**kind, **mipmapped, **_GEOMETRY_SIZES})
         for mipmapped in ({}, {"MIPMAPPED": 1})
         for kind in ({"PARALLEL": 0}, {"PARALLEL": 1})
+    ),
+    (
+        "fullscreen.vert",
+        "uv.frag",
+        {"UV_TEXELS": resources.UV_TEXELS, "UVS_A_ROW": resources.UVS_A_ROW, **_GEOMETRY_SIZES},
     ),
     *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
 )
@@ -130,6 +135,34 @@ class Passes:
                 "irradiance": light.irradiance / view.camera.samples**2,
             }
             _set(made, values, {"seen": seen, "triangles": triangles, "lit": lit, **tables})
+            everywhere.render(context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return outputs
+
+    def uv(
+        self,
+        owner: resources.Owner,
+        view: View,
+        seen: moderngl.Texture,
+        triangles: moderngl.Texture,
+        of: WindowTriangles,
+    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """Texture coordinates (RG32F) and what samples span of them (RGBA32F: their change to the next column of
+        samples, then to the next row) at every sample, kept by `owner`; 0 where nothing is seen or a part has none.
+        For materials that vary with them: no other pass needs it.
+
+        triangles, of : `triangle_texels`, and what they are of.
+        """
+        context = self.context
+        outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
+        scratch = resources.Owner(context)
+        try:
+            uvs = scratch.table(resources.uv_texels(view, of), resources.UVS_A_ROW, resources.UV_TEXELS)
+            self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
+            context.enable_only(context.NOTHING)
+            made, everywhere = self._full_screen("uv.frag")
+            _set(made, {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
             everywhere.render(context.TRIANGLES, vertices=3)
         finally:
             scratch.release()

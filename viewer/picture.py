@@ -185,8 +185,8 @@ def reference_picture(
 ) -> Picture:
     """The same picture by the slow truth: rays, every wavelength, the original data."""
     view = _placed(scene, camera, warn)
-    brdfs = {name: catalogue.surface(name).brdf() for name in scene.material_ids}
-    xyz, coverage = reference_image(scene, view, brdfs, progress=progress)
+    surfaces = {name: catalogue.surface(name).surface() for name in scene.material_ids}
+    xyz, coverage = reference_image(scene, view, surfaces, progress=progress)
     say_if_blank(scene, view, xyz, coverage, warn)
     return Picture(scene, view, xyz, coverage, REFERENCE)
 

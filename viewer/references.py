@@ -46,6 +46,6 @@ def _start_worker(folder: Path, view: Camera, spectra: Sequence[Spectrum | None]
 
 def _reference(scene: Scene) -> Reference:
     start = time.perf_counter()
-    brdfs = {name: _worker["catalogue"].load(name).brdf() for name in scene.material_ids}
-    found = reference_images(scene, _worker["view"], brdfs, _worker["spectra"], geometry=_worker["geometry"])
+    surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
+    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], geometry=_worker["geometry"])
     return found.xyz, time.perf_counter() - start

@@ -172,6 +172,7 @@ class Renderer(Keeping):
         step : which of how many such rounds this is, for `progress`.
         """
         scene.check_surfaces(surfaces)
+        self._with_uv = scene.needs_uv(surfaces)
         layers = [
             Layer(number, lights, one, colours(scene.lights[lights[0]], one))
             for number, part in enumerate(scene.parts)

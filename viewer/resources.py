@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 ROW_LENGTH = 4096
 TRIANGLE_TEXELS = 11
 TRIANGLES_A_ROW = ROW_LENGTH // TRIANGLE_TEXELS
+UV_TEXELS = 2
+UVS_A_ROW = ROW_LENGTH // UV_TEXELS
 OCCLUDERS_A_ROW = ROW_LENGTH // 3
 # Along a side of a texture: what OpenGL 4.1 promises.
 MOST_TEXELS = 16384
@@ -68,13 +70,14 @@ class Owner:
 
 
 def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:
-    """Per triangle: corners (x0 y0 x1 y1, x2 y2) and number in the scene; three times position and 1/w;
+    """Per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene and handedness; three times position and 1/w;
     three normals; three tangents. Float32; corners in 1/256 sample, exact below 2^24.
     """
     texels = np.zeros((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
     texels[:, 0] = triangles.corners[:, :2].reshape(-1, 4)
     texels[:, 1, :2] = triangles.corners[:, 2]
     texels[:, 1, 2] = triangles.parent
+    texels[:, 1, 3] = view.handedness[triangles.parent]
     cut = np.flatnonzero((triangles.weights != np.eye(3)).any(axis=(1, 2)))
     for start, corners in ((2, view.scene.positions), (5, view.normals), (8, view.scene.tangents)):
         texels[:, start : start + 3, :3] = corners[triangles.parent]
@@ -82,6 +85,13 @@ def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray,
             "tkj,tji->tki", triangles.weights[cut], corners[triangles.parent[cut]]
         )
     texels[:, 2:5, 3] = triangles.inverse_w
+    return texels
+
+
+def uv_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 2 4"]:
+    """Per triangle the texture coordinates of its corners: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
+    texels = np.zeros((len(triangles.parent), UV_TEXELS, 4), dtype=np.float32)
+    texels.reshape(-1, 8)[:, :6] = view.uv(triangles).reshape(-1, 6)
     return texels
 
 

@@ -99,7 +99,8 @@ def prepared(
     plan = plan_scene([record.drawn() for record in records.values()], lights, scene.observer, budget)
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)
-    geometry = visible_geometry(scene, view)
+    needs_uv = any(record.drawn().uses_uv for record in records.values())
+    geometry = visible_geometry(scene, view, with_uv=needs_uv)
     _check_view(scene, view, geometry, warn)
     setting = Setting(
         scene=scene,

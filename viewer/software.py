@@ -49,7 +49,7 @@ class SoftwareRenderer(Renderer):
     def _tile(self, view: View, window: Window, triangles: WindowTriangles) -> SoftwareTile:
         side, first_face = view.camera.samples, view.scene.first_face
         height, width = window.height // side, window.width // side
-        surface = surface_samples(view, window, triangles)
+        surface = surface_samples(view, window, triangles, self._with_uv)
         hits = np.bincount(surface.pixel, minlength=height * width).reshape(height, width)
         lit = {}
         for number, light in enumerate(view.scene.lights):
@@ -57,12 +57,13 @@ class SoftwareRenderer(Renderer):
             wo = np.einsum("nij,nj->ni", surface.frame[which], surface.to_viewer[which])
             widths = footprints(view, light, triangles, surface, which) if self.filtering == "mipmapped" else None
             part_of = np.searchsorted(first_face, surface.face[which], side="right") - 1
+            uv, footprint = (None if one is None else one[which] for one in (surface.uv, surface.footprint))
+            points = Points(wi, wo, uv, footprint, irradiance, widths)
             for part in range(len(first_face) - 1):
                 mine = part_of == part
-                points = Points(wi, wo, arriving=irradiance, spans=widths).chosen(mine)
-                lit[part, number] = surface.pixel[which[mine]], points
+                lit[part, number] = surface.pixel[which[mine]], points.chosen(mine)
         coverage = (hits / side**2).astype(np.float32)
-        return SoftwareTile(coverage, lit)
+        return SoftwareTile(coverage, self._with_uv, lit)
 
     def _terms(self, tile: SoftwareTile, layer: Layer) -> SoftwareTerms | None:
         found = []

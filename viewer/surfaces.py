@@ -1,4 +1,6 @@
-"""What samples see of a surface: position, shading frame and direction to the viewer; twin of `surface.glsl`."""
+"""What samples see of a surface: position, shading frame, direction to the viewer and, where they are asked for,
+texture coordinates; twin of `surface.glsl` and `uv.frag`.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ class Surface:
     pixel (N,) : row * width + column in the window. number (N,) : triangle of the window. point (N, 2) : column and row
     of the sample, in 1/256. face (N,) : triangle of the scene.
     position (N, 3) : in radii about the scene's centre. to_viewer (N, 3) : unit. frame (N, 3, 3) : rows tangent,
-    bitangent and shading normal.
+    bitangent (along increasing v) and shading normal.
+    uv (N, 2), footprint (N, 2, 2) : see `lighting.texture_coordinates`; 0 on parts without uv (`SceneGeometry.has_uv`),
+    None where they were not asked for or no part has any.
     """
 
     pixel: Int[np.ndarray, " N"]
@@ -29,6 +33,8 @@ class Surface:
     position: Float[np.ndarray, "N 3"]
     to_viewer: Float[np.ndarray, "N 3"]
     frame: Float[np.ndarray, "N 3 3"]
+    uv: Float[np.ndarray, "N 2"] | None = None
+    footprint: Float[np.ndarray, "N 2 2"] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +47,8 @@ class Interpolated:
     whole: Float[np.ndarray, " N"]
 
 
-def surface_samples(view: View, window: Window, triangles: WindowTriangles) -> Surface:
-    """Rasterise one window and interpolate to its samples."""
+def surface_samples(view: View, window: Window, triangles: WindowTriangles, with_uv: bool = False) -> Surface:
+    """Rasterise one window and interpolate to its samples; texture coordinates only where `with_uv` asks for them."""
     side = view.camera.samples
     seen = rasterise(triangles, window.width, window.height)
     blocks = (window.height // side, side, window.width // side, side)
@@ -54,7 +60,8 @@ def surface_samples(view: View, window: Window, triangles: WindowTriangles) -> S
 
     point = np.stack([column, row], axis=1) * SUBSTEPS + SUBSTEPS // 2
     at = interpolated(view, triangles, number, point)
-    return Surface(pixel, number, point, triangles.parent[number], at.position, at.to_viewer, at.frame)
+    uv, footprint = uv_at(view, triangles, number, point) if with_uv and view.scene.uv is not None else (None, None)
+    return Surface(pixel, number, point, triangles.parent[number], at.position, at.to_viewer, at.frame, uv, footprint)
 
 
 def interpolated(
@@ -64,9 +71,7 @@ def interpolated(
     point: Int[np.ndarray, "N 2"],
 ) -> Interpolated:
     """What triangles `number` show at `point`, in 1/256 sample; the plane of a triangle goes on beyond its edges."""
-    offsets = triangles.corners[number] - point[:, None]
-    following, last = offsets[:, [1, 2, 0]], offsets[:, [2, 0, 1]]
-    weights = (following[..., 0] * last[..., 1] - following[..., 1] * last[..., 0]) * triangles.inverse_w[number]
+    weights = _areas(triangles, number, point) * triangles.inverse_w[number]
     whole = weights.sum(axis=1, keepdims=True)
     weights /= np.where(whole == 0.0, 1.0, whole)
     if (triangles.weights != np.eye(3)).any():
@@ -79,4 +84,34 @@ def interpolated(
     )
     to_viewer = unit(view.eye - position) if view.perspective else np.broadcast_to(view.eye, position.shape)
     normal = facing_viewer(unit(normal), to_viewer)
-    return Interpolated(position, to_viewer, orthonormal_frame(normal, tangent), whole[:, 0])
+    frame = orthonormal_frame(normal, tangent, view.handedness[face])
+    return Interpolated(position, to_viewer, frame, whole[:, 0])
+
+
+def uv_at(
+    view: View,
+    triangles: WindowTriangles,
+    number: Int[np.ndarray, " N"],
+    point: Int[np.ndarray, "N 2"],
+) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2 2"]]:
+    """Texture coordinates and footprints of triangles `number` at `point`, as `Surface` has them."""
+    inverse_w = triangles.inverse_w
+    # The areas are linear in the point: how they change with a step of one sample to the right, and downwards.
+    opposite = np.roll(triangles.corners, -2, axis=1) - np.roll(triangles.corners, -1, axis=1)
+    slopes = SUBSTEPS * np.stack([-opposite[..., 1], opposite[..., 0]], axis=1) * inverse_w[:, None]
+    corners = view.uv(triangles)[number]
+    weights = _areas(triangles, number, point) * inverse_w[number]
+    whole = weights.sum(axis=1)
+    whole = np.where(whole == 0.0, 1.0, whole)
+    uv = np.einsum("nk,nkc->nc", weights, corners) / whole[:, None]
+    footprint = slopes[number] @ (corners - uv[:, None]) / whole[:, None, None]
+    return uv, footprint
+
+
+def _areas(
+    triangles: WindowTriangles, number: Int[np.ndarray, " N"], point: Int[np.ndarray, "N 2"]
+) -> Int[np.ndarray, "N 3"]:
+    """Twice the signed areas that `point`, in 1/256 sample, makes with the sides opposite to each corner."""
+    offsets = triangles.corners[number] - point[:, None]
+    following, last = offsets[:, [1, 2, 0]], offsets[:, [2, 0, 1]]
+    return following[..., 0] * last[..., 1] - following[..., 1] * last[..., 0]

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..lighting.camera import Camera
+from ..lighting.tangents import seen_handedness
 from ..lighting.vectors import dot
 from .geometry import LightGeometry, SceneGeometry
 from .raster import Window, WindowTriangles, window_triangles
@@ -23,6 +24,7 @@ class View:
 
     normals (F, 3, 3) : those of the scene's corners, turned to the viewer's side of their triangle.
     side (F,) : 1 or -1, whether a triangle's own normal is on the viewer's side.
+    handedness (F,) : 1 or -1, of the shading frames on that side (`lighting.tangents.seen_handedness`).
     perspective, eye (3,) : the pin-hole, or the unit direction to the viewer of an orthographic camera.
     clip (F, 3, 3), depth (F, 3) : corners in clip space without its third coordinate, and how far off they are.
     """
@@ -31,6 +33,7 @@ class View:
     camera: Camera
     normals: Float[np.ndarray, "F 3 3"]
     side: Float[np.ndarray, " F"]
+    handedness: Float[np.ndarray, " F"]
     perspective: bool
     eye: Float[np.ndarray, "3"]
     clip: Float[np.ndarray, "F 3 3"]
@@ -57,6 +60,12 @@ class View:
         """The triangles in one of the windows."""
         return window_triangles(self.clip, self.depth, self.perspective, self.size, window)
 
+    def uv(self, triangles: WindowTriangles) -> Float[np.ndarray, "T 3 2"]:
+        """Texture coordinates at the corners of a window's triangles, 0 on parts without."""
+        if self.scene.uv is None:
+            return np.zeros((len(triangles.parent), 3, 2))
+        return np.einsum("tkj,tjc->tkc", triangles.weights, self.scene.uv[triangles.parent])
+
 
 def view_of(scene: SceneGeometry, camera: Camera) -> View:
     """Prepare a scene for rasterising from a camera."""
@@ -66,11 +75,13 @@ def view_of(scene: SceneGeometry, camera: Camera) -> View:
     side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
     clip = corners @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
     view = camera.view_from_world()
+    has_uv = np.repeat(scene.has_uv, np.diff(scene.first_face))
     return View(
         scene=scene,
         camera=camera,
         normals=scene.normals * side[:, None, None],
         side=side,
+        handedness=seen_handedness(scene.handedness, has_uv, side),
         perspective=perspective,
         eye=(camera.position - scene.centre) / scene.radius if perspective else camera.axes[2],
         clip=clip,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ...spectral.errors import MetamerError
+from ..brdf import Brdf
 from ..fast import Fast
 from ..protocol import measured
 from ..records.models import SPECTRA, rebuild
@@ -57,14 +58,16 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
         return done()
     try:
         say(Doing("preparing"))
-        brdf = rebuild(material.model, material.parameters)
-        own = brdf.own_form()
+        original = rebuild(material.model, material.parameters)
+        own = original.own_form()
         if isinstance(own, Fast):
-            return done(measured(own, brdf))
+            return done(measured(own, original))
+        if not isinstance(original, Brdf):
+            return done(reason=f"nothing fits a {material.model}: it has no fast form of its own")
         # An import that finds everything done does not wait for what fits.
         from ..fitting.fit import fit
 
-        result = fit(brdf, budget=budget, tried=tried, doing=doing)
+        result = fit(original, budget=budget, tried=tried, doing=doing)
         return done(result.fast)
     except MetamerError as reason:
         return done(reason=str(reason))

@@ -13,6 +13,7 @@ from ...spectral.spectrum import Quantity, Spectrum
 from ..brdf import Brdf
 from ..fast import Fast, Summand
 from ..fit_error import FitError
+from ..surface import Surface
 from .models import SPECTRA, no_surface, quantity_of, rebuild
 
 if TYPE_CHECKING:
@@ -106,8 +107,8 @@ class MaterialRecord:
         """False for a spectrum that no part of a scene can be made of."""
         return self.model not in SPECTRA
 
-    def brdf(self) -> Brdf:
-        """The original BRDF, at every wavelength: the truth that `fast` stands for.
+    def surface(self) -> Surface:
+        """The original, at every wavelength: the truth that `fast` stands for.
 
         Raises
         ------
@@ -116,6 +117,18 @@ class MaterialRecord:
         if not self.is_surface:
             raise no_surface(self.model, self.id)
         return rebuild(self.model, self.parameters)
+
+    def brdf(self) -> Brdf:
+        """The original of a material that is alike everywhere.
+
+        Raises
+        ------
+        InputError : as `surface`, and where it is a texture.
+        """
+        surface = self.surface()
+        if isinstance(surface, Brdf):
+            return surface
+        raise InputError("a texture, not one BRDF", field=self.id, found=self.model, expected="a uniform material")
 
     def spectrum(self) -> Spectrum | None:
         """The one spectrum that was measured, at its own wavelengths; None where the record keeps none, or several."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...spectral.errors import InputError, UnknownNameError
-from ..brdf import Brdf
+from ..surface import Surface
 
 if TYPE_CHECKING:
     from ..analytic.model import AnalyticBrdf
@@ -92,8 +92,8 @@ def model_named(name: str, file: Path | None = None, field: str | None = "model"
     return models[name]
 
 
-def rebuild(model: str, parameters: Mapping[str, Any]) -> Brdf:
-    """The BRDF that a record's `model` and `parameters` stand for; InputError for a spectrum without a surface."""
+def rebuild(model: str, parameters: Mapping[str, Any]) -> Surface:
+    """The original that a record's `model` and `parameters` stand for; InputError for a spectrum without a surface."""
     if model in SPECTRA:
         raise no_surface(model)
     if row := MEASURED.get(model):

@@ -16,6 +16,7 @@ from pathlib import Path
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.files import half_written
 from ...spectral.processes import each_done, usable_cores
+from ..brdf import Brdf
 from ..fit_error import FitError
 from ..protocol import sphere_protocol
 from .material import MaterialRecord
@@ -106,13 +107,15 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     size = None if declared is None else re.match(r"sphere (\d+) x \1,", declared.protocol)
     if declared is None or size is None or record.fast is None:
         return None
-    brdf, pixels = record.brdf(), int(size[1])
-    isotropic = brdf.isotropic if brdf.bispectral else all(lobe.brdf.isotropic for lobe in brdf.lobes())
+    original, pixels, isotropic = record.surface(), int(size[1]), None
+    if isinstance(original, Brdf) and not original.bispectral:
+        isotropic = all(lobe.brdf.isotropic for lobe in original.lobes())
+    isotropic = original.isotropic if isotropic is None else isotropic
     sphere = sphere_protocol(pixels, isotropic, light=declared.light)
     if (sphere.text, sphere.observer) != (declared.protocol, declared.observer):
         return None
     names = [one.light for one in declared.lights] or [declared.light]
-    return sphere.compare_lights(sphere.references(brdf, names), sphere.samples(record.fast, names), names)
+    return sphere.compare_lights(sphere.references(original, names), sphere.samples(record.fast, names), names)
 
 
 def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:

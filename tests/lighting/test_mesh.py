@@ -66,17 +66,18 @@ def test_a_transform_that_flattens_is_refused():
 
 def test_tangents_follow_u():
     drape = cloth(80)
-    # u runs along x, v along z: the tangent has no z and is square to the normal, up to the size of a triangle.
-    expected = np.stack([drape.normals[:, 1], -drape.normals[:, 0], 0 * drape.normals[:, 0]], axis=1)
-    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
-    assert np.einsum("ij,ij->i", drape.tangents, expected).min() > 0.995
-    np.testing.assert_allclose(np.einsum("ij,ij->i", drape.tangents, drape.normals), 0, atol=1e-14)
+    normals, tangents = drape.normals[drape.faces], drape.tangents.directions[drape.tangents.faces]
+    # u runs along x, v against z: the tangent has no z and is square to the normal, up to the size of a triangle.
+    expected = np.stack([normals[..., 1], -normals[..., 0], 0 * normals[..., 0]], axis=-1)
+    expected /= np.linalg.norm(expected, axis=-1, keepdims=True)
+    assert np.einsum("fki,fki->fk", tangents, expected).min() > 0.995
+    np.testing.assert_allclose(np.einsum("fki,fki->fk", tangents, normals), 0, atol=1e-14)
 
 
 def test_tangents_without_uv_are_horizontal():
     ball = sphere(3)
-    np.testing.assert_allclose(ball.tangents[:, 1], 0, atol=1e-14)
-    np.testing.assert_allclose(np.linalg.norm(ball.tangents, axis=1), 1, atol=1e-14)
+    np.testing.assert_allclose(ball.tangents.directions[:, 1], 0, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(ball.tangents.directions, axis=1), 1, atol=1e-14)
 
 
 def test_one_part_of_several_by_name():

@@ -57,8 +57,8 @@ def test_python_and_the_file_use_the_same_words():
     for shape, keys in scene_keys.SHAPES.items():
         assert set(signature(getattr(shapes, shape)).parameters) >= set(keys)
     places, reads = ({*signature(one).parameters} - {"self", "path"} for one in (Mesh.placed, load_mesh))
-    # `mesh_part` is `Mesh.part`; a row of patches has a part for each of its `materials`.
-    assert words(Part) | places | reads == set(scene_keys.PART) - {"shape", "mesh_part", "materials"}
+    # A row of patches has a part for each of its `materials`.
+    assert words(Part) | places | reads == set(scene_keys.PART) - {"shape", "materials"}
 
 
 def test_a_part_and_a_material_are_enough(scene):

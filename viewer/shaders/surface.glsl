@@ -11,7 +11,7 @@ struct Surface {
     int face;           // triangle of the scene
     vec3 position;      // in radii about the scene's centre
     vec3 to_viewer;
-    vec3 tangent, bitangent, normal;
+    vec3 tangent, bitangent, normal;    // left-handed where a texture is seen mirrored
     float whole;        // a depth's inverse, up to a factor of the triangle
 };
 
@@ -35,13 +35,17 @@ vec3 level(vec3 direction, vec3 normal) {
     return direction - dot(direction, normal) * normal;
 }
 
+// Twice the signed areas that a point, in 1/256 sample, makes with the sides opposite to each corner.
+vec3 areas(vec2 a, vec2 b, vec2 c) {
+    return vec3(cross_product(b, c), cross_product(c, a), cross_product(a, b));
+}
+
 // At a point of the picture, in 1/256 sample; the plane of a triangle goes on beyond its edges.
 Surface surface_at(int number, vec2 point) {
     vec4 corners = triangle_texel(number, 0);
     vec4 rest = triangle_texel(number, 1);
-    vec2 a = corners.xy - point, b = corners.zw - point, c = rest.xy - point;
     vec4 p0 = triangle_texel(number, 2), p1 = triangle_texel(number, 3), p2 = triangle_texel(number, 4);
-    vec3 weights = vec3(cross_product(b, c), cross_product(c, a), cross_product(a, b)) * vec3(p0.w, p1.w, p2.w);
+    vec3 weights = areas(corners.xy - point, corners.zw - point, rest.xy - point) * vec3(p0.w, p1.w, p2.w);
     Surface at;
     at.whole = weights.x + weights.y + weights.z;
     weights /= at.whole == 0.0 ? 1.0 : at.whole;
@@ -62,6 +66,6 @@ Surface surface_at(int number, vec2 point) {
     tangent = normalize(level(normalize(tangent), normal));
     at.normal = normal;
     at.tangent = tangent;
-    at.bitangent = cross(normal, tangent);
+    at.bitangent = rest.w * cross(normal, tangent);
     return at;
 }
