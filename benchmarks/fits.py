@@ -29,6 +29,7 @@ KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
 
 def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """A row for each material of `sources` that has a surface."""
+    from ..materials.brdf import Brdf
     from ..materials.fitting.fit import fit
     from ..materials.intake.sources import read_sources
     from ..materials.records.models import SPECTRA, rebuild
@@ -39,7 +40,7 @@ def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
             if not isinstance(material, MaterialSource) or material.model in SPECTRA:
                 continue
             brdf = rebuild(material.model, material.parameters)
-            if brdf.own_form() is not None:
+            if brdf.own_form() is not None or not isinstance(brdf, Brdf):
                 continue
             begun = time.process_time()
             found = fit(brdf, budget=budget)

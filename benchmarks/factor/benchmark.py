@@ -205,7 +205,7 @@ class _Work:
         if self.points and case.name in POINT_CASES:
             say("speed against error")
             choice = POINT_CASES[case.name]
-            own = Fitted(fitted, seconds, lambda: self._fit(case, brdf, precision="single").packs)
+            own = Fitted(fitted, seconds, lambda: self._fit(case, brdf, precision="single").fast.packs)
             into.points += case_points(case.name, brdf, own, self.stopwatch, self.lights, progress, choice)
             tried = methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
             into.points += tried
