@@ -10,7 +10,7 @@ from ...spectral.errors import MetamerError
 from ..factors import FactorPack, FitError
 from ..records.models import SPECTRA, rebuild
 from ..source import MaterialSource
-from .doing import Doing, Hears, share_done
+from .doing import Doing, Hears, in_bytes, share_done
 
 if TYPE_CHECKING:
     from ..fitting.fit import Trial
@@ -57,7 +57,8 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
         return done()
     try:
         say(Doing("preparing"))
-        brdf = rebuild(material.model, material.parameters)
+        read = material.heard(in_bytes("fitting", 0, say))
+        brdf = rebuild(material.model, read.parameters)
         measured_packs = getattr(brdf, "measured_packs", None)
         if measured_packs is not None:
             return done(*measured_packs())

@@ -7,6 +7,9 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
     /provenance          attributes source, licence, geometry, kind, notes
     /parameters/NAME     what `model` is rebuilt from; text is an attribute of /parameters
     /original/NAME       the measurement as it came; text is an attribute of /original
+    .../NAME/values      of a large array, its chunks the blocks of `stored_array`; or, where it stays in another file,
+                         attributes file, file_size, place, shape, dtype of /parameters/NAME or /original/NAME
+    .../NAME/digests     SHA-256 of each block (n,32), uint8
     /packs/K             attributes frame, basis, precision; spectral (R,J), wavelengths_nm (L,)
                          [, analysis, synthesis (L,J)]
                          [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
@@ -21,8 +24,10 @@ from __future__ import annotations
 import dataclasses
 import os
 import tomllib
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -48,6 +53,7 @@ from .record_head import (
     other_schema,
     read_head,
 )
+from .stored_array import StoredArray
 from .trial_table import lights_from, trial_table, trials_from
 
 SUFFIX = ".h5"
@@ -77,8 +83,11 @@ def check_marker(folder: Path) -> None:
         )
 
 
-def write_record(record: MaterialRecord, path: Path) -> None:
+def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> None:
     """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file.
+
+    copy : whether large arrays that lie in other files (`StoredArray`) are written, too; else they stay where they
+        are, and the record knows them by place and digests.
 
     Raises
     ------
@@ -88,14 +97,17 @@ def write_record(record: MaterialRecord, path: Path) -> None:
         expected = "wavelengths_nm (L,) and values (L,)"
         raise InputError("a spectrum without samples", file=path, field="original", expected=expected)
     made_folder(path.parent)
-    tree = _tree(record)
+    tree = _tree(record, copy)
     checksum = tree.attributes["checksum"] = tree_checksum(tree)
     head = head_bytes(head_of(record, checksum), path)
-    image = _image(tree)
+    image = None if _has_blocks(tree) else _image(tree)
     try:
-        with written_whole(path) as beside, beside.open("wb") as file:
+        with written_whole(path) as beside, beside.open("w+b") as file:
+            if image is None:
+                _stream(tree, file)
+                file.seek(0)
             file.write(head)
-            file.write(image)
+            file.write(image or b"")
             file.flush()
             os.fsync(file.fileno())
     except OSError as reason:
@@ -112,8 +124,55 @@ def _image(tree: Node) -> bytes:
         return file.id.get_file_image()
 
 
+def _has_blocks(node: Node) -> bool:
+    return node.in_blocks or any(map(_has_blocks, node.children.values()))
+
+
+def _stream(tree: Node, file: BinaryIO) -> None:
+    """The HDF5 file behind the room for the head, for what is too large to be made in memory."""
+    import h5py
+
+    careful = _Careful(file)
+    try:
+        with h5py.File(careful, "w", userblock_size=HEAD_BYTES) as opened:
+            write_tree(opened, tree, careful.check)
+    except (OSError, RuntimeError, ValueError, KeyError):
+        # What HDF5 makes of a disk that takes no more is not worth telling.
+        if careful.refused is None:
+            raise
+    careful.check()
+
+
+class _Careful:
+    """A file that never tells HDF5 of a full disk, over which the library would end the whole process: it keeps the
+    reason, and writes no more."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.refused: BaseException | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+    def write(self, data: Any) -> int:
+        """Write, or do nothing once that has failed."""
+        if self.refused is None:
+            try:
+                self._file.write(data)
+            except BaseException as reason:
+                self.refused = reason
+        return len(data)
+
+    def check(self) -> None:
+        """Raise what `write` met."""
+        if self.refused is not None:
+            raise self.refused
+
+
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
     """The record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another version.
+
+    Large arrays are left where they are, as `StoredArray`: each block is checked when it is read.
 
     `check_colour`: also work out the colour that the head gives, which takes longer than all else.
     """
@@ -131,6 +190,24 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
         raise damaged(path, str(reason)) from None
     check_head(read_head(path), record, checksum, path, check_colour)
     return record
+
+
+def stored_arrays(record: MaterialRecord) -> tuple[StoredArray, ...]:
+    """The large arrays of a record, which reading it leaves where they are."""
+    values = (*record.parameters.values(), *record.original.values())
+    return tuple(value for value in values if isinstance(value, StoredArray))
+
+
+def check_large(record: MaterialRecord, path: Path, heard: Callable[[int], None] = lambda read: None) -> None:
+    """Read the large arrays in a record's own file, `path`, and look for the files that others were left in.
+
+    Raises `InputError` where a block is not what was written, or a file is gone. heard : hears of the bytes read.
+    """
+    for array in stored_arrays(record):
+        if array.file == path.absolute():
+            replace(array, heard=heard).check()
+        else:
+            array.check_is_there()
 
 
 def damaged(path: Path, reason: str) -> InputError:
@@ -167,7 +244,7 @@ def _checked(tree: Node, path: Path) -> str:
     return found
 
 
-def _tree(record: MaterialRecord) -> Node:
+def _tree(record: MaterialRecord, copy: bool) -> Node:
     tree = Node(
         {
             "format": FORMAT,
@@ -179,8 +256,8 @@ def _tree(record: MaterialRecord) -> Node:
         }
     )
     tree.children["provenance"] = mapping_node(dataclasses.asdict(record.provenance))
-    tree.children["parameters"] = mapping_node(record.parameters)
-    tree.children["original"] = mapping_node(record.original)
+    tree.children["parameters"] = mapping_node(record.parameters, copy)
+    tree.children["original"] = mapping_node(record.original, copy)
     tree.children["packs"] = Node(children={str(index): _pack_node(pack) for index, pack in enumerate(record.packs)})
     if record.error is not None:
         tree.children["error"] = _error_node(record.error)
