@@ -149,10 +149,11 @@ def _file(
     words = repr(replace(settings, budget=0.0, again=False, copy=False))
     # What only this import knows is gone when it ends.
     settings = replace(settings, copy=settings.copy or is_private(file))
+    say = partial(doing, file.name)
     reading = None if settings.again else known.reading(file, reader, words)
     loads: Sequence[Load | None] = ()
     # What is to be fitted has to be read, and the other materials of its file with it.
-    if reading is None or not all(each.reason or _is_there(each, settings, known) for each in reading.materials):
+    if reading is None or not all(each.reason or _is_there(each, settings, known, say) for each in reading.materials):
         cost, refusal = reading_too_large(reader, file.path, file.name)
         if refusal is not None:
             refused = PlannedMaterial(file.name, "failed", str(refusal))
@@ -161,13 +162,13 @@ def _file(
             size = gigabytes(file.path.stat().st_size)
             doing(file.name, Doing(f"reading {size}, about {in_words(cost.seconds)}"))
         look = known.look(file, reader, words)
-        reading, loads, lasts = _read(file, reader, settings, partial(doing, file.name))
+        reading, loads, lasts = _read(file, reader, settings, say)
         if lasts:
             known.keep(file, look, reading)
     if reading.note:
         return PlannedFile(file.name, "", note=reading.note)
     materials = [
-        _material(each, load, file, settings, known, seen) for each, load in zip_longest(reading.materials, loads)
+        _material(each, load, file, settings, known, seen, say) for each, load in zip_longest(reading.materials, loads)
     ]
     return PlannedFile(file.name, reading.label, tuple(materials))
 
@@ -231,6 +232,7 @@ def _material(
     settings: Settings,
     known: Known,
     seen: dict[str, tuple[str, str]],
+    say: Hears,
 ) -> PlannedMaterial:
     if read.reason:
         return PlannedMaterial(read.id, "failed", read.reason)
@@ -244,15 +246,15 @@ def _material(
     seen[read.id] = file.name, read.content
     wanted = _source_hash(read, settings)
     said = (wanted, read.size, read.model)
-    if not settings.again and _is_there(read, settings, known):
+    if not settings.again and _is_there(read, settings, known, say):
         return PlannedMaterial(read.id, "skipped", "", *said, taken=read.taken)
     return PlannedMaterial(read.id, "new", "", *said, load, read.taken, read.stored, settings.copy)
 
 
-def _is_there(read: Read, settings: Settings, known: Known) -> bool:
+def _is_there(read: Read, settings: Settings, known: Known, say: Hears) -> bool:
     """Whether the catalogue has a material as this import would make it, and whole."""
     wanted = _source_hash(read, settings)
-    return known.stored(read.id, wanted) == wanted
+    return known.stored(read.id, wanted, in_bytes("checking", read.stored, say)) == wanted
 
 
 def taken_as(material: MaterialSource, reader: Format) -> str:

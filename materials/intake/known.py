@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import astuple, dataclass, field
 from functools import lru_cache
@@ -167,10 +168,11 @@ class Known:
         self._used.add(look.key)
         self._changed = True
 
-    def stored(self, material_id: str, wanted: str) -> str | None:
+    def stored(self, material_id: str, wanted: str, heard: Callable[[int], None] = lambda read: None) -> str | None:
         """`source_hash` of the material that the catalogue has under an id; None where there is none that is whole.
 
-        It is not whole either where files that large arrays were left in are gone.
+        It is not whole either where files that large arrays were left in are gone. heard : hears of bytes of large
+        arrays that are checked.
 
         Where it is the `wanted` one, the file has been checked, now or when it was last as it is: the head of a file
         is whole when its end is missing.
@@ -186,7 +188,7 @@ class Known:
                 record = read_record(path)
                 if (record.id, record.source_hash) != (material_id, wanted):
                     return None
-                check_large(record, path)
+                check_large(record, path, heard)
                 self.wrote(material_id, wanted, state)
             return found
         except InputError:

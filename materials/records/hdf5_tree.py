@@ -94,7 +94,9 @@ def _large_from(node: Node) -> StoredArray:
     said, digests = node.attributes, node["digests"].array.tobytes()
     if "values" not in node.children:
         shape = tuple(map(int, said["shape"].split()))
-        return StoredArray(Path(said["file"]), said["place"], shape, said["dtype"], digests, said["file_size"])
+        return StoredArray(
+            Path(said["file"]), said["place"], shape, np.dtype(said["dtype"]), digests, said["file_size"]
+        )
     values = node["values"].value
     if not isinstance(values, StoredArray):
         raise TypeError("values without the number of their blocks")

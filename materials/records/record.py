@@ -22,12 +22,13 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
 from __future__ import annotations
 
 import dataclasses
+import io
 import os
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -102,13 +103,11 @@ def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> No
     head = head_bytes(head_of(record, checksum), path)
     image = None if _has_blocks(tree) else _image(tree)
     try:
-        with written_whole(path) as beside, beside.open("w+b") as file:
+        with written_whole(path) as beside, beside.open("w+b", buffering=0) as file:
             if image is None:
                 _stream(tree, file)
                 file.seek(0)
-            file.write(head)
-            file.write(image or b"")
-            file.flush()
+            _write_all(file, head + (image or b""))
             os.fsync(file.fileno())
     except OSError as reason:
         raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
@@ -128,7 +127,7 @@ def _has_blocks(node: Node) -> bool:
     return node.in_blocks or any(map(_has_blocks, node.children.values()))
 
 
-def _stream(tree: Node, file: BinaryIO) -> None:
+def _stream(tree: Node, file: io.FileIO) -> None:
     """The HDF5 file behind the room for the head, for what is too large to be made in memory."""
     import h5py
 
@@ -144,10 +143,10 @@ def _stream(tree: Node, file: BinaryIO) -> None:
 
 
 class _Careful:
-    """A file that never tells HDF5 of a full disk, over which the library would end the whole process: it keeps the
-    reason, and writes no more."""
+    """A file without a buffer that never tells HDF5 of a full disk, over which the library would end the whole process:
+    it keeps the reason, and writes no more."""
 
-    def __init__(self, file: BinaryIO) -> None:
+    def __init__(self, file: io.FileIO) -> None:
         self._file = file
         self.refused: BaseException | None = None
 
@@ -155,18 +154,33 @@ class _Careful:
         return getattr(self._file, name)
 
     def write(self, data: Any) -> int:
-        """Write, or do nothing once that has failed."""
-        if self.refused is None:
-            try:
-                self._file.write(data)
-            except BaseException as reason:
-                self.refused = reason
+        """Write all of it, or do nothing once that has failed."""
+        self._tried(lambda: _write_all(self._file, data))
         return len(data)
 
+    def truncate(self, size: int) -> int:
+        """Make the file so long, or do nothing once something has failed."""
+        self._tried(lambda: self._file.truncate(size))
+        return size
+
+    def _tried(self, act: Callable[[], object]) -> None:
+        if self.refused is None:
+            try:
+                act()
+            except BaseException as reason:
+                self.refused = reason
+
     def check(self) -> None:
-        """Raise what `write` met."""
+        """Raise what writing met."""
         if self.refused is not None:
             raise self.refused
+
+
+def _write_all(file: io.FileIO, data: Any) -> None:
+    """Write every byte: without a buffer, a call may write some."""
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) :]
 
 
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
