@@ -12,7 +12,7 @@ import numpy as np
 
 from ..spectral.errors import InputError
 from .records.material import Provenance
-from .records.stored_array import StoredArray
+from .records.stored_array import StoredArray, raw
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class MaterialSource:
                 if isinstance(value, StoredArray):
                     parts[where][name] = replace(value, heard=heard).sealed(digest.update)
                 else:
-                    digest.update(value.tobytes())
+                    digest.update(raw(np.ascontiguousarray(value)))
             digest.update(b"||")
         return (replace(self, **parts) if self.stored else self), digest.hexdigest()
 

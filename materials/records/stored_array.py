@@ -121,7 +121,7 @@ class StoredArray:
         size = _size_of(self.file)
         found = bytearray()
         for _, block in self.chunks():
-            also(_raw(block))
+            also(raw(block))
             found += _digest(block)
         return replace(self, digests=bytes(found), file_size=self.file_size or size, heard=_nobody)
 
@@ -217,12 +217,13 @@ def _size_of(file: Path) -> int:
         return 0
 
 
-def _raw(block: np.ndarray) -> memoryview:
+def raw(block: np.ndarray) -> memoryview:
+    """The bytes of an array in C order, without a copy."""
     return block.reshape(-1).view(np.uint8).data
 
 
 def _digest(block: np.ndarray) -> bytes:
-    return hashlib.sha256(_raw(block)).digest()
+    return hashlib.sha256(raw(block)).digest()
 
 
 def _words(where: Block) -> str:

@@ -89,3 +89,22 @@ if "stack" not in registry.FORMATS:
     registry.FORMATS = ("stack", *registry.FORMATS)
     sys.modules["metamer.materials.formats.stack"] = sys.modules[__name__]
     registry.formats.cache_clear()
+
+
+def import_one(path, catalogue, copy=""):
+    """Import a stack, twice, verify the catalogue, look at the record, and say what came of it."""
+    from metamer.materials.catalogue import Catalogue
+    from metamer.materials.intake.importing import import_sources
+    from metamer.materials.records.shown import shown_values
+    from metamer.materials.records.verification import verify_catalogue
+
+    for _ in range(2):
+        report = import_sources([path], catalogue, jobs=1, apart=True, copy=bool(copy))
+        for status in ("imported", "skipped", "failed"):
+            if report.count(status):
+                print(report.count(status), status, *(one.reason for one in report.outcomes if one.reason))
+    found = verify_catalogue(Path(catalogue), jobs=1)
+    print(*[one.problem for one in found.damaged] or ["intact"])
+    for record in map(Catalogue.open(catalogue).load, Catalogue.open(catalogue)):
+        assert str(shown_values(record.parameters)["stack"]) and len(record.lab()) == 3
+        print(record.parameters["stack"].shape[:3])
