@@ -40,7 +40,7 @@ class PlainImport:
 
     def looked_at(self, done: int, total: int, name: str) -> None:
         """After each file."""
-        self._looked, self._total = done, total
+        self._looked, self._total, self._at = done, total, {}
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
         """Before the first fit."""
@@ -81,11 +81,11 @@ class PlainImport:
         """Where the work is."""
         elapsed = time.monotonic() - self._begun
         if self._expected is None:
+            at = "".join(f"; {phase}: {visible(name)}" for name, phase in self._at.items())
             if not self._looked:
-                at = "".join(f" ({phase})" for phase in self._at.values())
-                return f"looking at {self._sources}{at}: {in_words(elapsed)} so far"
+                return f"looking at {self._sources}: {in_words(elapsed)} so far{at}"
             left = elapsed / self._looked * (self._total - self._looked)
-            return f"looked at {self._looked} of {counted(self._total, 'file')}, about {in_words(left)} left"
+            return f"looked at {self._looked} of {counted(self._total, 'file')}, about {in_words(left)} left{at}"
         at_work = [
             f"{visible(name)} ({doing.phase}, {in_words(seconds)} so far)"
             for name, (seconds, doing) in self._expected.at_work.items()

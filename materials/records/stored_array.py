@@ -107,7 +107,7 @@ class StoredArray:
                     try:
                         block = np.ascontiguousarray(read(where))
                     except (OSError, ValueError, RuntimeError) as reason:
-                        raise self._changed(f"{_words(where)} cannot be read: {reason}".split("\n")[0]) from None
+                        raise self._unreadable(reason, _words(where)) from None
                     if self.digests and _digest(block) != self.digests[_DIGEST * number : _DIGEST * (number + 1)]:
                         raise self._changed(f"other numbers in {_words(where)}")
                     self.heard(block.nbytes)
@@ -124,6 +124,11 @@ class StoredArray:
             also(raw(block))
             found += _digest(block)
         return replace(self, digests=bytes(found), file_size=self.file_size or size, heard=_nobody)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there is such a file at all, that this user may look for."""
+        return _size_of(self.file) > 0
 
     def check_is_there(self) -> None:
         """Raises `InputError` where the file is gone or has another size."""
@@ -153,7 +158,7 @@ class StoredArray:
             expected = "the file that large arrays were left in"
             raise InputError("no such file", file=self.file, expected=expected, hint=IMPORT_AGAIN) from None
         except (OSError, KeyError, ValueError, AttributeError, RuntimeError) as reason:
-            raise self._changed(str(reason).split("\n")[0]) from None
+            raise self._unreadable(reason) from None
 
     def _numbers(self, file: Any, where: Block) -> np.ndarray:
         shape = tuple(along.stop - along.start for along in where)
@@ -162,6 +167,12 @@ class StoredArray:
         file.seek(int(self.place) + int(first) * self.dtype.itemsize)
         data = file.read(math.prod(shape) * self.dtype.itemsize)
         return np.frombuffer(data, self.dtype).reshape(shape)
+
+    def _unreadable(self, reason: Exception, where: str = "the array") -> InputError:
+        # What libraries raise may have no words.
+        found = f"{where}: {str(reason) or type(reason).__name__}".split("\n")[0]
+        place = str(self.place)
+        return InputError("cannot be read", file=self.file, field=place, found=found, hint=IMPORT_AGAIN)
 
     def _changed(self, found: str, expected: str = "the numbers that were there before") -> InputError:
         return InputError(

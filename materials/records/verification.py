@@ -112,7 +112,7 @@ def verify_material(
         if record.id != material_id:
             raise other_material(path, record.id, material_id)
         declared = record.error
-        gone = [array.file for array in stored_arrays(record) if not array.file.exists()]
+        gone = [array.file for array in stored_arrays(record) if not array.is_there]
         for array in stored_arrays(record):
             if array.file not in gone:
                 replace(array, heard=say).check()
