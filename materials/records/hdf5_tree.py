@@ -78,16 +78,15 @@ def mapping_node(values: Mapping[str, Any], copy: bool = True) -> Node:
 
 
 def _large_node(array: StoredArray | np.ndarray, copy: bool) -> Node:
+    if isinstance(array, StoredArray) and not array.digests:
+        array = array.sealed()
+    digests = Node(value=np.frombuffer(digests_of(array), np.uint8).reshape(-1, 32))
     if copy or not isinstance(array, StoredArray):
-        digests = digests_of(array)
-        node = Node(children={"values": Node({_IN_BLOCKS: len(blocks_of(array.shape, array.dtype))}, value=array)})
-    else:
-        array = array if array.digests else array.sealed()
-        digests, shape = array.digests, " ".join(map(str, array.shape))
-        where = {"file": str(array.file.absolute()), "file_size": array.file_size, "place": array.place}
-        node = Node({**where, "shape": shape, "dtype": array.dtype.str})
-    node.children["digests"] = Node(value=np.frombuffer(digests, np.uint8).reshape(-1, 32))
-    return node
+        values = Node({_IN_BLOCKS: len(blocks_of(array.shape, array.dtype))}, value=array)
+        return Node(children={"values": values, "digests": digests})
+    where = {"file": str(array.file.absolute()), "file_size": array.file_size, "place": array.place}
+    shape = " ".join(map(str, array.shape))
+    return Node({**where, "shape": shape, "dtype": array.dtype.str}, {"digests": digests})
 
 
 def _large_from(node: Node) -> StoredArray:

@@ -22,8 +22,6 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
 from __future__ import annotations
 
 import dataclasses
-import io
-import os
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
@@ -39,11 +37,11 @@ from ...spectral.files import made_folder, written_whole
 from ...spectral.fluorescent_basis import FluorescentBasis
 from ..axes import Axis
 from ..factors import FactorPack, FitError
-from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
+from .hdf5_file import write_behind
+from .hdf5_tree import Node, array_node, mapping_from, mapping_node, read_tree, tree_checksum
 from .material import MaterialRecord, Provenance
 from .record_head import (
     FORMAT,
-    HEAD_BYTES,
     IMPORT_AGAIN,
     NAME_A_MATERIAL,
     SCHEMA,
@@ -101,86 +99,11 @@ def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> No
     tree = _tree(record, copy)
     checksum = tree.attributes["checksum"] = tree_checksum(tree)
     head = head_bytes(head_of(record, checksum), path)
-    image = None if _has_blocks(tree) else _image(tree)
     try:
-        with written_whole(path) as beside, beside.open("w+b", buffering=0) as file:
-            if image is None:
-                _stream(tree, file)
-                file.seek(0)
-            _write_all(file, head + (image or b""))
-            os.fsync(file.fileno())
+        with written_whole(path) as beside:
+            write_behind(head, tree, beside)
     except OSError as reason:
         raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
-
-
-def _image(tree: Node) -> bytes:
-    """The HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets full."""
-    import h5py
-
-    with h5py.File(FORMAT, "w", driver="core", backing_store=False, userblock_size=HEAD_BYTES) as file:
-        write_tree(file, tree)
-        file.flush()
-        return file.id.get_file_image()
-
-
-def _has_blocks(node: Node) -> bool:
-    return node.in_blocks or any(map(_has_blocks, node.children.values()))
-
-
-def _stream(tree: Node, file: io.FileIO) -> None:
-    """The HDF5 file behind the room for the head, for what is too large to be made in memory."""
-    import h5py
-
-    careful = _Careful(file)
-    try:
-        with h5py.File(careful, "w", userblock_size=HEAD_BYTES) as opened:
-            write_tree(opened, tree, careful.check)
-    except (OSError, RuntimeError, ValueError, KeyError):
-        # What HDF5 makes of a disk that takes no more is not worth telling.
-        if careful.refused is None:
-            raise
-    careful.check()
-
-
-class _Careful:
-    """A file without a buffer that never tells HDF5 of a full disk, over which the library would end the whole process:
-    it keeps the reason, and writes no more."""
-
-    def __init__(self, file: io.FileIO) -> None:
-        self._file = file
-        self.refused: BaseException | None = None
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
-
-    def write(self, data: Any) -> int:
-        """Write all of it, or do nothing once that has failed."""
-        self._tried(lambda: _write_all(self._file, data))
-        return len(data)
-
-    def truncate(self, size: int) -> int:
-        """Make the file so long, or do nothing once something has failed."""
-        self._tried(lambda: self._file.truncate(size))
-        return size
-
-    def _tried(self, act: Callable[[], object]) -> None:
-        if self.refused is None:
-            try:
-                act()
-            except BaseException as reason:
-                self.refused = reason
-
-    def check(self) -> None:
-        """Raise what writing met."""
-        if self.refused is not None:
-            raise self.refused
-
-
-def _write_all(file: io.FileIO, data: Any) -> None:
-    """Write every byte: without a buffer, a call may write some."""
-    left = memoryview(data)
-    while left:
-        left = left[file.write(left) :]
 
 
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:

@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 
 from ...spectral.errors import InputError
-from .record_head import IMPORT_AGAIN
 
 #: A block: large enough that a disk reads it in one go, small enough that a few of them are nothing.
 BLOCK_BYTES = 4 << 20
+# What to do about a file that is not what it was.
+_AGAIN = "put it back as it was, or import the material again: metamer catalogue import --again SOURCE"
 # Bytes of a SHA-256.
 _DIGEST = 32
 
@@ -156,7 +157,7 @@ class StoredArray:
             return values.__getitem__
         except FileNotFoundError:
             expected = "the file that large arrays were left in"
-            raise InputError("no such file", file=self.file, expected=expected, hint=IMPORT_AGAIN) from None
+            raise InputError("no such file", file=self.file, expected=expected, hint=_AGAIN) from None
         except (OSError, KeyError, ValueError, AttributeError, RuntimeError) as reason:
             raise self._unreadable(reason) from None
 
@@ -172,7 +173,7 @@ class StoredArray:
         # What libraries raise may have no words.
         found = f"{where}: {str(reason) or type(reason).__name__}".split("\n")[0]
         place = str(self.place)
-        return InputError("cannot be read", file=self.file, field=place, found=found, hint=IMPORT_AGAIN)
+        return InputError("cannot be read", file=self.file, field=place, found=found, hint=_AGAIN)
 
     def _changed(self, found: str, expected: str = "the numbers that were there before") -> InputError:
         return InputError(
@@ -181,7 +182,7 @@ class StoredArray:
             field=str(self.place),
             found=found,
             expected=expected,
-            hint=IMPORT_AGAIN,
+            hint=_AGAIN,
         )
 
 
@@ -216,9 +217,8 @@ def chunks_of(array: StoredArray | np.ndarray) -> Iterator[tuple[Block, np.ndarr
 
 def digests_of(array: StoredArray | np.ndarray) -> bytes:
     """`StoredArray.digests` of an array, wherever it is."""
-    if isinstance(array, StoredArray):
-        return array.digests or array.sealed().digests
-    return b"".join(_digest(block) for _, block in chunks_of(array))
+    known = array.digests if isinstance(array, StoredArray) else b""
+    return known or b"".join(_digest(block) for _, block in chunks_of(array))
 
 
 def _size_of(file: Path) -> int:

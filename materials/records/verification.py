@@ -100,7 +100,11 @@ def _each(
     tasks = (Task(file[0], (*file, quick)) for file in files)
     with closing(supervised(verify_material, tasks, jobs, reading)) as results:
         for material_id, result in results:
-            yield Verified(material_id, InputError(result.reason)) if isinstance(result, Lost) else result
+            yield (
+                Verified(material_id, InputError(result.reason, field=material_id))
+                if isinstance(result, Lost)
+                else result
+            )
 
 
 def verify_material(

@@ -84,7 +84,7 @@ def written(path: Path, shape: tuple[int, ...], seed: int = 0) -> Path:
 
 
 lambert.StackMean = StackMean
-MEASURED["stack_mean"] = Measured("analytic.lambert", "StackMean")
+MEASURED["stack_mean"] = Measured("analytic.lambert", "StackMean", reads_files=True)
 if "stack" not in registry.FORMATS:
     registry.FORMATS = ("stack", *registry.FORMATS)
     sys.modules["metamer.materials.formats.stack"] = sys.modules[__name__]

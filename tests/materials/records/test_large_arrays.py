@@ -4,12 +4,15 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
+from metamer.materials import brdf
 from metamer.materials.records import hdf5_tree, stored_array
 from metamer.materials.records.material import MaterialRecord, Provenance
+from metamer.materials.records.models import MEASURED, Measured, rebuild
 from metamer.materials.records.record import check_large, read_record, stored_arrays, write_record
 from metamer.materials.records.record_head import HEAD_BYTES, read_head
 from metamer.materials.records.shown import shown_values
@@ -180,6 +183,7 @@ def test_a_disk_without_room_does_not_end_the_process():
     code = """
 import resource, sys, tempfile
 from pathlib import Path
+from types import SimpleNamespace
 import numpy as np
 sys.path.insert(0, sys.argv[1])
 import test_large_arrays as tests
@@ -198,3 +202,17 @@ with tempfile.TemporaryDirectory() as folder:
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert ended.returncode == 0 and not ended.stderr, ended
     assert "no room for the file" in ended.stdout and ended.stdout.endswith("[]\n")
+
+
+def test_a_model_is_given_whole_arrays_unless_it_reads_files_itself(tmp_path, monkeypatch):
+    monkeypatch.setattr(hdf5_tree, "LARGE_BYTES", 100)
+    found, _ = back(record(), tmp_path)
+    assert isinstance(found.parameters["reflectance"], StoredArray)
+    up = np.array([0.0, 0.0, 1.0])
+    assert np.array_equal(found.brdf().eval(up, up), record().brdf().eval(up, up))
+    monkeypatch.setitem(MEASURED, "as they are", Measured("brdf", "As", reads_files=True))
+    given = []
+    as_it_is = SimpleNamespace(from_parameters=lambda parameters: given.append(parameters) or record().brdf())
+    monkeypatch.setattr(brdf, "As", as_it_is, raising=False)
+    rebuild("as they are", found.parameters)
+    assert given == [found.parameters]
