@@ -1,7 +1,7 @@
 """A format for tests, a reader and a model in one: a stack of texels x pairs of directions x coefficients, as .npy.
 
 It stands for what is larger than memory. The reader gives a handle; the fit is the mean of the stack, taken block by
-block, as one matt surface. Importing this module registers both, here and in every process that unpickles a source.
+block, as one matt surface. `register` makes both known; a process that unpickles a source calls it.
 """
 
 import sys
@@ -25,7 +25,10 @@ WHOLE = "whole"
 
 
 class StackSource(MaterialSource):
-    """Unpickled in a worker, it brings this module along."""
+    """Unpickled in a worker, it brings its model along."""
+
+    def __reduce__(self):
+        return unpickled, (vars(self),)
 
 
 def recognises(path, head):
@@ -83,12 +86,19 @@ def written(path: Path, shape: tuple[int, ...], seed: int = 0) -> Path:
     return path
 
 
-lambert.StackMean = StackMean
-MEASURED["stack_mean"] = Measured("analytic.lambert", "StackMean", reads_files=True)
-if "stack" not in registry.FORMATS:
-    registry.FORMATS = ("stack", *registry.FORMATS)
+def register():
+    """Make reader and model known to this process."""
+    lambert.StackMean = StackMean
+    MEASURED["stack_mean"] = Measured("analytic.lambert", "StackMean", reads_files=True)
+    registry.FORMATS = ("stack", *(name for name in registry.FORMATS if name != "stack"))
     sys.modules["metamer.materials.formats.stack"] = sys.modules[__name__]
     registry.formats.cache_clear()
+
+
+def unpickled(fields):
+    """A source, in a process that may not know its model."""
+    register()
+    return StackSource(**fields)
 
 
 def import_one(path, catalogue, copy=""):
@@ -98,6 +108,7 @@ def import_one(path, catalogue, copy=""):
     from metamer.materials.records.shown import shown_values
     from metamer.materials.records.verification import verify_catalogue
 
+    register()
     for _ in range(2):
         report = import_sources([path], catalogue, jobs=1, apart=True, copy=bool(copy))
         for status in ("imported", "skipped", "failed"):

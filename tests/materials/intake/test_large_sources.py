@@ -36,9 +36,10 @@ def stacks(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(str(HERE))
     monkeypatch.setattr(registry, "FORMATS", registry.FORMATS)
     monkeypatch.setitem(MEASURED, "stack_mean", None)
-    monkeypatch.delitem(sys.modules, "stack_format", raising=False)
+    monkeypatch.setitem(sys.modules, "metamer.materials.formats.stack", None)
     import stack_format
 
+    stack_format.register()
     (tmp_path / "scans").mkdir()
     at_rest(stack_format.written(tmp_path / "scans" / "wool.npy", SMALL))
     yield stack_format
