@@ -187,7 +187,7 @@ def import_sources(
             with closing(work):
                 for material, source, fitted in work:
                     outcome = _stored(folder, material, source, fitted, partial(doing, material.id))
-                    if outcome.status == "imported":
+                    if outcome.status == "imported" and (material.copy or not material.stored):
                         known.wrote(material.id, material.source_hash)
                     tally.count(material, outcome)
         except NoRoomError as reason:

@@ -22,7 +22,7 @@ from ...spectral.errors import InputError
 from ...spectral.files import written_whole
 from ..formats.registry import Format, companions, format_for, formats
 from ..input_file import InputFile
-from ..records.record import check_large, material_path, read_record
+from ..records.record import check_large, material_path, read_record, stored_arrays
 from ..records.record_head import read_head
 from .code_version import readers_hash
 
@@ -189,7 +189,9 @@ class Known:
                 if (record.id, record.source_hash) != (material_id, wanted):
                     return None
                 check_large(record, path, heard)
-                self.wrote(material_id, wanted, state)
+                # What lies elsewhere is looked for each time.
+                if all(array.file == path.absolute() for array in stored_arrays(record)):
+                    self.wrote(material_id, wanted, state)
             return found
         except InputError:
             return None
