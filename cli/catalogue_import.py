@@ -63,6 +63,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
+    bring.add_argument(
+        "--copy", action="store_true", help="copy large arrays into the catalogue; default: they stay in their files"
+    )
     bring.add_argument("--json", type=Path, metavar="F", help="write the report as JSON, too")
     bring.set_defaults(run=run)
 
@@ -99,6 +102,7 @@ def run(args: argparse.Namespace) -> int:
                 begins=shown.begins,
                 doing=shown.doing,
                 answer=_answer(args),
+                copy=args.copy,
                 broken_off=lambda report: _write_json(args, report),
             )
         except ImportInterrupted as interrupted:

@@ -33,12 +33,14 @@ class PlainImport:
         self._begun, self._looked, self._total = time.monotonic(), 0, 0
         self._expected: Expected | None = None
         self._finished = self._pending = 0
+        # The file that is looked at, and what is done to it.
+        self._at: dict[str, str] = {}
         say_line(f"looking at {self._sources}")
         self._ticker = stack.enter_context(Ticker(self.line))
 
     def looked_at(self, done: int, total: int, name: str) -> None:
         """After each file."""
-        self._looked, self._total = done, total
+        self._looked, self._total, self._at = done, total, {}
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
         """Before the first fit."""
@@ -55,8 +57,10 @@ class PlainImport:
     def doing(self, material_id: str, doing: Doing) -> None:
         """What a material's work is at; before the fits, a file's."""
         if self._expected is None:
-            say_line(f"{doing.phase}: {visible(material_id)}")
-            self._ticker.said()
+            first, self._at = material_id not in self._at, {material_id: doing.phase}
+            if first:
+                say_line(f"{doing.phase}: {visible(material_id)}")
+                self._ticker.said()
             return
         if material_id not in self._expected.at_work and self._expected.of(material_id) > _LONG_S:
             say_line(f"fitting {visible(material_id)}, about {in_words(self._expected.of(material_id))}")
@@ -77,10 +81,11 @@ class PlainImport:
         """Where the work is."""
         elapsed = time.monotonic() - self._begun
         if self._expected is None:
+            at = "".join(f"; {phase}: {visible(name)}" for name, phase in self._at.items())
             if not self._looked:
-                return f"looking at {self._sources}: {in_words(elapsed)} so far"
+                return f"looking at {self._sources}: {in_words(elapsed)} so far{at}"
             left = elapsed / self._looked * (self._total - self._looked)
-            return f"looked at {self._looked} of {counted(self._total, 'file')}, about {in_words(left)} left"
+            return f"looked at {self._looked} of {counted(self._total, 'file')}, about {in_words(left)} left{at}"
         at_work = [
             f"{visible(name)} ({doing.phase}, {in_words(seconds)} so far)"
             for name, (seconds, doing) in self._expected.at_work.items()

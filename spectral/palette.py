@@ -107,7 +107,7 @@ class Palette:
     @staticmethod
     def from_stored(kept: Mapping[str, Any]) -> Palette:
         """The palette, of whichever kind, whose `stored()` this is; KeyError where something is missing."""
-        wavelengths_nm, values = kept["wavelengths_nm"], kept["spectral"]
+        wavelengths_nm, values = kept["wavelengths_nm"], np.asarray(kept["spectral"])
         values = values if values.ndim == 3 else values[None]
         if "donaldson" in kept:
             surface = Bispectral(kept["excitation_nm"], wavelengths_nm, kept["donaldson"])

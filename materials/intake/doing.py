@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from ...spectral.memory import gigabytes
+
 if TYPE_CHECKING:
     from ..fitting.fit import Trial
 
@@ -24,6 +26,8 @@ _OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
 MOST_TERMS, LAST_ROUNDS = 48, 4
 # Before this share of a fit is done, what it took so far says little of the rest.
 _TELLING = 0.1
+# Of bytes that are read, so often a word.
+_EVERY_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,24 @@ class Doing:
 
 
 Hears = Callable[[Doing], None]
+
+
+def in_bytes(words: str, total: int, say: Hears) -> Callable[[int], None]:
+    """What hears of bytes that are read and says `words`, how many they are and the share of `total`, now and then.
+
+    total : 0 where it is not known how many they will be.
+    """
+    done, told = 0, time.monotonic()
+
+    def heard(read: int) -> None:
+        nonlocal done, told
+        done += read
+        if time.monotonic() - told > _EVERY_S:
+            told = time.monotonic()
+            of = f" of {gigabytes(total)}" if total else " read"
+            say(Doing(f"{words}, {gigabytes(done)}{of}", min(1.0, done / total) if total else 0.0))
+
+    return heard
 
 
 def share_done(trials: Sequence[Trial], budget: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Literal
@@ -18,9 +19,9 @@ from ..records.models import quantity_of
 from ..records.record_head import SCHEMA
 from ..source import MaterialSource, Rejected
 from .code_version import code_hash
-from .doing import Doing, in_words
+from .doing import Doing, Hears, in_bytes, in_words
 from .import_cost import TOLD_S, reading_too_large
-from .known import Known, Read, Reading
+from .known import Known, Read, Reading, is_private
 from .sources import read_with
 
 Status = Literal["new", "skipped", "failed"]
@@ -38,6 +39,7 @@ class Settings:
     """What a fit depends on beside its source; `family` takes the place of the one that a source names.
 
     again : materials that are there already are fitted, too.
+    copy : large arrays that lie in files are copied into the record; else it knows them by place and digests.
     answer : what was measured, where a file does not say it.
     """
 
@@ -46,12 +48,17 @@ class Settings:
     family: str | None = None
     again: bool = False
     answer: Answer = NO_ANSWER
+    copy: bool = False
 
 
 @dataclass(frozen=True)
 class PlannedMaterial:
     """One material of one file, and what is to be done with it; "skipped" is what is there already, `reason` why
-    it is that or has failed; `taken` which quantity and scale it was taken for, and by which signs."""
+    it is that or has failed; `taken` which quantity and scale it was taken for, and by which signs.
+
+    size, stored : bytes of its numbers in memory, and of those that stay in files.
+    copy : whether the latter are copied into the record.
+    """
 
     id: str
     status: Status
@@ -61,6 +68,8 @@ class PlannedMaterial:
     model: str = ""
     load: Callable[[], MaterialSource] | None = None
     taken: str = ""
+    stored: int = 0
+    copy: bool = False
 
 
 @dataclass(frozen=True)
@@ -137,11 +146,14 @@ def _file(
     seen: dict[str, tuple[str, str]],
     doing: Callable[[str, Doing], None],
 ) -> PlannedFile:
-    words = repr(replace(settings, budget=0.0, again=False))
+    words = repr(replace(settings, budget=0.0, again=False, copy=False))
+    # What only this import knows is gone when it ends.
+    settings = replace(settings, copy=settings.copy or is_private(file))
+    say = partial(doing, file.name)
     reading = None if settings.again else known.reading(file, reader, words)
     loads: Sequence[Load | None] = ()
     # What is to be fitted has to be read, and the other materials of its file with it.
-    if reading is None or not all(each.reason or _is_there(each, settings, known) for each in reading.materials):
+    if reading is None or not all(each.reason or _is_there(each, settings, known, say) for each in reading.materials):
         cost, refusal = reading_too_large(reader, file.path, file.name)
         if refusal is not None:
             refused = PlannedMaterial(file.name, "failed", str(refusal))
@@ -150,23 +162,24 @@ def _file(
             size = gigabytes(file.path.stat().st_size)
             doing(file.name, Doing(f"reading {size}, about {in_words(cost.seconds)}"))
         look = known.look(file, reader, words)
-        reading, loads, lasts = _read(file, reader, settings)
+        reading, loads, lasts = _read(file, reader, settings, say)
         if lasts:
             known.keep(file, look, reading)
     if reading.note:
         return PlannedFile(file.name, "", note=reading.note)
     materials = [
-        _material(each, load, file, settings, known, seen) for each, load in zip_longest(reading.materials, loads)
+        _material(each, load, file, settings, known, seen, say) for each, load in zip_longest(reading.materials, loads)
     ]
     return PlannedFile(file.name, reading.label, tuple(materials))
 
 
-def _read(file: InputFile, reader: Format, settings: Settings) -> tuple[Reading, list[Load | None], bool]:
+def _read(file: InputFile, reader: Format, settings: Settings, say: Hears) -> tuple[Reading, list[Load | None], bool]:
     """What comes out of a file, what gives each material again, and whether all of it is due to the file alone."""
     found: list[Read] = []
     loads: list[Load | None] = []
     lasts = True
-    for material in _materials(file, reader, settings):
+    for read in _materials(file, reader, settings):
+        material, content = _sealed(read, say)
         if isinstance(material, Rejected):
             name = file.name if material.name == file.path.name else material.name
             found.append(Read(name, reason=file.with_given_name(str(material.reason))))
@@ -174,8 +187,8 @@ def _read(file: InputFile, reader: Format, settings: Settings) -> tuple[Reading,
             lasts = lasts and _lasts(material.reason)
         else:
             said = taken_as(material, reader)
-            found.append(Read(material.id, material.content_hash, material.model, material.size, taken=said))
-            loads.append(_loader(material, file, reader, settings))
+            found.append(Read(material.id, content, material.model, material.size, taken=said, stored=material.stored))
+            loads.append(_loader(material, content, file, reader, settings))
     note = ""
     if found and all(each.reason for each in found) and not file.named and guessed(reader, file.path):
         note = found[0].reason.split("\n")[0].removeprefix(f"{file.name}: ")
@@ -183,6 +196,16 @@ def _read(file: InputFile, reader: Format, settings: Settings) -> tuple[Reading,
         reason = str(InputError("holds no material", file=file.name, expected="one measurement or more"))
         found.append(Read(file.name, reason=reason))
     return Reading("" if note else label(reader, file.path), tuple(found), note), loads, lasts
+
+
+def _sealed(read: MaterialSource | Rejected, say: Hears) -> tuple[MaterialSource | Rejected, str]:
+    """A source whose files will be noticed to change, and its content hash; `Rejected` where they cannot be read."""
+    if isinstance(read, Rejected):
+        return read, ""
+    try:
+        return read.sealed(in_bytes("hashing", read.stored, say))
+    except InputError as reason:
+        return Rejected(read.id, reason), ""
 
 
 def _lasts(reason: BaseException | None) -> bool:
@@ -209,6 +232,7 @@ def _material(
     settings: Settings,
     known: Known,
     seen: dict[str, tuple[str, str]],
+    say: Hears,
 ) -> PlannedMaterial:
     if read.reason:
         return PlannedMaterial(read.id, "failed", read.reason)
@@ -220,16 +244,17 @@ def _material(
         reason = f"the id is used twice: {name}, {file.name}\n  try: {hint}"
         return PlannedMaterial(read.id, "failed", reason)
     seen[read.id] = file.name, read.content
-    wanted = _source_hash(read, settings.budget)
-    if not settings.again and _is_there(read, settings, known):
-        return PlannedMaterial(read.id, "skipped", "", wanted, read.size, read.model, taken=read.taken)
-    return PlannedMaterial(read.id, "new", "", wanted, read.size, read.model, load, read.taken)
+    wanted = _source_hash(read, settings)
+    said = (wanted, read.size, read.model)
+    if not settings.again and _is_there(read, settings, known, say):
+        return PlannedMaterial(read.id, "skipped", "", *said, taken=read.taken)
+    return PlannedMaterial(read.id, "new", "", *said, load, read.taken, read.stored, settings.copy)
 
 
-def _is_there(read: Read, settings: Settings, known: Known) -> bool:
+def _is_there(read: Read, settings: Settings, known: Known, say: Hears) -> bool:
     """Whether the catalogue has a material as this import would make it, and whole."""
-    wanted = _source_hash(read, settings.budget)
-    return known.stored(read.id, wanted) == wanted
+    wanted = _source_hash(read, settings)
+    return known.stored(read.id, wanted, in_bytes("checking", read.stored, say)) == wanted
 
 
 def taken_as(material: MaterialSource, reader: Format) -> str:
@@ -238,23 +263,25 @@ def taken_as(material: MaterialSource, reader: Format) -> str:
 
 
 def _loader(
-    material: MaterialSource, file: InputFile, reader: Format, settings: Settings
+    material: MaterialSource, content: str, file: InputFile, reader: Format, settings: Settings
 ) -> Callable[[], MaterialSource]:
-    """Gives the material again: small ones are kept, large ones are read from their file."""
-    if material.size <= _KEPT_BYTES:
+    """Gives the material again: small ones and those that stay in files are kept, large ones are read from theirs."""
+    if material.size <= _KEPT_BYTES or material.stored:
         return lambda: material
     wanted = material.id
 
     def read_again() -> MaterialSource:
         for found in _materials(file, reader, settings):
-            if isinstance(found, MaterialSource) and found.id == wanted:
+            if isinstance(found, MaterialSource) and found.id == wanted and found.content_hash == content:
                 return found
         problem, hint = "the file has changed since the import began", "leave it alone, and import it again"
-        raise InputError(problem, file=file.name, field=wanted, expected="a material of this id, as before", hint=hint)
+        raise InputError(problem, file=file.name, field=wanted, expected="this material, as before", hint=hint)
 
     return read_again
 
 
-def _source_hash(read: Read, budget: float) -> str:
-    text = f"{read.content}|schema {SCHEMA}|budget {budget!r}|code {code_hash(read.model)}"
+def _source_hash(read: Read, settings: Settings) -> str:
+    text = f"{read.content}|schema {SCHEMA}|budget {settings.budget!r}|code {code_hash(read.model)}"
+    if read.stored and settings.copy:
+        text += "|copied"
     return hashlib.sha256(text.encode()).hexdigest()

@@ -18,7 +18,7 @@ from ..fit_error import FitError
 from ..records.material import MaterialRecord
 from ..records.record import material_path, write_record
 from ..source import MaterialSource
-from .doing import Doing
+from .doing import Doing, Hears, in_bytes
 from .import_cost import Jobs, fit_too_large, jobs_for
 from .import_folder import writing_to
 from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
@@ -112,6 +112,7 @@ def import_sources(
     doing: Callable[[str, Doing], None] = lambda material_id, doing: None,
     answer: Answer = NO_ANSWER,
     broken_off: Callable[[ImportReport], None] = lambda report: None,
+    copy: bool = False,
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
@@ -135,6 +136,8 @@ def import_sources(
     doing : called with (id, what its work is at) whenever that changes; while files are looked at, with the name of
         one that takes long to read.
     answer : what was measured, and on which scale, where a file does not say it.
+    copy : copy large arrays that lie in files into the catalogue; else they stay where they are, and the record knows
+        them by place and hash. Those of archives and remote addresses are always copied.
     broken_off : hears the report where a signal ends the process (`spectral.ending`); Ctrl-C raises elsewhere.
 
     Raises
@@ -144,7 +147,7 @@ def import_sources(
     ImportInterrupted
         Ctrl-C: finished materials stay, no half-written file does.
     """
-    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family, again, answer)
+    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family, again, answer, copy)
     check_uplift(uplift)
     with ExitStack() as stack:
         known = Known.of(folder)
@@ -171,7 +174,7 @@ def import_sources(
                     tally.count(material, ImportOutcome(material.id, "new"))
                 return tally.report()
             # The longest fits first, so that no process works alone at the end; more numbers are a guess at longer.
-            pending.sort(key=lambda material: -material.size)
+            pending.sort(key=lambda material: -material.size - material.stored)
             if scheduler:
                 begins(pending, Jobs(1))
                 work = _on_cluster(pending, budget, scheduler, doing)
@@ -183,8 +186,8 @@ def import_sources(
             # Whoever stops listening, by Ctrl-C too, ends the workers at once.
             with closing(work):
                 for material, source, fitted in work:
-                    outcome = _stored(folder, material, source, fitted)
-                    if outcome.status == "imported":
+                    outcome = _stored(folder, material, source, fitted, partial(doing, material.id))
+                    if outcome.status == "imported" and (material.copy or not material.stored):
                         known.wrote(material.id, material.source_hash)
                     tally.count(material, outcome)
         except NoRoomError as reason:
@@ -293,9 +296,12 @@ def _on_cluster(
     yield from fitted_on_cluster(_loaded(pending, doing), budget, scheduler)
 
 
-def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: Fitted) -> ImportOutcome:
+def _stored(
+    folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: Fitted, say: Hears
+) -> ImportOutcome:
     if source is None or fitted.reason:
         return ImportOutcome(material.id, "failed", fitted.reason, seconds=fitted.seconds)
+    source = source.heard(in_bytes("copying", source.stored, say))
     record = MaterialRecord(
         source.id,
         source.family,
@@ -308,7 +314,7 @@ def _stored(folder: Path, material: PlannedMaterial, source: MaterialSource | No
         fitted.trials,
     )
     try:
-        write_record(record, material_path(folder, material.id))
+        write_record(record, material_path(folder, material.id), copy=material.copy)
     except NoRoomError:
         raise
     except InputError as reason:

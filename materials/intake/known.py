@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import astuple, dataclass, field
 from functools import lru_cache
@@ -21,7 +22,7 @@ from ...spectral.errors import InputError
 from ...spectral.files import written_whole
 from ..formats.registry import Format, companions, format_for, formats
 from ..input_file import InputFile
-from ..records.record import material_path, read_record
+from ..records.record import check_large, material_path, read_record, stored_arrays
 from ..records.record_head import read_head
 from .code_version import readers_hash
 
@@ -39,8 +40,8 @@ State = list[int]
 
 @dataclass(frozen=True)
 class Read:
-    """One material that a file gave: id, content hash, model, bytes and what it was taken for; or, with a `reason`, one
-    that it refused.
+    """One material that a file gave: id, content hash, model, bytes in memory (`size`) and in files (`stored`) and what
+    it was taken for; or, with a `reason`, one that it refused.
     """
 
     id: str
@@ -49,6 +50,7 @@ class Read:
     size: int = 0
     reason: str = ""
     taken: str = ""
+    stored: int = 0
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ class Known:
 
     def format_of(self, file: InputFile) -> Format | None:
         """`format_for`, or what that said when the file was the same, among files of the same names."""
-        if _is_private(file):
+        if is_private(file):
             return format_for(file.path, file.named)
         path, moment, state = os.path.abspath(file.path), time.time_ns(), _state(file.path)  # noqa: PTH100 links stay
         stored = [*(state or ()), _names_beside(path), file.named]
@@ -144,7 +146,7 @@ class Known:
 
     def look(self, file: InputFile, reader: Format, words: str) -> Look:
         """What `keep` compares with, once the file has been read."""
-        moment, private = time.time_ns(), _is_private(file)
+        moment, private = time.time_ns(), is_private(file)
         parts = [
             ["", _content(path)] if private else [os.path.abspath(path), *(_state(path) or ()), _content(path)]  # noqa: PTH100
             for path in _parts(file, reader)
@@ -153,7 +155,7 @@ class Known:
 
     def keep(self, file: InputFile, look: Look, reading: Reading) -> None:
         """Remember what came out of a file, where it was at rest before it was read and is still the same."""
-        for path, *stored, _ in look.parts if not _is_private(file) else ():
+        for path, *stored, _ in look.parts if not is_private(file) else ():
             if (_state(Path(path)) or []) != stored or (stored and not _at_rest(stored, look.moment_ns)):
                 return
         materials = [astuple(each) for each in reading.materials]
@@ -166,8 +168,11 @@ class Known:
         self._used.add(look.key)
         self._changed = True
 
-    def stored(self, material_id: str, wanted: str) -> str | None:
+    def stored(self, material_id: str, wanted: str, heard: Callable[[int], None] = lambda read: None) -> str | None:
         """`source_hash` of the material that the catalogue has under an id; None where there is none that is whole.
+
+        It is not whole either where files that large arrays were left in are gone. heard : hears of bytes of large
+        arrays that are checked.
 
         Where it is the `wanted` one, the file has been checked, now or when it was last as it is: the head of a file
         is whole when its end is missing.
@@ -183,7 +188,10 @@ class Known:
                 record = read_record(path)
                 if (record.id, record.source_hash) != (material_id, wanted):
                     return None
-                self.wrote(material_id, wanted, state)
+                check_large(record, path, heard)
+                # What lies elsewhere is looked for each time.
+                if all(array.file == path.absolute() for array in stored_arrays(record)):
+                    self.wrote(material_id, wanted, state)
             return found
         except InputError:
             return None
@@ -197,7 +205,7 @@ class Known:
     def _is_as_stored(self, stored: list, path: Path, file: InputFile) -> bool:
         """Whether a part is what an entry says; where only its times have changed, the entry learns the new ones."""
         name, *then, content = stored
-        if _is_private(file):
+        if is_private(file):
             return bool(content) and _content(path) == content
         if name != os.path.abspath(path):  # noqa: PTH100
             return False
@@ -212,11 +220,11 @@ class Known:
 
 
 def _key(file: InputFile, reader: Format, words: str) -> str:
-    name = file.name if _is_private(file) else os.path.abspath(file.path)  # noqa: PTH100
+    name = file.name if is_private(file) else os.path.abspath(file.path)  # noqa: PTH100
     return "\n".join([name, reader.NAME, str(file.named), words])
 
 
-def _is_private(file: InputFile) -> bool:
+def is_private(file: InputFile) -> bool:
     """Whether the file is a copy that this import has made: of a member of an archive, or of something remote."""
     return file.name != str(file.path)
 

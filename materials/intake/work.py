@@ -12,7 +12,7 @@ from ..fast import Fast
 from ..protocol import measured
 from ..records.models import SPECTRA, rebuild
 from ..source import MaterialSource
-from .doing import Doing, Hears, share_done
+from .doing import Doing, Hears, in_bytes, share_done
 
 if TYPE_CHECKING:
     from ..fitting.fit import Trial
@@ -58,7 +58,8 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
         return done()
     try:
         say(Doing("preparing"))
-        original = rebuild(material.model, material.parameters)
+        read = material.heard(in_bytes("fitting", 0, say))
+        original = rebuild(material.model, read.parameters)
         own = original.own_form()
         if isinstance(own, Fast):
             return done(measured(own, original))

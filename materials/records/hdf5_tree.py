@@ -1,18 +1,30 @@
-"""Groups, attributes and arrays as a plain tree: written to HDF5, read back, and summed up in one checksum."""
+"""Groups, attributes and arrays as a plain tree: written to HDF5, read back, and summed up in one checksum.
+
+A large array, `LARGE_BYTES` or more or one that lies in a file already, is a group: `values`, written and read block by
+block, and the `digests` of its blocks, which the checksum holds in place of the numbers. Or there are no values but
+attributes that say in which file they are.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...spectral.errors import InputError
+from .stored_array import StoredArray, blocks_of, chunks_of, digests_of
 
 # HDF5 cannot compress a scalar, and a few numbers only grow.
 _WORTH_COMPRESSING = 256
+#: An array of so many bytes is not read when its file is.
+LARGE_BYTES = 64 << 20
+_COMPRESSED = {"compression": "gzip", "compression_opts": 2, "shuffle": True}
+# What a data set is known by that is read when it is asked for: an attribute, with the number of its blocks.
+_IN_BLOCKS = "blocks"
 
 
 @dataclass
@@ -21,7 +33,7 @@ class Node:
 
     attributes: dict[str, Any] = field(default_factory=dict)
     children: dict[str, Node] = field(default_factory=dict)
-    value: np.ndarray | None = None
+    value: np.ndarray | StoredArray | None = None
 
     def __getitem__(self, path: str) -> Node:
         """The node below, by a path such as "packs/0/axes"; KeyError where there is none."""
@@ -32,14 +44,21 @@ class Node:
 
     @property
     def array(self) -> np.ndarray:
-        """The data set's values; TypeError for a group."""
-        if self.value is None:
+        """The data set's values; TypeError for a group, and for values that are left in their file."""
+        if not isinstance(self.value, np.ndarray):
             raise TypeError("a group where values are expected")
         return self.value
 
+    @property
+    def in_blocks(self) -> bool:
+        """Whether these are values that are written and read block by block."""
+        return self.value is not None and _IN_BLOCKS in self.attributes
 
-def mapping_node(values: Mapping[str, Any]) -> Node:
-    """Text as attributes, numbers and arrays (float, int, bool) as data sets, under their own names.
+
+def mapping_node(values: Mapping[str, Any], copy: bool = True) -> Node:
+    """Text as attributes, numbers and arrays (float, int, bool) as data sets, large ones as groups, under their names.
+
+    copy : whether an array that lies in a file already is written; otherwise its file, place and digests are.
 
     "/" would be a path in HDF5: "/" is written "%2F" and "%" is written "%25".
     """
@@ -50,16 +69,51 @@ def mapping_node(values: Mapping[str, Any]) -> Node:
         key = name.replace("%", "%25").replace("/", "%2F").replace(".", "%2E" if not name.strip(".") else ".")
         if isinstance(value, str):
             node.attributes[key] = _checked_text(name, value)
+        elif isinstance(value, StoredArray):
+            node.children[key] = _large_node(value, copy)
         else:
-            node.children[key] = Node(value=_checked_array(name, value))
+            node.children[key] = _array_node(name, value)
     return node
 
 
+def _array_node(name: str, value: Any) -> Node:
+    array = _checked_array(name, value)
+    return _large_node(array, True) if array.nbytes >= LARGE_BYTES else Node(value=array)
+
+
+def _large_node(array: StoredArray | np.ndarray, copy: bool) -> Node:
+    if isinstance(array, StoredArray) and not array.digests:
+        array = array.sealed()
+    digests = Node(value=np.frombuffer(digests_of(array), np.uint8).reshape(-1, 32))
+    if copy or not isinstance(array, StoredArray):
+        values = Node({_IN_BLOCKS: len(blocks_of(array.shape, array.dtype))}, value=array)
+        return Node(children={"values": values, "digests": digests})
+    where = {"file": str(array.file.absolute()), "file_size": array.file_size, "place": array.place}
+    shape = " ".join(map(str, array.shape))
+    return Node({**where, "shape": shape, "dtype": array.dtype.str}, {"digests": digests})
+
+
+def _large_from(node: Node) -> StoredArray:
+    said, digests = node.attributes, node["digests"].array.tobytes()
+    if "values" not in node.children:
+        shape = tuple(map(int, said["shape"].split()))
+        return StoredArray(
+            Path(said["file"]), said["place"], shape, np.dtype(said["dtype"]), digests, said["file_size"]
+        )
+    values = node["values"].value
+    if not isinstance(values, StoredArray):
+        raise TypeError("values without the number of their blocks")
+    return replace(values, digests=digests)
+
+
 def mapping_from(node: Node) -> dict[str, Any]:
-    """The mapping that `mapping_node` wrote; an array without axes comes back as a number."""
+    """The mapping that `mapping_node` wrote: an array without axes as a number, a large one as a `StoredArray`."""
     found = dict(node.attributes)
     for key, child in node.children.items():
-        found[key] = child.array if child.array.shape else child.array.item()
+        if child.value is None:
+            found[key] = _large_from(child)
+        else:
+            found[key] = child.array if child.array.shape else child.array.item()
     return {key.replace("%2E", ".").replace("%2F", "/").replace("%25", "%"): value for key, value in found.items()}
 
 
@@ -70,16 +124,21 @@ def form_node(values: Mapping[str, Any]) -> Node:
         if isinstance(value, Mapping):
             node.children[name] = form_node(value)
         elif isinstance(value, np.ndarray):
-            node.children[name] = Node(value=_checked_array(name, value))
+            node.children[name] = _array_node(name, value)
         else:
             node.attributes[name] = value
     return node
 
 
 def form_from(node: Node) -> dict[str, Any]:
-    """The mapping that `form_node` wrote."""
-    groups = {name: form_from(child) if child.value is None else child.array for name, child in node.children.items()}
-    return {**node.attributes, **groups}
+    """The mapping that `form_node` wrote; a large array is a `StoredArray`."""
+    found = dict(node.attributes)
+    for name, child in node.children.items():
+        if child.value is not None:
+            found[name] = child.array
+        else:
+            found[name] = _large_from(child) if "digests" in child.children else form_from(child)
+    return found
 
 
 def _checked_array(name: str, value: Any) -> np.ndarray:
@@ -102,24 +161,46 @@ def _checked_text(name: str, text: str) -> str:
     return text
 
 
-def write_tree(group: Any, node: Node) -> None:
-    """Write `node` into an open h5py group; large arrays are compressed without loss."""
+def write_tree(group: Any, node: Node, written: Callable[[], None] = lambda: None) -> None:
+    """Write `node` into an open h5py group; all but short arrays are compressed without loss.
+
+    written : called after each block of a large array; what it raises ends the writing.
+    """
     group.attrs.update(node.attributes)
     for name, child in node.children.items():
         if child.value is None:
-            write_tree(group.create_group(name), child)
+            write_tree(group.create_group(name), child, written)
             continue
-        worth = child.value.size > _WORTH_COMPRESSING
-        options = {"compression": "gzip", "compression_opts": 2, "shuffle": True} if worth else {}
-        group.create_dataset(name, data=child.value, **options).attrs.update(child.attributes)
+        if child.in_blocks:
+            _write_blocks(group, name, child.value, written)
+        else:
+            worth = child.array.size > _WORTH_COMPRESSING
+            group.create_dataset(name, data=child.value, **(_COMPRESSED if worth else {}))
+        group[name].attrs.update(child.attributes)
+
+
+def _write_blocks(group: Any, name: str, array: Any, written: Callable[[], None]) -> None:
+    first = next(iter(blocks_of(array.shape, array.dtype)), None)
+    # A block is a chunk of HDF5: it is packed, unpacked and checked as a whole.
+    chunk = None if first is None else tuple(along.stop - along.start for along in first)
+    options = {} if chunk is None else {"chunks": chunk, **_COMPRESSED}
+    values = group.create_dataset(name, array.shape, array.dtype, **options)
+    for where, block in chunks_of(array):
+        values[where] = block
+        written()
 
 
 def read_tree(group: Any) -> Node:
-    """Everything in an open h5py group or file; KeyError where a link leads nowhere."""
+    """Everything in an open h5py group or file but large arrays, which are read when they are asked for.
+
+    KeyError where a link leads nowhere.
+    """
     if group is None:
         raise KeyError("a link that leads nowhere")
     node = Node({name: _plain(value) for name, value in group.attrs.items()})
-    if hasattr(group, "shape"):
+    if hasattr(group, "shape") and _IN_BLOCKS in node.attributes:
+        node.value = StoredArray(Path(group.file.filename).absolute(), group.name, group.shape, group.dtype)
+    elif hasattr(group, "shape"):
         node.value = np.asarray(group[()])
     else:
         node.children = {name: read_tree(child) for name, child in group.items()}
@@ -128,6 +209,8 @@ def read_tree(group: Any) -> Node:
 
 def tree_checksum(root: Node) -> str:
     """SHA-256 of every attribute and every value in the order of their paths; independent of HDF5's own layout.
+
+    Of values in blocks it takes the digests, which stand beside them.
 
     The root's attribute `checksum` is left out: it is where this goes.
     """
@@ -138,7 +221,8 @@ def tree_checksum(root: Node) -> str:
                 digest.update(f"{path}@{key}={_plain(node.attributes[key])!r}\n".encode())
         if node.value is not None:
             digest.update(f"{path}:{node.value.shape}:{node.value.dtype}\n".encode())
-            digest.update(np.ascontiguousarray(node.value).tobytes())
+            if not node.in_blocks:
+                digest.update(np.ascontiguousarray(node.array).tobytes())
     return digest.hexdigest()
 
 

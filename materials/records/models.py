@@ -11,8 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...spectral.errors import InputError, UnknownNameError
 from ..surface import Surface
+from .stored_array import StoredArray
 
 if TYPE_CHECKING:
     from ..analytic.model import AnalyticBrdf
@@ -20,11 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Measured:
-    """A model that is no formula: the class `name` in `module` of materials, with `from_parameters(parameters)`."""
+    """A model that is no formula: the class `name` in `module` of materials, with `from_parameters(parameters)`.
+
+    reads_files : it takes a `StoredArray` as it is; others are given the whole array in its place.
+    """
 
     module: str
     name: str
     quantity: str = "reflectance"
+    reads_files: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,7 +103,11 @@ def rebuild(model: str, parameters: Mapping[str, Any]) -> Surface:
     """The original that a record's `model` and `parameters` stand for; InputError for a spectrum without a surface."""
     if model in SPECTRA:
         raise no_surface(model)
-    if row := MEASURED.get(model):
+    row = MEASURED.get(model)
+    if not (row and row.reads_files):
+        read = {name: np.asarray(value) for name, value in parameters.items() if isinstance(value, StoredArray)}
+        parameters = {**parameters, **read}
+    if row:
         module = importlib.import_module(f"..{row.module}", __package__)
         return getattr(module, row.name).from_parameters(parameters)
     rest = dict(parameters)

@@ -7,6 +7,9 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
     /provenance          attributes source, licence, geometry, kind, notes
     /parameters/NAME     what `model` is rebuilt from; text is an attribute of /parameters
     /original/NAME       the measurement as it came; text is an attribute of /original
+    .../NAME/values      of a large array, its chunks the blocks of `stored_array`; or, where it stays in another file,
+                         attributes file, file_size, place, shape, dtype of /parameters/NAME or /original/NAME
+    .../NAME/digests     SHA-256 of each block (n,32), uint8
     /packs/K             attributes frame, basis, precision; spectral (R,J), wavelengths_nm (L,)
                          [, analysis, synthesis (L,J)]
                          [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
@@ -19,8 +22,9 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
 from __future__ import annotations
 
 import dataclasses
-import os
 import tomllib
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +32,11 @@ from ...spectral.errors import InputError
 from ...spectral.files import made_folder, written_whole
 from ..fit_error import FitError
 from .forms import FORMS
-from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, read_tree, tree_checksum, write_tree
+from .hdf5_file import write_behind
+from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, read_tree, tree_checksum
 from .material import MaterialRecord, Provenance
 from .record_head import (
     FORMAT,
-    HEAD_BYTES,
     IMPORT_AGAIN,
     NAME_A_MATERIAL,
     SCHEMA,
@@ -43,6 +47,7 @@ from .record_head import (
     other_schema,
     read_head,
 )
+from .stored_array import StoredArray
 from .trial_table import lights_from, trial_table, trials_from
 
 SUFFIX = ".h5"
@@ -72,8 +77,11 @@ def check_marker(folder: Path) -> None:
         )
 
 
-def write_record(record: MaterialRecord, path: Path) -> None:
+def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> None:
     """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file.
+
+    copy : whether large arrays that lie in other files (`StoredArray`) are written, too; else they stay where they
+        are, and the record knows them by place and digests.
 
     Raises
     ------
@@ -83,32 +91,20 @@ def write_record(record: MaterialRecord, path: Path) -> None:
         expected = "wavelengths_nm (L,) and values (L,)"
         raise InputError("a spectrum without samples", file=path, field="original", expected=expected)
     made_folder(path.parent)
-    tree = _tree(record)
+    tree = _tree(record, copy)
     checksum = tree.attributes["checksum"] = tree_checksum(tree)
     head = head_bytes(head_of(record, checksum), path)
-    image = _image(tree)
     try:
-        with written_whole(path) as beside, beside.open("wb") as file:
-            file.write(head)
-            file.write(image)
-            file.flush()
-            os.fsync(file.fileno())
+        with written_whole(path) as beside:
+            write_behind(head, tree, beside)
     except OSError as reason:
         raise InputError("cannot write the material", file=path, found=reason.strerror or str(reason)) from None
 
 
-def _image(tree: Node) -> bytes:
-    """The HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets full."""
-    import h5py
-
-    with h5py.File(FORMAT, "w", driver="core", backing_store=False, userblock_size=HEAD_BYTES) as file:
-        write_tree(file, tree)
-        file.flush()
-        return file.id.get_file_image()
-
-
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
     """The record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another version.
+
+    Large arrays are left where they are, as `StoredArray`: each block is checked when it is read.
 
     `check_colour`: also work out the colour that the head gives, which takes longer than all else.
     """
@@ -126,6 +122,24 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
         raise damaged(path, str(reason)) from None
     check_head(read_head(path), record, checksum, path, check_colour)
     return record
+
+
+def stored_arrays(record: MaterialRecord) -> tuple[StoredArray, ...]:
+    """The large arrays of a record, which reading it leaves where they are."""
+    values = (*record.parameters.values(), *record.original.values())
+    return tuple(value for value in values if isinstance(value, StoredArray))
+
+
+def check_large(record: MaterialRecord, path: Path, heard: Callable[[int], None] = lambda read: None) -> None:
+    """Read the large arrays in a record's own file, `path`, and look for the files that others were left in.
+
+    Raises `InputError` where a block is not what was written, or a file is gone. heard : hears of the bytes read.
+    """
+    for array in stored_arrays(record):
+        if array.file == path.absolute():
+            replace(array, heard=heard).check()
+        else:
+            array.check_is_there()
 
 
 def damaged(path: Path, reason: str) -> InputError:
@@ -162,7 +176,7 @@ def _checked(tree: Node, path: Path) -> str:
     return found
 
 
-def _tree(record: MaterialRecord) -> Node:
+def _tree(record: MaterialRecord, copy: bool) -> Node:
     tree = Node(
         {
             "format": FORMAT,
@@ -174,8 +188,8 @@ def _tree(record: MaterialRecord) -> Node:
         }
     )
     tree.children["provenance"] = mapping_node(dataclasses.asdict(record.provenance))
-    tree.children["parameters"] = mapping_node(record.parameters)
-    tree.children["original"] = mapping_node(record.original)
+    tree.children["parameters"] = mapping_node(record.parameters, copy)
+    tree.children["original"] = mapping_node(record.original, copy)
     # A record without a fast form has an empty group of packs.
     form, kept = ("packs", {}) if record.fast is None else (record.fast.NAME, record.fast.stored())
     tree.children[form] = form_node(kept)

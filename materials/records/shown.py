@@ -13,6 +13,7 @@ from jaxtyping import Float
 from .material import MaterialRecord
 from .record_colour import radiance_factor_45_0
 from .stated_colours import recomputed_colours
+from .stored_array import StoredArray
 from .trial_table import trial_table
 
 # Of an error, a table of trials shows these.
@@ -96,17 +97,22 @@ def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[s
 
 
 def shown_values(values: Mapping[str, Any], left_out: Sequence[str] = ()) -> dict[str, str]:
-    """A record's parameters or measurement in words: arrays by their shape, numbers and text as they are."""
+    """A record's parameters or measurement in words: arrays by their shape, numbers and text as they are.
+
+    Of an array that stays in a file, also which.
+    """
     found = {}
     for name, value in values.items():
-        if name not in left_out:
+        if isinstance(value, StoredArray) and name not in left_out:
+            found[name] = f"{_words(value, '')}, in {value.file}"
+        elif name not in left_out:
             array = np.asarray(value)
             short = array.ndim == 1 and array.size <= 4
             found[name] = " ".join(f"{one:g}" for one in array) if short else _words(array, value)
     return found
 
 
-def _words(array: np.ndarray, value: Any) -> str:
+def _words(array: np.ndarray | StoredArray, value: Any) -> str:
     return f"{array.dtype} {' x '.join(map(str, array.shape))}" if array.ndim else str(value)
 
 

@@ -8,20 +8,23 @@ maximum.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.files import half_written
-from ...spectral.processes import each_done, usable_cores
+from ...spectral.memory import gigabytes
+from ...spectral.processes import Lost, Task, supervised, usable_cores
 from ..brdf import Brdf
 from ..fit_error import FitError
 from ..protocol import sphere_protocol
 from .material import MaterialRecord
 from .query import material_files
-from .record import SUFFIX, read_record
+from .record import SUFFIX, read_record, stored_arrays
 from .record_head import IMPORT_AGAIN, other_material
 
 #: ΔE94: other processors round otherwise, by far less than this.
@@ -70,25 +73,58 @@ def verify_catalogue(
     ----------
     quick : checksums and heads (but for their colour) only; errors are not measured again.
     jobs : processes; default one a core.
-    progress : called with (done, total, id) after each material.
+    progress : called with (done, total, id) after each material; while large arrays are read, also with the bytes.
     """
     files = sorted((material_id, Path(path)) for material_id, path in material_files(folder, SUFFIX))
     found: list[Verified] = []
+    read = Counter[str]()
+
+    def reading(material_id: str, more: int) -> None:
+        read[material_id] += more
+        progress(len(found), len(files), f"{material_id}, {gigabytes(read[material_id])} read")
+
     # A process takes a second to start.
     enough = max(1, len(files) // (200 if quick else 8))
-    for one in each_done(partial(verify_material, quick=quick), files, min(jobs or usable_cores(), enough)):
+    for one in _each(files, quick, min(jobs or usable_cores(), enough), reading):
         found.append(one)
         progress(len(found), len(files), one.id)
     return Verification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
 
 
-def verify_material(material_id: str, path: Path, *, quick: bool = False) -> Verified:
-    """Verify one file; what is wrong comes back in `problem`."""
+def _each(
+    files: list[tuple[str, Path]], quick: bool, jobs: int, reading: Callable[[str, int], None]
+) -> Iterator[Verified]:
+    if jobs <= 1:
+        for material_id, path in files:
+            yield verify_material(material_id, path, quick, say=partial(reading, material_id))
+        return
+    tasks = (Task(file[0], (*file, quick)) for file in files)
+    with closing(supervised(verify_material, tasks, jobs, reading)) as results:
+        for material_id, result in results:
+            yield (
+                Verified(material_id, InputError(result.reason, field=material_id))
+                if isinstance(result, Lost)
+                else result
+            )
+
+
+def verify_material(
+    material_id: str, path: Path, quick: bool = False, say: Callable[[int], None] = lambda read: None
+) -> Verified:
+    """Verify one file; what is wrong comes back in `problem`. say : hears of the bytes of large arrays as they come."""
     try:
         record = read_record(path, check_colour=not quick)
         if record.id != material_id:
             raise other_material(path, record.id, material_id)
         declared = record.error
+        gone = [array.file for array in stored_arrays(record) if not array.is_there]
+        for array in stored_arrays(record):
+            if array.file not in gone:
+                replace(array, heard=say).check()
+        if gone:
+            return Verified(
+                material_id, declared=declared, note=f"large arrays were left in a file that is gone: {gone[0]}"
+            )
         if quick or declared is None or record.fast is None:
             return Verified(material_id, declared=declared, note="" if quick or declared is None else "no packs")
         measured = measured_again(record)

@@ -55,6 +55,16 @@ def test_lines_say_what_is_looked_at_and_how_long(plain, clock, capsys):
     assert plain.line() == "looked at 50 of 200 files, about 9 s left"
 
 
+def test_a_large_file_is_one_line_and_then_how_far_it_is(plain, clock, capsys):
+    for phase in ("reading 6.9 GB, about 7 s", "hashing, 0.5 GB of 6.9 GB", "hashing, 1 GB of 6.9 GB"):
+        plain.doing("big.npy", Doing(phase))
+    assert capsys.readouterr().err.splitlines()[1:] == ["reading 6.9 GB, about 7 s: big.npy"]
+    clock[0] += 3.0
+    assert plain.line().endswith("3 s so far; hashing, 1 GB of 6.9 GB: big.npy")
+    plain.looked_at(1, 2, "big.npy")
+    assert plain.line() == "looked at 1 of 2 files, about 3 s left"
+
+
 def test_lines_say_what_each_process_is_at(plain, clock, capsys):
     plain.begins(PENDING, Jobs(2))
     assert "fitting 2 materials in 2 processes, about 1 min 30 s" in capsys.readouterr().err

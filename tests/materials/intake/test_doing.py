@@ -7,7 +7,7 @@ import pytest
 from metamer.materials.fitting.fit import RANKS
 from metamer.materials.fitting.growing import LAST_ROUNDS
 from metamer.materials.intake import doing
-from metamer.materials.intake.doing import Doing, Expected, share_done
+from metamer.materials.intake.doing import Doing, Expected, in_bytes, share_done
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.intake.work import fit_material
@@ -91,6 +91,20 @@ def test_what_takes_longer_than_others_is_never_nearly_done():
 
 def test_nothing_left_takes_no_time():
     assert Expected({}, 2).seconds_left == 0.0
+
+
+@pytest.mark.parametrize(("total", "words"), [(4_000_000_000, "hashing, 2 GB of 4 GB"), (0, "hashing, 2 GB read")])
+def test_bytes_are_told_now_and_then(monkeypatch, total, words):
+    now, said = [10.0], []
+    monkeypatch.setattr(doing, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    heard = in_bytes("hashing", total, said.append)
+    for _ in range(3):
+        heard(500_000_000)
+    assert not said
+    now[0] += 1.0
+    heard(500_000_000)
+    heard(500_000_000)
+    assert said == [Doing(words, 0.5 if total else 0.0)]
 
 
 def test_a_fit_says_its_phases_and_trials(grey):

@@ -1,0 +1,242 @@
+"""An array that stays in its file: read in blocks, each held to its digest, by whoever needs it.
+
+It is a few numbers and words, so that it goes to a worker process, which opens the file itself. One type serves numbers
+in a file that a person named and numbers in a material's own file: both are read block by block, and a block that is
+not what was first read is refused by the name of its file, never passed on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...spectral.errors import InputError
+
+#: A block: large enough that a disk reads it in one go, small enough that a few of them are nothing.
+BLOCK_BYTES = 4 << 20
+# What to do about a file that is not what it was.
+_AGAIN = "put it back as it was, or import the material again: metamer catalogue import --again SOURCE"
+# Bytes of a SHA-256.
+_DIGEST = 32
+
+#: One slice an axis.
+Block = tuple[slice, ...]
+
+
+def _nobody(read: int) -> None:
+    """Hears of bytes that nobody counts."""
+
+
+@dataclass(frozen=True)
+class StoredArray:
+    """An array in a file.
+
+    Attributes
+    ----------
+    file : where it lies.
+    place : the name of the data set in an HDF5 file; or where the numbers begin, bytes from the start of any other
+        file, in C order.
+    shape, dtype : as of numpy; one axis or more.
+    digests : the SHA-256 of each block (`blocks_of`), 32 bytes each, one behind the other; b"" before `sealed`.
+    file_size : bytes of the whole file when it was sealed; 0 where that is not known.
+    heard : hears of every block that is read, in bytes; a `StoredArray` that hears goes to no other process.
+    """
+
+    file: Path
+    place: str | int
+    shape: tuple[int, ...]
+    dtype: np.dtype
+    digests: bytes = field(default=b"", repr=False)
+    file_size: int = 0
+    heard: Callable[[int], None] = field(default=_nobody, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dtype", np.dtype(self.dtype))
+        wrong = not self.shape or min(self.shape) < 0 or self.dtype.kind not in "fiub"
+        if wrong or (self.digests and len(self.digests) != _DIGEST * len(blocks_of(self.shape, self.dtype))):
+            found = f"{self.dtype} {self.shape}, {len(self.digests)} bytes of digests"
+            raise InputError("not an array that can be stored", file=self.file, field=str(self.place), found=found)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all its numbers."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+    @property
+    def ndim(self) -> int:
+        """Axes."""
+        return len(self.shape)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        """The whole of it, in memory."""
+        return np.asarray(self.read(), dtype=dtype)
+
+    def read(self, rows: slice = slice(None)) -> np.ndarray:
+        """Rows of the first axis, all by default, as an array of their own; raises what `chunks` does."""
+        first, last, step = rows.indices(len(self))
+        if step != 1:
+            raise ValueError("rows that follow each other are read")
+        found = np.empty((max(0, last - first), *self.shape[1:]), self.dtype)
+        for (along, *rest), block in self.chunks(slice(first, last)):
+            low, high = max(along.start, first), min(along.stop, last)
+            found[(slice(low - first, high - first), *rest)] = block[low - along.start : high - along.start]
+        return found
+
+    def chunks(self, rows: slice = slice(None)) -> Iterator[tuple[Block, np.ndarray]]:
+        """Every block that has some of these rows of the first axis, in C order: where it lies, and its numbers.
+
+        Raises
+        ------
+        InputError : the file is gone or cannot be read; it, or a block, is not what it was when it was sealed.
+        """
+        first, last, _ = rows.indices(len(self))
+        with ExitStack() as stack:
+            read = self._opened(stack)
+            for number, where in enumerate(blocks_of(self.shape, self.dtype)):
+                if where[0].start < last and where[0].stop > first:
+                    try:
+                        block = np.ascontiguousarray(read(where))
+                    except (OSError, ValueError, RuntimeError) as reason:
+                        raise self._unreadable(reason, _words(where)) from None
+                    if self.digests and _digest(block) != self.digests[_DIGEST * number : _DIGEST * (number + 1)]:
+                        raise self._changed(f"other numbers in {_words(where)}")
+                    self.heard(block.nbytes)
+                    yield where, block
+
+    def sealed(self, also: Callable[[memoryview], None] = lambda data: None) -> StoredArray:
+        """This array with its digests, from reading all of it once; one that has them is compared with them.
+
+        also : is given the bytes of each block, in order: together they are the array's own.
+        """
+        size = _size_of(self.file)
+        found = bytearray()
+        for _, block in self.chunks():
+            also(raw(block))
+            found += _digest(block)
+        return replace(self, digests=bytes(found), file_size=self.file_size or size, heard=_nobody)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there is such a file at all, that this user may look for."""
+        return _size_of(self.file) > 0
+
+    def check_is_there(self) -> None:
+        """Raises `InputError` where the file is gone or has another size."""
+        with ExitStack() as stack:
+            self._opened(stack)
+
+    def check(self) -> None:
+        """Read all of it; raises `InputError`, as `chunks` does, where it is not what it was."""
+        for _ in self.chunks():
+            pass
+
+    def _opened(self, stack: ExitStack) -> Callable[[Block], np.ndarray]:
+        """What reads a block; the file is closed with `stack`."""
+        try:
+            if self.file_size and (found := self.file.stat().st_size) != self.file_size:
+                raise self._changed(f"{found} bytes", f"{self.file_size} bytes")
+            if isinstance(self.place, int):
+                file = stack.enter_context(self.file.open("rb"))
+                return lambda where: self._numbers(file, where)
+            import h5py
+
+            values: Any = stack.enter_context(h5py.File(self.file, "r"))[self.place]
+            if (values.shape, values.dtype) != (self.shape, self.dtype):
+                raise self._changed(f"{values.dtype} {values.shape}", f"{self.dtype} {self.shape}")
+            return values.__getitem__
+        except FileNotFoundError:
+            expected = "the file that large arrays were left in"
+            raise InputError("no such file", file=self.file, expected=expected, hint=_AGAIN) from None
+        except (OSError, KeyError, ValueError, AttributeError, RuntimeError) as reason:
+            raise self._unreadable(reason) from None
+
+    def _numbers(self, file: Any, where: Block) -> np.ndarray:
+        shape = tuple(along.stop - along.start for along in where)
+        # A block is whole along its last axes, so that its numbers follow each other.
+        first = np.ravel_multi_index([along.start for along in where], self.shape)
+        file.seek(int(self.place) + int(first) * self.dtype.itemsize)
+        data = file.read(math.prod(shape) * self.dtype.itemsize)
+        return np.frombuffer(data, self.dtype).reshape(shape)
+
+    def _unreadable(self, reason: Exception, where: str = "the array") -> InputError:
+        # What libraries raise may have no words.
+        found = f"{where}: {str(reason) or type(reason).__name__}".split("\n")[0]
+        place = str(self.place)
+        return InputError("cannot be read", file=self.file, field=place, found=found, hint=_AGAIN)
+
+    def _changed(self, found: str, expected: str = "the numbers that were there before") -> InputError:
+        return InputError(
+            "the file is not what it was",
+            file=self.file,
+            field=str(self.place),
+            found=found,
+            expected=expected,
+            hint=_AGAIN,
+        )
+
+
+def blocks_of(shape: tuple[int, ...], dtype: np.dtype) -> list[Block]:
+    """The blocks of an array in C order: whole along its last axes, at most `BLOCK_BYTES` each where a number is less.
+
+    >>> blocks_of((2, 3), np.dtype("f8"))
+    [(slice(0, 2, None), slice(0, 3, None))]
+    """
+    axis, row = 0, math.prod(shape[1:]) * dtype.itemsize
+    while row > BLOCK_BYTES and axis + 1 < len(shape):
+        axis += 1
+        row //= max(1, shape[axis])
+    step = max(1, BLOCK_BYTES // max(1, row))
+    # Along one axis some, along those before it one at a time.
+    steps = [1] * axis + [step] + [max(1, size) for size in shape[axis + 1 :]]
+    along = [
+        [slice(first, min(first + step, size)) for first in range(0, size, step)]
+        for size, step in zip(shape, steps, strict=True)
+    ]
+    return list(product(*along))
+
+
+def chunks_of(array: StoredArray | np.ndarray) -> Iterator[tuple[Block, np.ndarray]]:
+    """The blocks of an array with their numbers, wherever they are."""
+    if isinstance(array, StoredArray):
+        yield from array.chunks()
+    else:
+        for where in blocks_of(array.shape, array.dtype):
+            yield where, np.ascontiguousarray(array[where])
+
+
+def digests_of(array: StoredArray | np.ndarray) -> bytes:
+    """`StoredArray.digests` of an array, wherever it is."""
+    known = array.digests if isinstance(array, StoredArray) else b""
+    return known or b"".join(_digest(block) for _, block in chunks_of(array))
+
+
+def _size_of(file: Path) -> int:
+    try:
+        return file.stat().st_size
+    except OSError:
+        return 0
+
+
+def raw(block: np.ndarray) -> memoryview:
+    """The bytes of an array in C order, without a copy."""
+    return block.reshape(-1).view(np.uint8).data
+
+
+def _digest(block: np.ndarray) -> bytes:
+    return hashlib.sha256(raw(block)).digest()
+
+
+def _words(where: Block) -> str:
+    """A block for a person: `[0:4, 0:256]`."""
+    return "[" + ", ".join(f"{along.start}:{along.stop}" for along in where) + "]"
