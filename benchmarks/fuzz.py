@@ -11,8 +11,6 @@ are read in a process each, some seconds a hundred; a scattered BRDF that is sti
 
 from __future__ import annotations
 
-import argparse
-import json
 import multiprocessing
 import os
 import random
@@ -35,6 +33,7 @@ from ..materials.source import Rejected
 from ..spectral.errors import InputError
 from ..spectral.formats import reading
 from .fuzz_seeds import seeds
+from .measuring import command, write_json
 
 SECONDS_A_FILE = 10.0
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
@@ -289,13 +288,12 @@ def files_of(reader: str, data: Path | None) -> dict[str, bytes]:
 
 def main(words: list[str] | None = None) -> int:
     """Damage, read, tell; 1 where a reader failed."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser = command(__doc__)
     parser.add_argument("readers", nargs="*", choices=[*readers(), []], metavar="READER")
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--keep", type=Path)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
     rows = []
     for reader in args.readers or readers():
@@ -306,8 +304,7 @@ def main(words: list[str] | None = None) -> int:
         print(f"{reader:16} {row['files']} files in {times}: {said}", flush=True)
         for key, failure in row["failures"].items():
             print(f"    {failure['count']} x {key} (file {failure['number']})", flush=True)
-    if args.json:
-        args.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    write_json(args.json, rows)
     return int(any(row["failures"] for row in rows))
 
 

@@ -11,9 +11,7 @@ Linux only: processes are found in /proc.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
-import json
 import os
 import random
 import shutil
@@ -32,6 +30,7 @@ from ..materials.catalogue import Catalogue
 from ..materials.intake import known
 from ..materials.records.record import MARKER
 from ..spectral.files import half_written
+from . import measuring
 
 TABLES = """
 [chart]
@@ -246,11 +245,10 @@ def measured(materials: int, jobs: int, folder: Path) -> dict:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser = measuring.command(__doc__)
     parser.add_argument("--materials", type=int, default=200)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--kills", type=int, default=0)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
     with tempfile.TemporaryDirectory() as private:
         found: dict = measured(args.materials, args.jobs, Path(private) / "speed")
@@ -266,8 +264,7 @@ def main(words: list[str] | None = None) -> int:
                 f"{hits.count('nothing')} too late; leftovers cleared {sum(row['leftovers'] for row in rows)}; "
                 "all catalogues opened, verified and ended with the same bytes"
             )
-    if args.json:
-        args.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    measuring.write_json(args.json, found)
     return 0
 
 

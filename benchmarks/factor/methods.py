@@ -25,7 +25,8 @@ from ...materials.protocol import sphere_protocol
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from .sphere import brdf_xyz, pack_xyz, statistics, under
+from .points import point_words
+from .sphere import brdf_xyz, errors_by_light, pack_xyz
 from .timing import Stopwatch
 
 COEFFICIENTS = 8
@@ -81,7 +82,6 @@ def method_points(
             if frame == "hd":
                 # Its table holds the cosine already, which packs in this frame are given when they are looked up.
                 sample = sample / protocol.wi[:, 2:]
-            errors = [under(protocol, it).compare(reference[n], sample[n]) for n, it in enumerate(lights)]
             if count not in drawn:
                 # What a picture costs does not depend on how the terms were found.
                 drawn[count] = stopwatch.milliseconds((pack,))
@@ -97,11 +97,10 @@ def method_points(
                     "fit_seconds": seconds,
                     "relative_error": relative,
                     "ms_per_megapixel": drawn[count],
-                    "delta_e94": {light: statistics(error) for light, error in zip(lights, errors, strict=True)},
+                    "delta_e94": errors_by_light(protocol, lights, reference, sample),
                 }
             )
-            p99 = ", ".join(f"{light} {error.p99:.2f}" for light, error in zip(lights, errors, strict=True))
-            progress(f"    {points[-1]['configuration']}: ΔE94 p99 {p99}")
+            progress(point_words(points[-1]))
     return points
 
 

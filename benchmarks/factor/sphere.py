@@ -62,6 +62,19 @@ def folded_xyz(
     return xyz
 
 
+def errors_by_light(
+    protocol: SphereProtocol,
+    lights: Sequence[str],
+    reference: Float[np.ndarray, "M N 3"],
+    sample: Float[np.ndarray, "M N 3"],
+) -> dict[str, dict[str, float]]:
+    """`statistics` of M pictures, by the light that each is seen under."""
+    return {
+        light: statistics(under(protocol, light).compare(*pair))
+        for light, *pair in zip(lights, reference, sample, strict=True)
+    }
+
+
 def statistics(error: FitError) -> dict[str, float]:
     """ΔE94 by the names that the JSON has."""
     return {"mean": error.mean, "p95": error.p95, "p99": error.p99, "max": error.maximum}
