@@ -1,6 +1,6 @@
 """Damaged files, thousands for every reader: each is read, or refused by an `InputError`; nothing else may happen.
 
-    python -m metamer.benchmarks.fuzz [READER ...] [--count 10000] [--seed 1] [--data DIR] [--keep DIR] [--json F]
+    python tests/harness/fuzz.py [READER ...] [--count 10000] [--seed 1] [--data DIR] [--keep DIR] [--json F]
 
 Readers are those of both lists of formats. The files that are damaged are small ones written here (`fuzz_seeds`) and,
 with `--data`, those of a folder that the reader recognises. A reader works in a process of its own, with a limit on
@@ -28,12 +28,12 @@ from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from ..materials.formats import registry
-from ..materials.source import Rejected
-from ..spectral.errors import InputError
-from ..spectral.formats import reading
-from .fuzz_seeds import seeds
-from .measuring import command, write_json
+from fuzz_seeds import seeds
+from metamer.benchmarks.measuring import command, write_json
+from metamer.materials.formats import registry
+from metamer.materials.source import Rejected
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats import reading
 
 SECONDS_A_FILE = 10.0
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.

@@ -1,6 +1,6 @@
 """Do `review`, `fit` and `import` end as they should, at whatever moment a signal comes?
 
-    python -m metamer.benchmarks.interrupts [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
+    python tests/harness/interrupts.py [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
 
 Each run is hit once, at a random moment between its start and the end of an undisturbed one: by SIGINT to all of its
 processes, as a terminal sends it, by SIGTERM to the command alone, as `kill` does, or by SIGKILL. After SIGINT and
@@ -31,11 +31,12 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..materials.catalogue import Catalogue
-from ..spectral.files import half_written
-from .importing import command as import_command
-from .importing import contents, generated
-from .measuring import command, write_json
+from kills import contents
+from metamer.benchmarks.importing import command as import_command
+from metamer.benchmarks.importing import generated
+from metamer.benchmarks.measuring import command, write_json
+from metamer.materials.catalogue import Catalogue
+from metamer.spectral.files import half_written
 
 LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.
