@@ -20,10 +20,9 @@ from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
 from .cgats_quantity import Told, check_agreement, signs_of_table, told_quantity
 from .cgats_tables import CgatsTable, read_tables
 from .reading import SpectralFile, StatedColour, names_its_file
+from .shared.decisions import Decision, Divisor, Sign, Values, decided, divisor_of, signs_of_all, undecided
 from .shared.gathering import MOST_SAMPLES, Gathering
-from .shared.luminance import Luminances, luminances
-from .shared.scale import Divisor, Values, divisor_of
-from .shared.signs import Decision, Sign, decided, signs_of_all, undecided
+from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
 from .shared.words import colour_axis, condition_in, illuminant_in, observer_in, stated_colours
 

@@ -8,10 +8,10 @@ By the file's own words, the first that speaks:
 4. the identifier: IT8.7/1 is a target of transmission, /2 to /5 of reflection; then names of fields (REFL_380).
 5. "emission", "transmission", "reflection" and their like in the keywords of mode, type, unit and source, then in
    DESCRIPTOR, FILE_DESCRIPTOR and TARGET_TYPE, then in any other.
-6. nothing: then signs that agree (`shared.signs`), or the person who imports it. A display or a light in one of those
-   three is a sign; so are geometry, condition and white base of an instrument that measures surfaces, amounts of ink,
-   an illuminant that colours were computed for, colours beside the spectra that are those of surfaces, and values of a
-   SPECT file above its norm. What was taken so and is at odds with the colours beside is refused.
+6. nothing: then signs that agree (`shared.decisions`), or the person who imports it. A display or a light in one of
+   those three is a sign; so are geometry, condition and white base of an instrument that measures surfaces, amounts of
+   ink, an illuminant that colours were computed for, colours beside the spectra that are those of surfaces, and values
+   of a SPECT file above its norm. What was taken so and is at odds with the colours beside is refused.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable
-from .shared.luminance import Luminances
-from .shared.signs import Sign, signs_beside, signs_of_name
+from .shared.decisions import Sign, signs_beside, signs_of_name
+from .shared.resemblance import Luminances
 from .shared.text import shortened
 from .shared.words import measured, names_light, quantity_in
 

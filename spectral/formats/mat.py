@@ -17,9 +17,19 @@ from ..errors import InputError
 from .answer import NO_ANSWER, Answer
 from .mat_variables import Variable, is_hdf5, read_variables
 from .reading import SpectralFile, names_its_file
+from .shared.decisions import (
+    Decision,
+    Divisor,
+    Sign,
+    Values,
+    decided,
+    divisor_of,
+    signs_beside,
+    signs_of_all,
+    signs_of_name,
+    undecided,
+)
 from .shared.gathering import MOST_SPECTRA, Gathering, in_visible
-from .shared.scale import Divisor, Values, divisor_of
-from .shared.signs import Decision, Sign, decided, signs_beside, signs_of_all, signs_of_name, undecided
 from .shared.text import shortened
 from .shared.words import measured, quantity_in, quantity_in_lines, unit_in
 

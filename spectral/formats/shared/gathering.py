@@ -11,8 +11,7 @@ from ...errors import InputError
 from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
 from ..reading import SpectralEntry, SpectralFile, StatedColour
-from .scale import Divisor
-from .signs import Decision, taken_as
+from .decisions import Decision, Divisor, taken_as
 from .text import shortened
 
 #: Spectra in one file, and samples in all of them together.
