@@ -1,8 +1,8 @@
 """What the numbers of spectra resemble: published tables, and as surfaces the colours that are stated beside them.
 
-Tables are the CIE's observers and illuminants, lamps and charts, as colour-science has them. A column of numbers without
-a word may be one of them. What it resembles is one sign of what it is (`decisions`); where it stands on the scale of the
-publication, or a power of ten beside it, that is another.
+Tables are the CIE's observers and illuminants, lamps and charts, as colour-science has them. A column of numbers
+without a word may be one of them. What it resembles is one sign of what it is (`decisions`); where it stands on the
+scale of the publication, or a power of ten beside it, that is another.
 """
 
 from __future__ import annotations
