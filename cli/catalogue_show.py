@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import visible
-from .catalogue_words import add_catalogue_argument, columns, opened
-from .shared import add_renderer_option, renderer_for
+from .catalogue_words import add_catalogue_argument, columns, opened, write_text
+from .shared import add_renderer_option, counted, renderer_for
 
 if TYPE_CHECKING:
     from ..materials.factors import FactorPack, LightError
@@ -123,7 +123,6 @@ def _stated(record: MaterialRecord) -> str:
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
     from ..lighting.scene_files import load_scene, shipped_scene
-    from ..spectral.files import written_whole
     from ..viewer.material_facts import material_page
 
     if record.is_surface:
@@ -131,8 +130,7 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
             text = material_page(record, load_scene(shipped_scene("thumbnail")), drawing)
     else:
         text = material_page(record)
-    with written_whole(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+    write_text(path, text)
 
 
 def colour_words(colour: Mapping[str, Any]) -> str:
@@ -147,7 +145,7 @@ def _pack(pack: FactorPack) -> str:
     from ..materials.records.shown import shown_grid
 
     shape = f"{shown_grid(pack)}; {pack.basis.size} spectral coefficients; {pack.precision} precision"
-    return f"{pack.rank} {'term' if pack.rank == 1 else 'terms'} in frame {pack.frame} ({shape})"
+    return f"{counted(pack.rank, 'term')} in frame {pack.frame} ({shape})"
 
 
 def _listed(values: dict[str, str]) -> str:
