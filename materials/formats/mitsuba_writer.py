@@ -169,35 +169,16 @@ def _spectrum(name: str, wavelengths_nm: np.ndarray, values: np.ndarray) -> Elem
 
 
 def _scene(bsdf: Element) -> Element:
-    scene = _element("scene", version="3.0.0")
-    scene.append(_element("default", name="spp", value=str(SAMPLES)))
-    scene.append(_element("default", name="resolution", value=str(PIXELS)))
-    integrator = _element("integrator", type="path")
-    integrator.append(_element("integer", name="max_depth", value="2"))
-    scene.append(integrator)
-    sensor = _element("sensor", type="orthographic")
-    place = _element("transform", name="to_world")
-    place.append(_element("scale", value=repr(HEIGHT / 2)))
-    place.append(_element("lookat", origin="0, 0, 5", target="0, 0, 0", up="0, 1, 0"))
-    sensor.append(place)
-    sampler = _element("sampler", type="independent")
-    sampler.append(_element("integer", name="sample_count", value="$spp"))
-    film = _element("film", type="hdrfilm")
-    for side in ("width", "height"):
-        film.append(_element("integer", name=side, value="$resolution"))
-    film.append(_element("string", name="pixel_format", value="rgb"))
-    film.append(_element("string", name="component_format", value="float32"))
-    film.append(_element("rfilter", type="box"))
-    sensor.extend([sampler, film])
-    light = _element("emitter", type="directional")
-    light.append(_element("vector", name="direction", value=", ".join(repr(-float(x)) for x in TO_LIGHT)))
-    light.append(_spectrum("irradiance", *_irradiance()))
-    ball = _element("shape", type="sphere")
-    # Its pole upright, so that the surface's x runs along the parallels, as on our sphere.
-    upright = _element("transform", name="to_world")
-    upright.append(_element("rotate", x="1", angle="-90"))
-    ball.extend([upright, bsdf])
-    scene.extend([sensor, light, ball])
+    """`mitsuba_scene.xml` with the surface and the light in it."""
+    from xml.etree import ElementTree
+
+    text = Path(__file__).with_name("mitsuba_scene.xml").read_text(encoding="utf-8")
+    direction = ", ".join(repr(-float(x)) for x in TO_LIGHT)
+    scene = ElementTree.fromstring(
+        text.format(samples=SAMPLES, pixels=PIXELS, scale=repr(HEIGHT / 2), direction=direction)
+    )
+    for place, element in (("emitter", _spectrum("irradiance", *_irradiance())), ("shape", bsdf)):
+        next(scene.iter(place)).append(element)
     return scene
 
 

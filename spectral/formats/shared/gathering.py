@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -111,11 +112,9 @@ class Gathering:
         values: object,
         decision: Decision,
         scale: Divisor | None,
-        *,
-        stated: tuple[StatedColour, ...] = (),
-        details: Mapping[str, str] | None = None,
+        **beside: Any,
     ) -> None:
-        """`add` one spectrum of what was decided, on its scale, which an emission has not."""
+        """`add` one spectrum of what was decided, on its scale, which an emission has not; `beside` is passed on."""
         if scale and scale.note:
             self.note(scale.note)
         self.add(
@@ -124,9 +123,8 @@ class Gathering:
             values,
             decision.quantity,
             divisor=scale.by if scale else 1.0,
-            stated=stated,
-            details=details,
             taken=taken_as(decision, None if decision.quantity == "emission" else scale),
+            **beside,
         )
 
     def _spectrum(
