@@ -64,8 +64,7 @@ def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...
     else:
         fields, notes = _table(brdf, comment)
         write_tensors(folder / TABLE, fields)
-        bsdf = _element("bsdf", type="measured")
-        bsdf.append(_element("string", name="filename", value=TABLE))
+        bsdf = _element("bsdf", _element("string", name="filename", value=TABLE), type="measured")
     scene = _scene(bsdf)
     text = " ".join(f"{comment} + {' + '.join(notes)}".split()).replace("--", "-")
     scene.insert(0, ElementTree.Comment(f" {text} "))
@@ -134,38 +133,36 @@ def _plugin(brdf: Brdf) -> Element | None:
         return _diffuse(brdf.wavelengths_nm, brdf.reflectance.samples)
     if not isinstance(brdf, CookTorrance) or brdf.masking != "smith" or brdf.roughness < _SMOOTHEST:
         return None
-    facets = _element("bsdf", type="roughconductor")
-    facets.append(_element("string", name="distribution", value=brdf.distribution))
-    facets.append(_element("float", name="alpha", value=repr(float(brdf.roughness))))
-    facets.append(_spectrum("eta", brdf.wavelengths_nm, brdf.eta))
-    facets.append(_spectrum("k", brdf.wavelengths_nm, brdf.k))
+    facets = _element(
+        "bsdf",
+        _element("string", name="distribution", value=brdf.distribution),
+        _element("float", name="alpha", value=repr(float(brdf.roughness))),
+        _spectrum("eta", brdf.wavelengths_nm, brdf.eta),
+        _spectrum("k", brdf.wavelengths_nm, brdf.k),
+        type="roughconductor",
+    )
     if brdf.specular_weight == 1.0:
         return facets
-    blend = _element("bsdf", type="blendbsdf")
-    blend.append(_element("float", name="weight", value=repr(float(brdf.specular_weight))))
-    blend.append(_diffuse(brdf.wavelengths_nm, brdf.diffuse.samples))
-    blend.append(facets)
-    return blend
+    weight = _element("float", name="weight", value=repr(float(brdf.specular_weight)))
+    return _element("bsdf", weight, _diffuse(brdf.wavelengths_nm, brdf.diffuse.samples), facets, type="blendbsdf")
 
 
 def _diffuse(wavelengths_nm: np.ndarray, reflectance: np.ndarray) -> Element:
-    element = _element("bsdf", type="diffuse")
-    element.append(_spectrum("reflectance", wavelengths_nm, reflectance))
-    return element
+    return _element("bsdf", _spectrum("reflectance", wavelengths_nm, reflectance), type="diffuse")
 
 
 def _spectrum(name: str, wavelengths_nm: np.ndarray, values: np.ndarray) -> Element:
     """Linear between samples, held to both ends of the range that Mitsuba integrates over; no samples of nothing."""
     if not (values != values[0]).any():
-        element = _element("spectrum", type="uniform", name=name)
-        element.append(_element("float", name="value", value=f"{values[0]:.9g}"))
-        return element
+        value = _element("float", name="value", value=f"{values[0]:.9g}")
+        return _element("spectrum", value, type="uniform", name=name)
     inside = wavelengths_nm[(wavelengths_nm > _RANGE[0]) & (wavelengths_nm < _RANGE[1])]
     nodes = np.concatenate([[_RANGE[0]], inside, [_RANGE[1]]])
-    element = _element("spectrum", type="irregular", name=name)
-    for label, numbers in (("wavelengths", nodes), ("values", np.interp(nodes, wavelengths_nm, values))):
-        element.append(_element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers)))
-    return element
+    listed = (
+        _element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers))
+        for label, numbers in (("wavelengths", nodes), ("values", np.interp(nodes, wavelengths_nm, values)))
+    )
+    return _element("spectrum", *listed, type="irregular", name=name)
 
 
 def _scene(bsdf: Element) -> Element:
@@ -191,7 +188,9 @@ def _irradiance() -> tuple[np.ndarray, np.ndarray]:
     return light.wavelengths_nm, light.samples * np.pi * _LUMINOUS_INTEGRAL / luminous
 
 
-def _element(tag: str, **attributes: str) -> Element:
+def _element(tag: str, *children: Element, **attributes: str) -> Element:
     from xml.etree.ElementTree import Element
 
-    return Element(tag, attributes)
+    element = Element(tag, attributes)
+    element.extend(children)
+    return element

@@ -247,13 +247,13 @@ def _decision(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answe
     """
     numbers = signs_of_all(grid, spectra, name)
     variable, comment = f"the variable {shortened(name, 40)!r}", f"the comment {shortened(said, 60)!r}"
-    by_name, by_comment = _told(name), quantity_in_lines(said)[0]
-    told = by_name or by_comment
-    if told in ("absorbance", "index"):
+    by_name, by_comment = _named(name), quantity_in_lines(said)[0]
+    named = by_name or by_comment
+    if named in ("absorbance", "index"):
         raise InputError(
-            f"{told} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
+            f"{named} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
         )
-    if quantity := measured(told):
+    if quantity := measured(named):
         signs = [Sign("words", quantity, variable if by_name else comment, True)]
     else:
         if what := _response(said) or _response(path.stem):
@@ -282,9 +282,9 @@ def _scale(
     return divisor_of(values, unit, words if unit else "", answer.scale)
 
 
-def _told(name: str) -> str | None:
+def _named(name: str) -> str | None:
     """What the name of a variable says, its own before that of the struct that it is in."""
     for part in reversed(name.split(".")):
-        if told := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
-            return told
+        if named := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
+            return named
     return None

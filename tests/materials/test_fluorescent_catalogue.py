@@ -18,11 +18,11 @@ from metamer.materials.intake.importing import import_sources
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.software import SoftwareRenderer
+from pictures import read_xyz_exr
 
 NM = np.arange(380.0, 781.0, 20.0)
 EYE = observer("1931_2")
