@@ -7,7 +7,8 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .catalogue_words import columns, opened, print_json
+from ..calibration.text_tables import columns
+from .catalogue_words import opened, print_json
 from .shared import comma_separated, positive_count, positive_delta_e, progress_bar
 
 if TYPE_CHECKING:

@@ -9,9 +9,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..calibration.text_tables import columns
 from ..materials.shipped import shipped_sources
 from ..spectral.errors import UsageError, visible
-from .catalogue_words import CATALOGUE_HELP, columns, say, write_text
+from .catalogue_words import CATALOGUE_HELP, say, write_text
 from .import_progress import import_shown
 from .shared import positive_count, positive_delta_e
 

@@ -6,8 +6,9 @@ import argparse
 import dataclasses
 from typing import TYPE_CHECKING
 
+from ..calibration.text_tables import columns
 from .catalogue_query import add_query_options, found_by
-from .catalogue_words import add_catalogue_argument, columns, print_json
+from .catalogue_words import add_catalogue_argument, print_json
 from .shared import counted
 
 if TYPE_CHECKING:

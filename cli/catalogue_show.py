@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..calibration.text_tables import columns
 from ..spectral.errors import visible
-from .catalogue_words import add_catalogue_argument, columns, opened, write_text
+from .catalogue_words import add_catalogue_argument, opened, write_text
 from .shared import add_renderer_option, counted, renderer_for
 
 if TYPE_CHECKING:

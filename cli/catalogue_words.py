@@ -1,9 +1,8 @@
-"""What the verbs of `metamer catalogue` share: the folder to look in, plain text that is never cut, and JSON."""
+"""What the verbs of `metamer catalogue` share: the folder to look in, and how things are said and written."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,20 +44,3 @@ def write_text(path: Path, text: str) -> None:
 
     with written_whole(path) as beside:
         beside.write_text(text, encoding="utf-8")
-
-
-def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1, words: bool = False) -> str:
-    """A table as text, never cut; the first `left` columns stand to the left, figures to the right.
-
-    words : whether the last column is text, too.
-    """
-    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
-    rule = ["─" * width for width in widths]
-    lines = []
-    for cells in (headings, rule, *rows):
-        aligned = [
-            cell.ljust(width) if index < left or (words and index == len(widths) - 1) else cell.rjust(width)
-            for index, (cell, width) in enumerate(zip(cells, widths, strict=True))
-        ]
-        lines.append("  ".join(aligned).rstrip())
-    return "\n".join(lines)
