@@ -6,7 +6,6 @@ CIELAB relative to each light's own white, with the slower and finer computation
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -24,6 +23,7 @@ from ..spectral.observers import Observer, observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.upsampling import xyz_from_rgb
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from .measuring import timed
 
 #: The lights that a basis is made for.
 LIGHTS = ("D65", "A", *(f"FL{number}" for number in range(1, 13)))
@@ -215,14 +215,8 @@ def basis_seconds(size: int = 8, spectra: int = 100_000, repeats: int = 15) -> d
         "colour_from_coefficients": lambda: coefficients @ folded.T,
     }
     # In turns, so that a busy moment of the machine is nobody's alone.
-    taken = [{name: _seconds(job) for name, job in jobs.items()} for _ in range(repeats)]
+    taken = [{name: timed(job)[1] for name, job in jobs.items()} for _ in range(repeats)]
     return {name: min(turn[name] for turn in taken) for name in jobs}
-
-
-def _seconds(job: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    job()
-    return time.perf_counter() - start
 
 
 def run(sizes: Sequence[int] = SIZES, spectra: int = 100_000) -> dict:

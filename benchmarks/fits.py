@@ -23,6 +23,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..spectral.processes import one_thread
+from .measuring import command, write_json
 
 KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
 
@@ -58,9 +59,9 @@ def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
 
 def under(kernel: str, sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """The rows of `fitted` from a process that adds up as `kernel` does."""
-    command = [sys.executable, "-m", "metamer.benchmarks.fits", *map(str, sources), "--budget", str(budget), "--worker"]
+    words = [sys.executable, "-m", "metamer.benchmarks.fits", *map(str, sources), "--budget", str(budget), "--worker"]
     environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         for line in process.stdout:
             yield {"kernel": kernel, **json.loads(line)}
@@ -91,11 +92,10 @@ def _span(values: list, form: str) -> str:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Measure, print, write; 1 where a bound was broken."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = command(__doc__)
     parser.add_argument("sources", nargs="*", type=Path, metavar="FILE")
     parser.add_argument("--kernels", type=lambda text: text.split(","), default=list(KERNELS))
     parser.add_argument("--budget", type=float, default=0.5)
-    parser.add_argument("--json", type=Path, metavar="F")
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args(words)
     if args.worker:
@@ -116,8 +116,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if not rows:
         raise SystemExit("none of these files holds a surface that is fitted")
     print(table(rows))
-    if args.json:
-        args.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    write_json(args.json, rows)
     return int(not all(Extremes(row["lowest"], row["largest"] or 0.0).within for row in rows))
 
 

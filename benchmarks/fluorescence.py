@@ -16,8 +16,6 @@ orthonormal one (Peercy) of the same radiances, against the full matrices at 1 n
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,6 +32,7 @@ from ..spectral.observers import observer
 from ..spectral.radiance_basis import radiance_basis, radiance_operators
 from ..spectral.spectrum import Spectrum
 from .basis import colour_checker
+from .measuring import command, write_json
 
 EYE, NM = observer("1931_2"), np.arange(360.0, 831.0)
 SIZES = (3, 4, 5, 6, 8, 10, 12, 16)
@@ -140,15 +139,13 @@ def report(figures: dict) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Measure and print; 0."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command(__doc__)
     parser.add_argument("file", nargs="?", type=Path)
-    parser.add_argument("--json", type=Path)
     chosen = parser.parse_args(arguments)
     surfaces = surfaces_of(chosen.file) if chosen.file else made_up()
     figures = {"direct": direct(surfaces), "two_surfaces": two_surfaces(surfaces)}
     print(report(figures))
-    if chosen.json:
-        chosen.json.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    write_json(chosen.json, figures)
     return 0
 
 

@@ -1,23 +1,14 @@
-"""How fast a folder of materials is imported, what a second import costs, and whether kills do any harm.
+"""How fast a folder of materials is imported, and what a second import costs.
 
-    python -m metamer.benchmarks.importing [--materials 200] [--jobs 2] [--kills 50] [--json OUT.json]
+    python -m metamer.benchmarks.importing [--materials 200] [--jobs 2] [--json OUT.json]
 
 The materials are generated: smooth reflectances in one CSV table, and descriptions that make diffuse, rough and glossy
-surfaces of them. `peak` is the high-water mark of resident memory (VmHWM) of the command and of its largest worker. A
-kill is SIGKILL to a process of the command, drawn at random (the command itself or a worker), at a random moment; then
-the catalogue must open and verify, and the same command must end with the bytes of an import that nobody disturbed.
+surfaces of them. `peak` is the high-water mark of resident memory (VmHWM) of the command and of its largest worker.
 Linux only: processes are found in /proc.
 """
 
 from __future__ import annotations
 
-import argparse
-import hashlib
-import json
-import os
-import random
-import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -29,9 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from ..materials.catalogue import Catalogue
-from ..materials.intake import known
-from ..materials.records.record import MARKER
-from ..spectral.files import half_written
+from . import measuring
 
 TABLES = """
 [chart]
@@ -140,91 +129,6 @@ def timed(words: list[str]) -> dict:
     return {"seconds": seconds, "peak_command": own, "peak_worker": max(peaks.values(), default=0), "said": said}
 
 
-def contents(catalogue: Path) -> dict[str, str]:
-    """SHA-256 of every file of a catalogue, hidden ones too; not of what it knows of files, which holds their times."""
-    return {
-        path.relative_to(catalogue).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(catalogue.rglob("*"))
-        if path.is_file() and path.name != known.FILE
-    }
-
-
-def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng: random.Random) -> dict:
-    """Kill one process of an import within `seconds`; what was hit and what was left. Raises where that is damaged."""
-    with started(command(source, catalogue, jobs)) as (process, text):
-        moment = rng.uniform(0.0, seconds)
-        time.sleep(moment)
-        there = processes_of(process.pid)
-        # Every other time the command itself: it is one process among several.
-        victim = process.pid if rng.random() < 0.5 else rng.choice(there)
-        hit = process.poll() is None
-        if hit:
-            try:
-                os.kill(victim, signal.SIGKILL)
-            except ProcessLookupError:
-                hit = False
-        process.wait(timeout=600)
-        said = text()
-    for pid in there[1:]:
-        gone_within(pid, 10.0)
-    left, done = [], 0
-    if (catalogue / MARKER).exists():
-        opened = Catalogue.open(catalogue)
-        damaged = {name: str(reason) for name, reason in opened.verify().items() if reason is not None}
-        if damaged:
-            raise RuntimeError(f"damaged after a kill at {moment:.3f} s: {damaged}")
-        left, done = [path.name for path in half_written(catalogue)], len(opened.ids())
-    return {
-        "moment": moment,
-        "hit": ("command" if victim == process.pid else "worker") if hit else "nothing",
-        "code": process.returncode,
-        "materials": done,
-        "leftovers": len(left),
-        "said": said,
-    }
-
-
-def gone_within(pid: int, seconds: float) -> None:
-    """Raises where a process still lives after that time."""
-    deadline = time.monotonic() + seconds
-    while Path(f"/proc/{pid}").exists() and "Z (zombie)" not in _status(pid):
-        if time.monotonic() > deadline:
-            raise RuntimeError(f"process {pid} outlived the import")
-        time.sleep(0.02)
-
-
-def _status(pid: int) -> str:
-    try:
-        return Path(f"/proc/{pid}/status").read_text()
-    except OSError:
-        return "Z (zombie)"
-
-
-def kills(
-    folder: Path, source: Path, jobs: int, count: int, seed: int = 1, tell: Callable[[str], None] = lambda line: None
-) -> list[dict]:
-    """`count` imports that are killed once each, then completed; raises where one ends with other bytes."""
-    whole = folder / "undisturbed"
-    # The shorter of two, so that few kills come too late.
-    seconds = timed(command(source, whole, jobs))["seconds"]
-    expected, rng, found = contents(whole), random.Random(seed), []
-    shutil.rmtree(whole)
-    seconds = min(seconds, timed(command(source, whole, jobs))["seconds"])
-    if contents(whole) != expected:
-        raise RuntimeError("two imports that nobody disturbed differ")
-    for number in range(count):
-        catalogue = folder / "killed"
-        shutil.rmtree(catalogue, ignore_errors=True)
-        row = killed_import(source, catalogue, jobs, seconds, rng)
-        timed(command(source, catalogue, jobs))
-        if (after := contents(catalogue)) != expected:
-            differing = sorted(set(after.items()) ^ set(expected.items()))
-            raise RuntimeError(f"other bytes after {row}: {differing}")
-        found.append(row)
-        tell(f"{number + 1}/{count}: {row['hit']} killed at {row['moment']:.2f} s, {row['materials']} materials there")
-    return found
-
-
 def measured(materials: int, jobs: int, folder: Path) -> dict:
     """One import of generated materials, and a second one with nothing to do."""
     source, catalogue = generated(folder / "source", materials), folder / "catalogue"
@@ -246,28 +150,15 @@ def measured(materials: int, jobs: int, folder: Path) -> dict:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser = measuring.command(__doc__)
     parser.add_argument("--materials", type=int, default=200)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--kills", type=int, default=0)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
     with tempfile.TemporaryDirectory() as private:
         found: dict = measured(args.materials, args.jobs, Path(private) / "speed")
         for name, value in found.items():
             print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
-        if args.kills:
-            source = generated(Path(private) / "few", 12)
-            rows = kills(Path(private), source, args.jobs, args.kills, tell=lambda line: print(line, flush=True))
-            found["kills"] = [{key: value for key, value in row.items() if key != "said"} for row in rows]
-            hits = [row["hit"] for row in rows]
-            print(
-                f"{len(rows)} kills: {hits.count('command')} of the command, {hits.count('worker')} of a worker, "
-                f"{hits.count('nothing')} too late; leftovers cleared {sum(row['leftovers'] for row in rows)}; "
-                "all catalogues opened, verified and ended with the same bytes"
-            )
-    if args.json:
-        args.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    measuring.write_json(args.json, found)
     return 0
 
 

@@ -11,8 +11,6 @@ reference = measured, over the wavelengths at which the reading did not drop out
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import sys
 import time
@@ -27,6 +25,7 @@ from ..materials.measured.scattered import ScatteredBrdf, ScatteredMeasurement
 from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
+from .measuring import command, write_json
 
 LIGHT, OBSERVER = "D65", "1931_2"
 # A predictor gives (K,L) at the pairs (wi, wo), and how many of them it had to take from the nearest neighbour.
@@ -116,9 +115,8 @@ def validate(
 
 def main(arguments: list[str] | None = None) -> int:
     """Measure and print; 0."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command(__doc__)
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--json", type=Path)
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args(arguments)
     folder = os.environ.get("METAMER_DATA")
@@ -137,8 +135,7 @@ def main(arguments: list[str] | None = None) -> int:
             for method, row in methods.items():
                 numbers = "".join(f"{row[column]:9.3f}" for column in columns)
                 print(f"{file.stem:16}{test:11}{method:9}{numbers}{row['outside_hull']:10d}", flush=True)
-    if chosen.json:
-        chosen.json.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+    write_json(chosen.json, report)
     return 0
 
 

@@ -10,11 +10,21 @@ TextTable = tuple[str, list[str], list[list[str]]]
 
 def text_tables(tables: Sequence[TextTable]) -> str:
     """The tables one after another, an empty line between them."""
-    lines: list[str] = []
-    for title, header, rows in tables:
-        widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
-        lines += [""] * bool(lines) + [title]
-        for row in (header, ["-" * width for width in widths], *rows):
-            cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-            lines.append("  ".join([row[0].ljust(widths[0]), *cells]).rstrip())
+    return "\n\n".join(f"{title}\n{columns(header, rows)}" for title, header, rows in tables)
+
+
+def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1, words: bool = False) -> str:
+    """A table as text, never cut; the first `left` columns stand to the left, figures to the right.
+
+    words : whether the last column is text, too.
+    """
+    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
+    rule = ["─" * width for width in widths]
+    lines = []
+    for cells in (headings, rule, *rows):
+        aligned = [
+            cell.ljust(width) if index < left or (words and index == len(widths) - 1) else cell.rjust(width)
+            for index, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        ]
+        lines.append("  ".join(aligned).rstrip())
     return "\n".join(lines)

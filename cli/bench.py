@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ..spectral.files import written_whole
+from .catalogue_words import write_text
 from .shared import comma_separated
 
 #: What there is to measure, and what it says; without one of them all of the first two.
@@ -105,6 +105,5 @@ def _factor(args: argparse.Namespace) -> int:
 
 
 def _write(path: Path, text: str) -> None:
-    with written_whole(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+    write_text(path, text)
     print(path)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .catalogue_words import columns, opened
+from ..calibration.text_tables import columns
+from .catalogue_words import opened, print_json
 from .shared import comma_separated, positive_count, positive_delta_e, progress_bar
 
 if TYPE_CHECKING:
@@ -49,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     """Compare; the exit code is in the command's description."""
     found = _catalogues(args) if _is_folder(args.a) and _is_folder(args.b) else _materials(args)
     if args.json:
-        _print_json(found)
+        print_json({**dataclasses.asdict(found), "protocol": found.protocol, "largest": found.largest})
     else:
         _print(found)
     if args.fail is not None and found.largest > args.fail:
@@ -118,7 +120,7 @@ def _print(found: Comparison) -> None:
         rows.append([one.id, light.light, *(f"{value:.3f}" for value in figures), one.words])
     if rows:
         headings = ("material", "light" if whole else "worst light", "mean", "p95", "p99", "max", "")
-        print(columns(headings, rows, left=2))
+        print(columns(headings, rows, left=2, words=True))
     for status in ("added", "removed", "not comparable", "unusable"):
         for one in found.differences:
             if one.status == status:
@@ -132,11 +134,3 @@ def _print(found: Comparison) -> None:
         if found.count(status):
             counts.append(f"{found.count(status)} {status}")
     print(", ".join(counts))
-
-
-def _print_json(found: Comparison) -> None:
-    import dataclasses
-    import json
-
-    document = {**dataclasses.asdict(found), "protocol": found.protocol, "largest": found.largest}
-    print(json.dumps(document, ensure_ascii=False, indent=1))

@@ -37,22 +37,20 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Export; 0. What cannot be written raises `InputError`."""
-    from rich.console import Console
-
     from ..materials.exporting import export
 
-    catalogue, console = opened(args.catalogue), Console()
+    catalogue = opened(args.catalogue)
     ids = tuple(dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern)))
     done = export(_Records(catalogue, ids), args.format, args.out, force=args.force)
     # What is true of every file is said once.
     common = [note for note in done[0].notes if all(note in one.notes for one in done)] if len(done) > 1 else []
     for exported in done:
-        say(console, str(exported.path))
+        say(str(exported.path))
         for note in exported.notes:
             if note not in common:
-                say(console, f"  {note}")
+                say(f"  {note}")
     for note in common:
-        say(console, f"all {len(done)}: {note}")
+        say(f"all {len(done)}: {note}")
     return 0
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..calibration.text_tables import columns
 from ..materials.shipped import shipped_sources
 from ..spectral.errors import UsageError, visible
-from .catalogue_words import CATALOGUE_HELP, print_table, say
+from .catalogue_words import CATALOGUE_HELP, say, write_text
 from .import_progress import import_shown
 from .shared import positive_count, positive_delta_e
 
@@ -76,15 +78,12 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         # Before what takes a second to load: nobody waits for a first word.
         shown = import_shown(stack, sources)
-        from rich.console import Console
-
         from ..materials.catalogue import default_catalogue
         from ..materials.intake.importing import ImportInterrupted, import_sources
         from ..spectral.files import check_writable
 
         if args.json is not None:
             check_writable(args.json)
-        console = Console()
         try:
             report = import_sources(
                 sources,
@@ -107,14 +106,14 @@ def run(args: argparse.Namespace) -> int:
             )
         except ImportInterrupted as interrupted:
             stack.close()
-            _say_reasons(console, interrupted.report, args.verbose)
+            _say_reasons(interrupted.report, args.verbose)
             _write_json(args, interrupted.report)
             raise
     _write_json(args, report)
     if args.dry_run:
-        _print_plan(console, report, args.verbose)
+        _print_plan(report, args.verbose)
     else:
-        _print_report(console, report, args.budget, args.verbose)
+        _print_report(report, args.budget, args.verbose)
     return 4 if report.count("failed") or report.stopped else 0
 
 
@@ -134,51 +133,37 @@ def _family(text: str) -> str:
     return text
 
 
-def _table(*headings: str, numbers: tuple[str, ...] = ()) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE)
-    for heading in headings:
-        table.add_column(heading, no_wrap=True, justify="right" if heading in numbers else "left")
-    return table
-
-
-def _print_plan(console: Any, report: ImportReport, verbose: bool) -> None:
+def _print_plan(report: ImportReport, verbose: bool) -> None:
     statuses = ("new", "skipped", "failed")
     counted = [
         (file.name, file.format, len(file.materials), *map(file.count, statuses), "; ".join(file.taken))
         for file in report.files
         if file.materials
     ]
-    _print_files(console, ("materials", *statuses), counted, "taken as")
+    _print_files(("materials", *statuses, "taken as"), counted, words=True)
     if verbose:
         for file in report.files:
             for material in file.materials:
-                say(console, f"{material.status} {material.id}")
-    _say_reasons(console, report, verbose)
-    say(console, report.sentence)
+                say(f"{material.status} {material.id}")
+    _say_reasons(report, verbose)
+    say(report.sentence)
 
 
-def _print_files(
-    console: Any, headings: tuple[str, ...], rows: list[tuple[Any, ...]], words: str | None = None
-) -> None:
-    """A table of files: name, format, and figures, where 0 is left empty; `words` heads a last column of text."""
-    from rich.text import Text
-
+def _print_files(headings: tuple[str, ...], rows: list[tuple[Any, ...]], words: bool = False) -> None:
+    """A table of files: name, format, and figures, where 0 is left empty; `words`: the last of them are text."""
     if not rows:
         return
-    table = _table("file", "format", *headings, numbers=headings)
-    if words is not None:
-        table.add_column(words, min_width=40)
     base = _common_folder([row[0] for row in rows])
-    for name, form, *figures in rows:
-        table.add_row(
-            Text(visible(name[len(base) :])), form or "?", *(Text(visible(str(figure or ""))) for figure in figures)
-        )
     if base:
-        say(console, f"below {base}")
-    print_table(table)
+        say(f"below {base}")
+    shown = [
+        [name[len(base) :], form or "?", *(str(figure or "") for figure in figures)] for name, form, *figures in rows
+    ]
+    _print_columns(("file", "format", *headings), shown, left=2, words=words)
+
+
+def _print_columns(headings: Sequence[str], rows: list[list[str]], **layout: Any) -> None:
+    print(columns(headings, [list(map(visible, row)) for row in rows], **layout))
 
 
 def _common_folder(names: list[str]) -> str:
@@ -190,20 +175,20 @@ def _common_folder(names: list[str]) -> str:
     return folder + slash if len(names) > 1 else ""
 
 
-def _print_report(console: Any, report: ImportReport, budget: float, verbose: bool) -> None:
-    _print_files(console, ("imported", "skipped", "failed", "ΔE94 p99", "s"), _summed_by_file(report, verbose))
+def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
+    _print_files(("imported", "skipped", "failed", "ΔE94 p99", "s"), _summed_by_file(report, verbose))
     if verbose:
         _print_materials(report)
-    _say_reasons(console, report, verbose)
+    _say_reasons(report, verbose)
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
         missed = sum(p99 > budget for p99, _ in measured)
-        say(console, "largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
+        say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
         if missed:
-            say(console, f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
+            say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
     if report.stopped:
-        say(console, report.stopped)
-    say(console, report.sentence)
+        say(report.stopped)
+    say(report.sentence)
 
 
 def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]]:
@@ -226,44 +211,41 @@ def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]
 
 
 def _print_materials(report: ImportReport) -> None:
-    from rich.text import Text
-
-    table = _table("material", "status", "ΔE94 mean", "p99", "s", numbers=("ΔE94 mean", "p99", "s"))
+    rows = []
     for outcome in report.outcomes:
         error = outcome.error
         figures = (f"{error.mean:.3f}", f"{error.p99:.3f}") if error else ("", "")
-        seconds = f"{outcome.seconds:.1f}" if outcome.seconds else ""
-        table.add_row(Text(visible(outcome.id)), outcome.status, *figures, seconds)
-    print_table(table)
+        rows.append([outcome.id, outcome.status, *figures, f"{outcome.seconds:.1f}" if outcome.seconds else ""])
+    _print_columns(("material", "status", "ΔE94 mean", "p99", "s"), rows, left=2)
 
 
-def _say_reasons(console: Any, report: ImportReport, verbose: bool) -> None:
+def _say_reasons(report: ImportReport, verbose: bool) -> None:
     alike: dict[tuple[str, ...], list[str]] = {}
     for outcome in report.outcomes:
         if outcome.status == "failed":
             alike.setdefault(_problem(outcome.reason), []).append(outcome.reason)
     many = {problem for problem, reasons in alike.items() if len(reasons) >= _MANY}
     for problem in many:
-        say(console, f"failed: {problem[0]} ({len(alike[problem])})")
+        say(f"failed: {problem[0]} ({len(alike[problem])})")
         for reason in alike[problem]:
             where, _, rest = reason.partition("\n")
             found = next((line.strip() for line in rest.split("\n") if line.startswith("  found: ")), "")
-            say(console, f"  {where.removesuffix(problem[0])}{found.removeprefix('found: ')}")
+            say(f"  {where.removesuffix(problem[0])}{found.removeprefix('found: ')}")
         for line in problem[1:]:
-            say(console, line)
+            say(line)
     for outcome in report.outcomes:
         if outcome.status == "failed" and _problem(outcome.reason) in many:
             continue
         if outcome.status == "failed":
             # The reason often begins with the file, which is then all the name that there is.
             named = outcome.reason.startswith(outcome.id)
-            say(console, f"failed: {outcome.reason}" if named else f"{outcome.id} failed: {outcome.reason}")
+            say(f"failed: {outcome.reason}" if named else f"{outcome.id} failed: {outcome.reason}")
         elif outcome.reason and verbose:
-            say(console, f"{outcome.id} {outcome.status}: {outcome.reason}")
+            say(f"{outcome.id} {outcome.status}: {outcome.reason}")
     if verbose:
         for file in report.files:
             if not file.materials:
-                say(console, f"not recognised: {file.name}" + (f" ({file.note})" if file.note else ""))
+                say(f"not recognised: {file.name}" + (f" ({file.note})" if file.note else ""))
 
 
 def _problem(reason: str) -> tuple[str, ...]:
@@ -278,8 +260,6 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
         return
     from dataclasses import asdict
     from importlib.metadata import version
-
-    from ..spectral.files import written_whole
 
     statuses = ("imported", "skipped", "failed", "new")
     document = {
@@ -301,5 +281,4 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
         "not_recognised": list(report.not_recognised),
         "stopped": report.stopped,
     }
-    with written_whole(args.json) as beside:
-        beside.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_text(args.json, json.dumps(document, indent=1, ensure_ascii=False) + "\n")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ..calibration.text_tables import columns
 from .catalogue_query import add_query_options, found_by
-from .catalogue_words import add_catalogue_argument, columns
+from .catalogue_words import add_catalogue_argument, print_json
 from .shared import counted
 
 if TYPE_CHECKING:
@@ -32,7 +33,8 @@ def run(args: argparse.Namespace) -> int:
     asked = found_by(args)
     folder, everything, found, unusable = asked.catalogue.folder, asked.everything, asked.fitting, asked.unusable
     if args.json:
-        _print_json(folder, found, unusable)
+        materials = [dataclasses.asdict(one) for one in found]
+        print_json({"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]})
     else:
         _print_table(found, args)
         for reason in unusable:
@@ -62,14 +64,6 @@ def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
             row.append("" if one.distance is None else f"{one.distance:.2f}")
         rows.append(row)
     print(columns(headings, rows, left=3))
-
-
-def _print_json(folder: Any, found: tuple[Summary, ...], unusable: list[Any]) -> None:
-    import json
-
-    materials = [dataclasses.asdict(one) for one in found]
-    document = {"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]}
-    print(json.dumps(document, ensure_ascii=False, indent=1))
 
 
 def _what_there_is(everything: tuple[Summary, ...]) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .catalogue_query import add_query_options, found_by
-from .catalogue_words import add_catalogue_argument
+from .catalogue_words import add_catalogue_argument, write_text
 from .shared import add_renderer_option, positive_count, progress_bar, renderer_for
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     """Draw; 0, or 4 where a file could not be used or nothing fits."""
     from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.errors import InputError
-    from ..spectral.files import check_writable, written_whole
+    from ..spectral.files import check_writable
     from ..viewer.picture import lit_by
     from ..viewer.preview import contact_sheet, thumbnails, write_sheet
 
@@ -70,9 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if html is not None:
         from ..calibration.preview_page import render_preview_page
 
-        page = render_preview_page(_cards(drawn), catalogue.folder.resolve().name, words)
-        with written_whole(html) as beside:
-            beside.write_text(page, encoding="utf-8")
+        write_text(html, render_preview_page(_cards(drawn), catalogue.folder.resolve().name, words))
         print(html)
     for reason in [*unusable, *(one.reason for one in drawn if one.reason)]:
         print(reason)

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..calibration.text_tables import columns
 from ..spectral.errors import visible
-from .catalogue_words import add_catalogue_argument, columns, opened
-from .shared import add_renderer_option, renderer_for
+from .catalogue_words import add_catalogue_argument, opened, write_text
+from .shared import add_renderer_option, counted, renderer_for
 
 if TYPE_CHECKING:
     from ..materials.fast import Summand
@@ -124,7 +125,6 @@ def _stated(record: MaterialRecord) -> str:
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
     from ..lighting.scene_files import load_scene, shipped_scene
-    from ..spectral.files import written_whole
     from ..viewer.material_facts import material_page
 
     if record.is_surface:
@@ -132,8 +132,7 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
             text = material_page(record, load_scene(shipped_scene("thumbnail")), drawing)
     else:
         text = material_page(record)
-    with written_whole(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+    write_text(path, text)
 
 
 def colour_words(colour: Mapping[str, Any]) -> str:
@@ -147,7 +146,7 @@ def colour_words(colour: Mapping[str, Any]) -> str:
 def _summand(summand: Summand) -> str:
     size = summand.palette.basis.size
     shape = f"{summand.grid}; {size} spectral coefficients; {summand.precision} precision"
-    return f"{summand.rank} {'term' if summand.rank == 1 else 'terms'} in frame {summand.frame} ({shape})"
+    return f"{counted(summand.rank, 'term')} in frame {summand.frame} ({shape})"
 
 
 def _listed(values: dict[str, str]) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from .catalogue_words import add_catalogue_argument, opened
-from .shared import positive_count, progress_bar
+from .catalogue_words import add_catalogue_argument, opened, print_json
+from .shared import counted, positive_count, progress_bar
 
 if TYPE_CHECKING:
     from ..materials.records.verification import Verification
@@ -54,19 +54,13 @@ def _print(found: Verification) -> None:
         print(f"{path}: left behind by a writer that was killed; no reader uses it, and it may be deleted")
     measured = sum(one.measured is not None for one in found.results)
     if measured:
-        again = (
-            "1 error measured again; it holds where both agree"
-            if measured == 1
-            else (f"{measured} errors measured again; they hold where they agree")
-        )
-        print(f"{again} within ΔE94 {TOLERANCE:g}")
+        hold = "it holds where both" if measured == 1 else "they hold where they"
+        print(f"{counted(measured, 'error')} measured again; {hold} agree within ΔE94 {TOLERANCE:g}")
     intact = len(found.results) - len(found.damaged)
-    print(f"{found.folder}: {intact} material{'' if intact == 1 else 's'} intact, {len(found.damaged)} damaged")
+    print(f"{found.folder}: {counted(intact, 'material')} intact, {len(found.damaged)} damaged")
 
 
 def _print_json(found: Verification) -> None:
-    import json
-
     names = ("mean", "p95", "p99", "maximum")
     materials = [
         {
@@ -78,5 +72,5 @@ def _print_json(found: Verification) -> None:
         }
         for one in found.results
     ]
-    document = {"catalogue": str(found.folder), "materials": materials, "strays": [str(path) for path in found.strays]}
-    print(json.dumps(document, ensure_ascii=False, indent=1))
+    strays = [str(path) for path in found.strays]
+    print_json({"catalogue": str(found.folder), "materials": materials, "strays": strays})

@@ -1,9 +1,8 @@
-"""What the verbs of `metamer catalogue` share: the folder to look in, and plain text that is never cut."""
+"""What the verbs of `metamer catalogue` share: the folder to look in, and how things are said and written."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,27 +26,21 @@ def opened(folder: Path | None) -> Catalogue:
     return Catalogue.open(folder or default_catalogue())
 
 
-def print_table(table: Any) -> None:
-    """Whole, on a terminal or through a pipe that is narrower too: a figure cut short is none."""
-    from rich.console import Console
-
-    Console(width=max(Console().width, 200)).print(table)
-
-
-def say(console: Any, text: str) -> None:
+def say(text: str) -> None:
     """One paragraph, as it is but for control characters."""
-    console.print(visible(text, lines=True), markup=False, highlight=False, soft_wrap=True)
+    print(visible(text, lines=True))
 
 
-def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
-    """A table as text, never cut; the first `left` columns stand to the left, figures to the right."""
-    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
-    rule = ["─" * width for width in widths]
-    lines = []
-    for cells in (headings, rule, *rows):
-        aligned = [
-            cell.ljust(width) if index < left else cell.rjust(width)
-            for index, (cell, width) in enumerate(zip(cells, widths, strict=True))
-        ]
-        lines.append("  ".join(aligned).rstrip())
-    return "\n".join(lines)
+def print_json(document: Any) -> None:
+    """Every figure, for a program."""
+    import json
+
+    print(json.dumps(document, ensure_ascii=False, indent=1))
+
+
+def write_text(path: Path, text: str) -> None:
+    """A file that is there whole or not at all."""
+    from ..spectral.files import written_whole
+
+    with written_whole(path) as beside:
+        beside.write_text(text, encoding="utf-8")

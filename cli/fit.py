@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.doing import share_done
 from ..spectral.ending import saying
+from .catalogue_words import write_text
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .fit_progress import FitProgress
 from .shared import counted, positive_count, positive_delta_e
@@ -84,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
 def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -> int:
     from ..materials.fitting.fit import RANKS, fit
     from ..materials.protocol import LIGHTS
-    from ..spectral.files import check_writable, written_whole
+    from ..spectral.files import check_writable
 
     if args.json:
         check_writable(args.json)
@@ -113,8 +114,7 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
     missed = args.rank is None and found.score > args.budget
     print(_summary(found, args, missed))
     if args.json:
-        with written_whole(args.json) as beside:
-            beside.write_text(json.dumps(_document(material.id, found, args), indent=1) + "\n", encoding="utf-8")
+        write_text(args.json, json.dumps(_document(material.id, found, args), indent=1) + "\n")
     return 1 if missed else 0
 
 

@@ -25,14 +25,34 @@ _NAME, _PHASE = 28, 32
 _LONG_S = 10.0
 
 
-class PlainImport:
+class _Import:
+    """What both ways to show an import keep: what the fits are expected to take, and how many are done."""
+
+    def __init__(self) -> None:
+        self._expected: Expected | None = None
+        self._finished = self._pending = 0
+
+    def _begun_with(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> Expected:
+        self._pending = len(pending)
+        self._expected = Expected({material.id: material.model for material in pending}, jobs.count)
+        return self._expected
+
+    def _done(self, outcome: ImportOutcome) -> bool:
+        """Whether it is one of those that were begun."""
+        if self._expected is None or outcome.id not in self._expected.pending:
+            return False
+        self._expected.done(outcome.id, outcome.seconds)
+        self._finished += 1
+        return True
+
+
+class PlainImport(_Import):
     """Lines: what is begun, every material that is finished, and from time to time where each process is."""
 
     def __init__(self, stack: ExitStack, sources: Sequence[str | Path]) -> None:
+        super().__init__()
         self._sources = ", ".join(visible(str(source)) for source in sources)
         self._begun, self._looked, self._total = time.monotonic(), 0, 0
-        self._expected: Expected | None = None
-        self._finished = self._pending = 0
         # The file that is looked at, and what is done to it.
         self._at: dict[str, str] = {}
         say_line(f"looking at {self._sources}")
@@ -44,13 +64,12 @@ class PlainImport:
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
         """Before the first fit."""
-        self._expected = Expected({material.id: material.model for material in pending}, jobs.count)
-        self._pending = len(pending)
+        expected = self._begun_with(pending, jobs)
         if jobs.why:
             say_line(jobs.why)
         if pending:
             processes = f"{jobs.count} processes" if jobs.count > 1 else "one process"
-            left = in_words(self._expected.seconds_left)
+            left = in_words(expected.seconds_left)
             say_line(f"fitting {counted(len(pending), 'material')} in {processes}, about {left}")
             self._ticker.said()
 
@@ -72,9 +91,7 @@ class PlainImport:
         if outcome.status == "skipped":
             # It took no time: a line each would bury the others.
             return
-        if self._expected is not None and outcome.id in self._expected.pending:
-            self._expected.done(outcome.id, outcome.seconds)
-            self._finished += 1
+        self._done(outcome)
         print(f"[{done}/{total}] {outcome.status} {visible(outcome.id)}", flush=True)
 
     def line(self) -> str:
@@ -98,13 +115,14 @@ class PlainImport:
         )
 
 
-class BarImport:
+class BarImport(_Import):
     """Bars: the files, then the whole import with the time left, and a line for each process with what it is at."""
 
     def __init__(self, stack: ExitStack, sources: Sequence[str | Path]) -> None:
         from rich import progress
         from rich.console import Console
 
+        super().__init__()
         text = progress.TextColumn("{task.description}", markup=False)
         columns = (text, progress.BarColumn(bar_width=20), progress.TextColumn("{task.fields[count]}", markup=False))
         times = (progress.TimeElapsedColumn(), left_column())
@@ -113,9 +131,7 @@ class BarImport:
         )
         what = shortened(", ".join(visible(str(source)) for source in sources), _NAME + _PHASE)
         self._whole = self._bars.add_task(f"looking at {what}", total=None, count="", left=None)
-        self._expected: Expected | None = None
         self._rows: dict[str, Any] = {}
-        self._finished = self._pending = 0
 
     def looked_at(self, done: int, total: int, name: str) -> None:
         """After each file."""
@@ -124,8 +140,7 @@ class BarImport:
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
         """Before the first fit."""
-        self._expected = Expected({material.id: material.model for material in pending}, jobs.count)
-        self._pending = len(pending)
+        expected = self._begun_with(pending, jobs)
         if jobs.why:
             self._bars.console.print(jobs.why, markup=False, highlight=False)
         self._bars.remove_task(self._whole)
@@ -133,7 +148,7 @@ class BarImport:
             "fitting",
             total=len(pending),
             count=f"0/{len(pending)}",
-            left=lambda: self._expected.seconds_left if self._expected is not None else None,
+            left=lambda: expected.seconds_left,
             visible=bool(pending),
         )
 
@@ -151,10 +166,8 @@ class BarImport:
 
     def progress(self, done: int, total: int, outcome: ImportOutcome) -> None:
         """After each material."""
-        if self._expected is None or outcome.id not in self._expected.pending:
+        if not self._done(outcome):
             return
-        self._expected.done(outcome.id, outcome.seconds)
-        self._finished += 1
         if (row := self._rows.pop(outcome.id, None)) is not None:
             self._bars.remove_task(row)
         self._bars.update(self._whole, completed=self._finished, count=f"{self._finished}/{self._pending}")

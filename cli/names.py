@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
-from .catalogue_words import columns
+from ..calibration.text_tables import columns
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:

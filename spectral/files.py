@@ -115,6 +115,27 @@ def existing_file(path: str | Path) -> Path:
     return path
 
 
+def read_bytes(path: str | Path, expected: str) -> bytes:
+    """All bytes of a file; `expected` says of what kind it should be.
+
+    Raises
+    ------
+    InputError
+        There is none, or it cannot be read.
+    """
+    try:
+        return Path(path).read_bytes()
+    except OSError as reason:
+        raise InputError(
+            "cannot be read",
+            file=path,
+            field="file",
+            found=reason.strerror or str(reason),
+            expected=expected,
+            hint="check the name and the permissions of the file",
+        ) from None
+
+
 def read_text(path: str | Path) -> str:
     """A text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name."""
     path = existing_file(path)

@@ -93,17 +93,11 @@ def in_order(
     ------
     MetamerError : a process died over the same task twice. And what `work` raises.
     """
-    if jobs <= 1:
-        if start is not None:
-            start[0](*start[1])
-        for task in tasks:
-            yield work(*task)
-        return
     waiting: dict[int, Result] = {}
     following = 0
-    with closing(supervised(work, (Task(*each) for each in enumerate(tasks)), jobs, start=start)) as results:
+    with closing(_numbered(work, tasks, jobs, start)) as results:
         for number, result in results:
-            waiting[number] = _there(result)
+            waiting[number] = result
             while following in waiting:
                 yield waiting.pop(following)
                 following += 1
@@ -111,19 +105,26 @@ def in_order(
 
 def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
     """`work(*task)` for every task, as each is done: in this process, in order, where `jobs` is 1, else in so many."""
-    if jobs <= 1:
-        for task in tasks:
-            yield work(*task)
-        return
-    with closing(supervised(work, (Task(None, task) for task in tasks), jobs)) as results:
+    with closing(_numbered(work, tasks, jobs)) as results:
         for _, result in results:
-            yield _there(result)
+            yield result
 
 
-def _there(result: Any) -> Any:
-    if isinstance(result, Lost):
-        raise MetamerError(result.reason)
-    return result
+def _numbered(
+    work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
+) -> Generator[tuple[int, Result], None, None]:
+    """The place of each task and its result, as each is done."""
+    if jobs <= 1:
+        if start is not None:
+            start[0](*start[1])
+        for number, task in enumerate(tasks):
+            yield number, work(*task)
+        return
+    with closing(supervised(work, (Task(*each) for each in enumerate(tasks)), jobs, start=start)) as results:
+        for number, result in results:
+            if isinstance(result, Lost):
+                raise MetamerError(result.reason)
+            yield number, result
 
 
 def _each(

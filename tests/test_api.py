@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from metamer.materials.records.record_head import read_head
 from metamer.spectral.errors import InputError, UnknownNameError, UsageError
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.viewer.script import renderer_named
 from metamer.viewer.software import SoftwareRenderer
+from pictures import read_xyz_exr
 from PIL import Image
 
 TREE = ast.parse(Path(metamer.__file__).read_text(encoding="utf-8"))

@@ -13,11 +13,11 @@ from metamer.materials.catalogue import Catalogue
 from metamer.materials.fitting.fit import fit
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from pictures import read_xyz_exr
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"

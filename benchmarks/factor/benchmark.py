@@ -29,7 +29,7 @@ from .figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
 from .fluorescence import draw, fluorescence_figures, fluorescent_rows
 from .memory import WatchedBrdf, table_bytes, timed_and_weighed
 from .points import POINT_CASES, Fitted, case_points
-from .sphere import brdf_xyz, pack_xyz, statistics, under
+from .sphere import errors_by_light
 from .timing import Stopwatch
 
 LIGHTS = ("D65", "FL11")
@@ -171,12 +171,10 @@ class _Work:
             say(f"tensorly, {decompositions.ITERATIONS} iterations on the whole table")
             speed = decompositions.speed_row(case.name, brdf)
             into.speed.append(speed)
-        reference, other = (brdf_xyz(it, protocol, self.lights) for it in (brdf, distribution))
-        sample = pack_xyz(fitted.fast.packs, protocol, self.lights)
-        for index, light in enumerate(self.lights):
-            lit = under(protocol, light)
-            error = lit.compare(reference[index], sample[index])
-            against = lit.compare(reference[index], other[index])
+        reference, other = (protocol.references(it, self.lights) for it in (brdf, distribution))
+        sample = protocol.samples(fitted.fast, self.lights)
+        errors, others = (errors_by_light(protocol, self.lights, reference, it) for it in (sample, other))
+        for light, error in errors.items():
             into.rows.append(
                 {
                     "case": case.name,
@@ -188,16 +186,16 @@ class _Work:
                     "table_bytes": held,
                     "peak_bytes": peak,
                     "relative_error": fitted.error.relative_error,
-                    "delta_e94": statistics(error),
+                    "delta_e94": error,
                     "ms_per_megapixel": milliseconds,
                     "baseline": {
                         "tensorly_seconds": None if speed is None else speed["tensorly_seconds"],
                         "tensorly_relative_error": None if speed is None else speed["tensorly_relative_error"],
-                        "dbrdf_delta_e94": statistics(against),
+                        "dbrdf_delta_e94": others[light],
                     },
                 }
             )
-            progress(f"    {light}: ΔE94 p99 {error.p99:.2f}, D-BRDF {against.p99:.2f}")
+            progress(f"    {light}: ΔE94 p99 {error['p99']:.2f}, D-BRDF {others[light]['p99']:.2f}")
         if self.picture_pixels:
             into.figures.append(
                 case_figures(case, brdf, fitted.fast.packs, distribution, self.lights, self.picture_pixels)

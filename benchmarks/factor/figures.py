@@ -25,7 +25,6 @@ from ...viewer.display import DisplayTransform
 from ...viewer.png import quantise
 from .fluorescence import Drawn, row_lights
 from .scenes import lit_pixels
-from .sphere import brdf_xyz, pack_xyz, under
 
 if TYPE_CHECKING:
     from .case import Case
@@ -49,11 +48,11 @@ def case_figures(
 ) -> dict:
     """Data URIs of the pictures and maps under every light, and the curves in the plane of incidence."""
     protocol, places = _spheres(pixels)
-    reference, other = (brdf_xyz(it, protocol, lights) for it in (brdf, distribution))
-    sample = pack_xyz(packs, protocol, lights)
+    reference, other = (protocol.references(it, lights) for it in (brdf, distribution))
+    sample = protocol.samples(FactoredBrdf(packs), lights)
     shown = []
     for index, light in enumerate(lights):
-        easel = _Easel(places, under(protocol, light).weights(WORKING_WAVELENGTHS_NM).sum(axis=0), reference[index])
+        easel = _Easel(places, protocol.under(light).weights(WORKING_WAVELENGTHS_NM).sum(axis=0), reference[index])
         shots = [
             ("ΔE94 of the D-BRDF", easel.map_of(other[index])),
             ("D-BRDF", easel.picture(other[index])),

@@ -10,8 +10,6 @@ Beside them, what the same surface looks like to tools without fluorescence. Eac
 
 from __future__ import annotations
 
-import time
-import tracemalloc
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,6 +27,7 @@ from ...spectral.upsampling import xyz_from_rgb
 from ...viewer.renderer import Renderer
 from ..fluorescence import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
 from ..fluorescence import lights as benchmark_lights
+from ..measuring import most_bytes, timed
 from .case import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .timing import Stopwatch
@@ -67,7 +66,9 @@ def fluorescent_rows(
 
     The baselines are null: neither can send light out at another wavelength than it came in.
     """
-    packs, seconds, peak = _timed(brdf)
+    # There is nothing to fit.
+    fast, seconds = timed(brdf.own_form)
+    packs, peak = fast.packs, most_bytes(brdf.own_form)
     milliseconds = stopwatch.milliseconds(packs)
     rows, without = [], []
     for index, (name, light) in enumerate(row_lights().items()):
@@ -128,20 +129,6 @@ def fluorescence_figures(surfaces: Sequence[Bispectral], progress: Callable[[str
     """Figures without a picture: direct light, and few coefficients of radiance carried over two surfaces."""
     progress(f"fluorescence: {len(surfaces)} surfaces and the ColorChecker, in pairs, in J coefficients")
     return {"lights": CONSTRUCTION, "direct": direct(surfaces), "two_surfaces": two_surfaces(surfaces)}
-
-
-def _timed(brdf: FluorescentLambert) -> tuple[tuple[FactorPack, ...], float, int]:
-    """The packs, the seconds that making them takes, and the bytes: there is nothing to fit."""
-    start = time.perf_counter()
-    packs = brdf.own_form().packs
-    seconds = time.perf_counter() - start
-    tracemalloc.start()
-    try:
-        brdf.own_form()
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    return packs, seconds, peak
 
 
 def _rgb_multiply(known: Spectrum, light: Spectrum) -> Float[np.ndarray, "3 3"]:

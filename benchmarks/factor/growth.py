@@ -7,8 +7,6 @@ its own, so that the times are not slowed by it), plus the table itself.
 
 from __future__ import annotations
 
-import time
-import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
@@ -23,6 +21,7 @@ from ...materials.fitting.tabulated import tabulate
 from ...spectral.basis import SpectralBasis
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from ..basis import stage
+from ..measuring import most_bytes, timed
 from .parts import part_rows
 
 #: The paper's table: theta_i, phi, theta_o, coefficients; and its decomposition.
@@ -114,25 +113,12 @@ def entrywise_error(table: np.ndarray, cp: CPTensor) -> float:
 
 
 def _decomposed(table: np.ndarray, rank: int, method: Method) -> dict[str, float]:
-    start = time.perf_counter()
-    found = decompose(table, rank, method=method)
-    seconds = time.perf_counter() - start
-    tracemalloc.start()
-    try:
-        decompose(table, rank, method=method)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    return {
-        "seconds": seconds,
-        "relative_error": entrywise_error(table, found.cp),
-        "peak_bytes": int(table.nbytes + peak),
-    }
+    found, seconds = timed(lambda: decompose(table, rank, method=method))
+    peak = table.nbytes + most_bytes(lambda: decompose(table, rank, method=method))
+    return {"seconds": seconds, "relative_error": entrywise_error(table, found.cp), "peak_bytes": peak}
 
 
 def _parafac(table: np.ndarray, rank: int, iterations: int) -> tuple[float, float]:
     """Seconds and error of tensorly's parafac from its own random start."""
-    start = time.perf_counter()
-    found = parafac(table, rank, n_iter_max=iterations, init="random", random_state=0, tol=0)
-    seconds = time.perf_counter() - start
+    found, seconds = timed(lambda: parafac(table, rank, n_iter_max=iterations, init="random", random_state=0, tol=0))
     return seconds, entrywise_error(table, found)

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 from ...materials.brdf import Brdf
 from ...materials.formats import bispectral
-from ...materials.formats.cornell import read_cornell
-from ...materials.formats.merl import read_merl
-from ...materials.formats.rgl import read_rgl
-from ...materials.measured.merl import MerlBrdf
-from ...materials.measured.rgl import RglBrdf
-from ...materials.measured.scattered import ScatteredBrdf
+from ...materials.intake.sources import read_sources
+from ...materials.records.models import rebuild
+from ...materials.source import Rejected
 from ...spectral.errors import InputError
 from ...spectral.private_folder import private_folder
 from .case import Case
@@ -44,8 +41,8 @@ def measured_cases(data: Path) -> tuple[Case, ...]:
     brdf = data / "brdf"
     return (
         *_merl_cases(brdf),
-        *_files(brdf / "cornell-spectral", "*.brdf", "measured at scattered directions", _cornell),
-        *_files(brdf / "rgl", "*.bsdf", "RGL", _rgl),
+        *_files(brdf / "cornell-spectral", "*.brdf", "measured at scattered directions"),
+        *_files(brdf / "rgl", "*.bsdf", "RGL"),
         *_bispectral_cases(data / "spectra" / "exr"),
     )
 
@@ -55,16 +52,16 @@ def _merl_cases(brdf: Path) -> Iterator[Case]:
     files = {file.stem: file for file in sorted((brdf / "merl").glob("*.binary"))}
     for name, title, budget, packs in _MERL:
         if name in files:
-            yield Case(name, title, budget, packs, partial(_merl, files.pop(name)))
+            yield Case(name, title, budget, packs, partial(_surface, files.pop(name)))
         elif script.exists():
             yield Case(name, title, budget, packs, partial(_written, script, name))
     for name, file in files.items():
-        yield Case(name, f"{_words(file)}, MERL", _BUDGET, None, partial(_merl, file))
+        yield Case(name, f"{_words(file)}, MERL", _BUDGET, None, partial(_surface, file))
 
 
-def _files(folder: Path, pattern: str, family: str, make: Callable[[Path], Brdf]) -> Iterator[Case]:
+def _files(folder: Path, pattern: str, family: str) -> Iterator[Case]:
     for file in sorted(folder.glob(pattern)):
-        yield Case(file.stem, f"{_words(file)}, {family}", _BUDGET, None, partial(make, file))
+        yield Case(file.stem, f"{_words(file)}, {family}", _BUDGET, None, partial(_surface, file))
 
 
 def _bispectral_cases(folder: Path) -> Iterator[Case]:
@@ -86,16 +83,14 @@ def _words(file: Path) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _cornell(file: Path) -> Brdf:
-    return ScatteredBrdf.from_measurement(read_cornell(file))
-
-
-def _rgl(file: Path) -> Brdf:
-    return RglBrdf.from_measurement(read_rgl(file))
-
-
-def _merl(file: Path) -> Brdf:
-    return MerlBrdf.from_measurement(read_merl(file))
+def _surface(file: Path) -> Brdf:
+    """The one material of a file, as an import has it."""
+    (found,) = read_sources(file)
+    if isinstance(found, Rejected):
+        raise found.reason
+    surface = rebuild(found.model, found.parameters)
+    assert isinstance(surface, Brdf)
+    return surface
 
 
 def _written(script: Path, name: str) -> Brdf:
@@ -111,4 +106,4 @@ def _written(script: Path, name: str) -> Brdf:
                 found=done.stderr.strip()[-200:],
                 hint=f"see what `python {script} {name} out.binary` says",
             )
-        return _merl(out)
+        return _surface(out)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ from ...materials.brdf import Brdf, Lobe
 from ...materials.fitting.fit import Fit
 from ...materials.fitting.lobe_table import LobeTable
 from ...materials.protocol import sphere_protocol
+from ..measuring import timed
 
 T = TypeVar("T")
 
@@ -72,9 +72,7 @@ def timed_and_weighed(brdf: Brdf, work: Callable[[Brdf], T]) -> tuple[T, float, 
 
     Two runs, since counting bytes takes time; what the first one cached is not counted again.
     """
-    start = time.perf_counter()
-    found = work(brdf)
-    seconds = time.perf_counter() - start
+    found, seconds = timed(lambda: work(brdf))
     scales = Scales()
     tracemalloc.start()
     try:

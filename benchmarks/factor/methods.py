@@ -15,7 +15,7 @@ import numpy as np
 
 from ...materials.axes import Axis, Frame
 from ...materials.brdf import Brdf
-from ...materials.factors import FactorPack
+from ...materials.factors import FactoredBrdf, FactorPack
 from ...materials.fitting.cp import absorbed
 from ...materials.fitting.decompose import METHODS, PACK, decompose_compressed
 from ...materials.fitting.grids import filled
@@ -26,7 +26,8 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
-from .sphere import brdf_xyz, pack_xyz, statistics, under
+from .points import point_words
+from .sphere import errors_by_light
 from .timing import Stopwatch
 
 COEFFICIENTS = 8
@@ -69,7 +70,7 @@ def method_points(
     and the table's `relative_error` beside them. Seconds are those of table and decomposition.
     """
     protocol = sphere_protocol(pixels, brdf.isotropic)
-    reference = brdf_xyz(brdf, protocol, lights)
+    reference = protocol.references(brdf, lights)
     basis = _basis(brdf, lights)
     points = []
     frames: tuple[Frame, Frame] = ("io", "hd") if brdf.isotropic else ("hd", "io")
@@ -78,11 +79,10 @@ def method_points(
         axes = grid(frame, effort.isotropic if brdf.isotropic else effort.anisotropic)
         counts = [count for count in effort.packs if frame == frames[0] or count <= effort.other]
         for method, count, pack, seconds, relative in _decomposed(brdf, frame, axes, basis, counts):
-            sample = pack_xyz((pack,), protocol, lights)
+            sample = protocol.samples(FactoredBrdf((pack,)), lights)
             if frame == "hd":
                 # Its table holds the cosine already, which packs in this frame are given when they are looked up.
                 sample = sample / protocol.wi[:, 2:]
-            errors = [under(protocol, it).compare(reference[n], sample[n]) for n, it in enumerate(lights)]
             if count not in drawn:
                 # What a picture costs does not depend on how the terms were found.
                 drawn[count] = stopwatch.milliseconds((pack,))
@@ -98,11 +98,10 @@ def method_points(
                     "fit_seconds": seconds,
                     "relative_error": relative,
                     "ms_per_megapixel": drawn[count],
-                    "delta_e94": {light: statistics(error) for light, error in zip(lights, errors, strict=True)},
+                    "delta_e94": errors_by_light(protocol, lights, reference, sample),
                 }
             )
-            p99 = ", ".join(f"{light} {error.p99:.2f}" for light, error in zip(lights, errors, strict=True))
-            progress(f"    {points[-1]['configuration']}: ΔE94 p99 {p99}")
+            progress(point_words(points[-1]))
     return points
 
 

@@ -5,8 +5,8 @@ What tensorly does as well is used as it is: `CPTensor`, `cp_to_tensor`.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
+from timeit import Timer
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from tensorly.tenalg import unfolding_dot_khatri_rao
 
 from ...materials.fitting.cp import absorbed, cp_als, khatri_rao, mttkrp, random_start
 from ...materials.fitting.tucker import compressed
+from ..measuring import timed
 
 # Share of the energy that compression may lose, as `decompose` has it.
 _LOST = 1e-9
@@ -41,17 +42,18 @@ def part_rows(table: np.ndarray, rank: int) -> list[dict[str, Any]]:
     of what was decomposed (None where both give the same numbers).
     """
     most = 2 * rank + _MARGIN
-    seconds, form = _once(lambda: compressed(table, _LOST, most))
+    form, seconds = timed(lambda: compressed(table, _LOST, most))
     # One iteration after its start: more would not be nearer.
-    theirs, (core, _) = _once(lambda: tucker(table, list(form.core.shape), n_iter_max=1, init="svd"))
+    tucked: tuple[Any, float] = timed(lambda: tucker(table, list(form.core.shape), n_iter_max=1, init="svd"))
+    (core, _), theirs = tucked
     errors = (_lost(form.energy, it) for it in (core, form.core))
     rows = [_row("Tucker compression of the table", theirs, seconds, *errors)]
     unit = form.core / np.linalg.norm(form.core)
     start = random_start(unit, rank, np.random.default_rng(0))
-    seconds, (ours, _) = _once(lambda: cp_als(unit, start, _SWEEPS, _RIDGE, _TOLERANCE))
+    (ours, _), seconds = timed(lambda: cp_als(unit, start, _SWEEPS, _RIDGE, _TOLERANCE))
     # It changes the start that it is given, and says that this is a text; its documentation knows better.
     copied: Any = CPTensor((start.weights.copy(), [factor.copy() for factor in start.factors]))
-    theirs, found = _once(lambda: parafac(unit, rank, n_iter_max=_SWEEPS, init=copied))
+    found, theirs = timed(lambda: parafac(unit, rank, n_iter_max=_SWEEPS, init=copied))
     errors = (_error(unit, it) for it in (found, ours))
     rows.append(_row("alternating least squares of the core", theirs, seconds, *errors))
     factors, modes = absorbed(start), range(unit.ndim)
@@ -78,26 +80,12 @@ def _row(part: str, theirs: float, ours: float, their_error: float | None, our_e
     }
 
 
-def _once(call: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds of one call, and what it gave."""
-    start = time.perf_counter()
-    found = call()
-    return time.perf_counter() - start, found
-
-
 def _fastest(call: Callable[[], Any]) -> float:
     """Seconds of one call, the least of several measurements."""
     repeats = 1
-    while _many(call, repeats) < _LEAST_SECONDS:
+    while Timer(call).timeit(repeats) < _LEAST_SECONDS:
         repeats *= 2
-    return min(_many(call, repeats) for _ in range(_TIMES)) / repeats
-
-
-def _many(call: Callable[[], Any], repeats: int) -> float:
-    start = time.perf_counter()
-    for _ in range(repeats):
-        call()
-    return time.perf_counter() - start
+    return min(Timer(call).repeat(_TIMES, repeats)) / repeats
 
 
 def _lost(energy: float, core: np.ndarray) -> float:

@@ -7,9 +7,9 @@ rays of the reference.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -25,8 +25,9 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.upsampling import xyz_from_rgb
 from ..basis import point_sampled, stage
+from ..measuring import timed
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
-from .sphere import brdf_xyz, folded_xyz, folds, statistics, under
+from .sphere import errors_by_light, folded_xyz, folds
 from .timing import Stopwatch
 
 SIZES = (3, 5, 8, 12)
@@ -96,7 +97,7 @@ def case_points(
     """
     points = precision_points(case, brdf, fitted, stopwatch, lights, _PICTURE_PIXELS, progress)
     protocol = sphere_protocol(_PIXELS, brdf.isotropic)
-    reference = brdf_xyz(brdf, protocol, lights)
+    reference = protocol.references(brdf, lights)
     drawn = {}
     for configuration in _configurations(brdf, fitted, protocol, choice):
         packs = configuration.packs
@@ -107,11 +108,10 @@ def case_points(
             milliseconds = drawn.setdefault(id(packs), None) or stopwatch.milliseconds(packs)
             drawn[id(packs)] = milliseconds
         sample = folded_xyz(packs, protocol, [configuration.weights(light) for light in lights])
-        errors = [under(protocol, light).compare(reference[index], sample[index]) for index, light in enumerate(lights)]
-        found = {light: statistics(error) for light, error in zip(lights, errors, strict=True)}
+        found = errors_by_light(protocol, lights, reference, sample)
         name, rank = configuration.name, sum(pack.rank for pack in packs)
         points.append(_point(case, configuration.kind, name, rank, configuration.seconds, milliseconds, found))
-        progress(_words(points[-1]))
+        progress(point_words(points[-1]))
     return points
 
 
@@ -133,9 +133,7 @@ def precision_points(
         packs, taken = found.fast.packs, seconds
         if name == "single" and any(pack.precision == "half" for pack in packs):
             # The fit stores half where that is good enough; what it rounded is found again by fitting the same way.
-            start = time.perf_counter()
-            packs = fitted.single()
-            taken = time.perf_counter() - start
+            packs, taken = timed(fitted.single)
         elif name == "half":
             packs = tuple(map(rounded_to_half, packs))
         pictures = rendered_xyz(stopwatch.renderer, packs, spectra, pixels)
@@ -144,7 +142,7 @@ def precision_points(
             for index, (light, spectrum) in enumerate(spectra.items())
         }
         points.append(_point(case, "precision", name, found.rank, taken, stopwatch.milliseconds(packs), errors))
-        progress(_words(points[-1]))
+        progress(point_words(points[-1]))
     return points
 
 
@@ -162,7 +160,8 @@ def _point(
     }
 
 
-def _words(point: dict) -> str:
+def point_words(point: dict) -> str:
+    """A point as a line of progress."""
     p99 = ", ".join(f"{light} {found['p99']:.2f}" for light, found in point["delta_e94"].items())
     return f"    {point['kind']}: {point['configuration']}: ΔE94 p99 {p99}"
 
@@ -183,12 +182,9 @@ def _configurations(brdf: Brdf, fitted: Fitted, protocol: SphereProtocol, choice
     on = stage()
     for name, make in (("Peercy", SpectralBasis.peercy), ("balanced", SpectralBasis.balanced)):
         for size in SIZES:
-            start = time.perf_counter()
-            basis = make(on.reflectances, on.columns, size)
-            projected = tuple(pack.in_basis(basis) for pack in packs)
-            taken = seconds + time.perf_counter() - start
-            weights = exact(projected)
-            yield _Configuration("spectra", f"{name} {size}", packs, taken, weights)
+            basis, more = timed(partial(make, on.reflectances, on.columns, size))
+            projected, again = timed(lambda basis=basis: tuple(pack.in_basis(basis) for pack in packs))
+            yield _Configuration("spectra", f"{name} {size}", packs, seconds + more + again, exact(projected))
     for rank in choice.ranks:
         yield _fitted("ranks", f"at most {rank} a lobe", brdf, (rank,), None, exact)
     for frame in choice.frames:
@@ -203,16 +199,15 @@ def _fitted(
     frame: Frame | None,
     exact: Callable[[tuple[FactorPack, ...]], Callable[[str], Weights]],
 ) -> _Configuration:
-    start = time.perf_counter()
     # A budget that nothing meets, so that the rank is the one asked for.
-    packs = fit(brdf, budget=1e-6, ranks=ranks, frame=frame).fast.packs
-    return _Configuration(kind, name, packs, time.perf_counter() - start, exact(packs))
+    found, seconds = timed(lambda: fit(brdf, budget=1e-6, ranks=ranks, frame=frame))
+    return _Configuration(kind, name, found.fast.packs, seconds, exact(found.fast.packs))
 
 
 def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> Weights:
     """Linear sRGB under D65, multiplied by the light's RGB: what most tools do."""
     grid, to_xyz = packs[0].palette.wavelengths_nm, xyz_from_rgb()
-    d65, other = (np.linalg.solve(to_xyz, under(protocol, it).weights(grid).sum(axis=0)) for it in ("D65", light))
+    d65, other = (np.linalg.solve(to_xyz, protocol.under(it).weights(grid).sum(axis=0)) for it in ("D65", light))
     found = folds(packs, protocol, "D65")
     return [np.linalg.solve(to_xyz, terms.T).T * (other / d65) @ to_xyz.T for terms in found]
 

@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...spectral.errors import InputError
+from ...spectral.files import read_bytes
 from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
 from ..measured.measurement import ScatteredMeasurement
@@ -161,11 +162,7 @@ def _fail(
 
 def _words(path: Path) -> tuple[list[str], np.ndarray, list[str]]:
     """Words outside comments, the line number of each, and the comments that stand before the first word."""
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        hint = "check the name and the permissions of the file"
-        _fail("cannot be read", path, "file", error.strerror or str(error), "a readable text file", hint)
+    raw = read_bytes(path, "a readable text file")
     if b"\0" in raw:
         hint = "import the measurement that it was made from, or give it the name of its own format (.binary, .bsdf)"
         _fail("not a text file", path, "header", f"binary data, {raw[:8]!r} ...", _LAYOUT, hint)

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ...spectral.errors import InputError
+from ...spectral.files import read_bytes
 from ...spectral.upsampling import upsampling
 from ..measured.merl import SHAPE, MerlBrdf, MerlMeasurement
 from ..source import MaterialSource, Rejected
@@ -69,18 +70,7 @@ def read_merl(path: str | Path) -> MerlMeasurement:
         infinite; nothing in it is positive.
     """
     path = Path(path)
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        found = error.strerror or str(error)
-        raise InputError(
-            "cannot be read",
-            file=path,
-            field="file",
-            found=found,
-            expected="a readable binary file",
-            hint="check the name and the permissions of the file",
-        ) from None
+    raw = read_bytes(path, "a readable binary file")
     if len(raw) < _HEADER:
         raise InputError(
             "not a MERL file", file=path, field="header", found=f"{len(raw)} bytes", expected=_LAYOUT, hint=_AGAIN

@@ -64,8 +64,7 @@ def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...
     else:
         fields, notes = _table(brdf, comment)
         write_tensors(folder / TABLE, fields)
-        bsdf = _element("bsdf", type="measured")
-        bsdf.append(_element("string", name="filename", value=TABLE))
+        bsdf = _element("bsdf", _element("string", name="filename", value=TABLE), type="measured")
     scene = _scene(bsdf)
     text = " ".join(f"{comment} + {' + '.join(notes)}".split()).replace("--", "-")
     scene.insert(0, ElementTree.Comment(f" {text} "))
@@ -134,70 +133,49 @@ def _plugin(brdf: Brdf) -> Element | None:
         return _diffuse(brdf.wavelengths_nm, brdf.reflectance.samples)
     if not isinstance(brdf, CookTorrance) or brdf.masking != "smith" or brdf.roughness < _SMOOTHEST:
         return None
-    facets = _element("bsdf", type="roughconductor")
-    facets.append(_element("string", name="distribution", value=brdf.distribution))
-    facets.append(_element("float", name="alpha", value=repr(float(brdf.roughness))))
-    facets.append(_spectrum("eta", brdf.wavelengths_nm, brdf.eta))
-    facets.append(_spectrum("k", brdf.wavelengths_nm, brdf.k))
+    facets = _element(
+        "bsdf",
+        _element("string", name="distribution", value=brdf.distribution),
+        _element("float", name="alpha", value=repr(float(brdf.roughness))),
+        _spectrum("eta", brdf.wavelengths_nm, brdf.eta),
+        _spectrum("k", brdf.wavelengths_nm, brdf.k),
+        type="roughconductor",
+    )
     if brdf.specular_weight == 1.0:
         return facets
-    blend = _element("bsdf", type="blendbsdf")
-    blend.append(_element("float", name="weight", value=repr(float(brdf.specular_weight))))
-    blend.append(_diffuse(brdf.wavelengths_nm, brdf.diffuse.samples))
-    blend.append(facets)
-    return blend
+    weight = _element("float", name="weight", value=repr(float(brdf.specular_weight)))
+    return _element("bsdf", weight, _diffuse(brdf.wavelengths_nm, brdf.diffuse.samples), facets, type="blendbsdf")
 
 
 def _diffuse(wavelengths_nm: np.ndarray, reflectance: np.ndarray) -> Element:
-    element = _element("bsdf", type="diffuse")
-    element.append(_spectrum("reflectance", wavelengths_nm, reflectance))
-    return element
+    return _element("bsdf", _spectrum("reflectance", wavelengths_nm, reflectance), type="diffuse")
 
 
 def _spectrum(name: str, wavelengths_nm: np.ndarray, values: np.ndarray) -> Element:
     """Linear between samples, held to both ends of the range that Mitsuba integrates over; no samples of nothing."""
     if not (values != values[0]).any():
-        element = _element("spectrum", type="uniform", name=name)
-        element.append(_element("float", name="value", value=f"{values[0]:.9g}"))
-        return element
+        value = _element("float", name="value", value=f"{values[0]:.9g}")
+        return _element("spectrum", value, type="uniform", name=name)
     inside = wavelengths_nm[(wavelengths_nm > _RANGE[0]) & (wavelengths_nm < _RANGE[1])]
     nodes = np.concatenate([[_RANGE[0]], inside, [_RANGE[1]]])
-    element = _element("spectrum", type="irregular", name=name)
-    for label, numbers in (("wavelengths", nodes), ("values", np.interp(nodes, wavelengths_nm, values))):
-        element.append(_element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers)))
-    return element
+    listed = (
+        _element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers))
+        for label, numbers in (("wavelengths", nodes), ("values", np.interp(nodes, wavelengths_nm, values)))
+    )
+    return _element("spectrum", *listed, type="irregular", name=name)
 
 
 def _scene(bsdf: Element) -> Element:
-    scene = _element("scene", version="3.0.0")
-    scene.append(_element("default", name="spp", value=str(SAMPLES)))
-    scene.append(_element("default", name="resolution", value=str(PIXELS)))
-    integrator = _element("integrator", type="path")
-    integrator.append(_element("integer", name="max_depth", value="2"))
-    scene.append(integrator)
-    sensor = _element("sensor", type="orthographic")
-    place = _element("transform", name="to_world")
-    place.append(_element("scale", value=repr(HEIGHT / 2)))
-    place.append(_element("lookat", origin="0, 0, 5", target="0, 0, 0", up="0, 1, 0"))
-    sensor.append(place)
-    sampler = _element("sampler", type="independent")
-    sampler.append(_element("integer", name="sample_count", value="$spp"))
-    film = _element("film", type="hdrfilm")
-    for side in ("width", "height"):
-        film.append(_element("integer", name=side, value="$resolution"))
-    film.append(_element("string", name="pixel_format", value="rgb"))
-    film.append(_element("string", name="component_format", value="float32"))
-    film.append(_element("rfilter", type="box"))
-    sensor.extend([sampler, film])
-    light = _element("emitter", type="directional")
-    light.append(_element("vector", name="direction", value=", ".join(repr(-float(x)) for x in TO_LIGHT)))
-    light.append(_spectrum("irradiance", *_irradiance()))
-    ball = _element("shape", type="sphere")
-    # Its pole upright, so that the surface's x runs along the parallels, as on our sphere.
-    upright = _element("transform", name="to_world")
-    upright.append(_element("rotate", x="1", angle="-90"))
-    ball.extend([upright, bsdf])
-    scene.extend([sensor, light, ball])
+    """`mitsuba_scene.xml` with the surface and the light in it."""
+    from xml.etree import ElementTree
+
+    text = Path(__file__).with_name("mitsuba_scene.xml").read_text(encoding="utf-8")
+    direction = ", ".join(repr(-float(x)) for x in TO_LIGHT)
+    scene = ElementTree.fromstring(
+        text.format(samples=SAMPLES, pixels=PIXELS, scale=repr(HEIGHT / 2), direction=direction)
+    )
+    for place, element in (("emitter", _spectrum("irradiance", *_irradiance())), ("shape", bsdf)):
+        next(scene.iter(place)).append(element)
     return scene
 
 
@@ -210,7 +188,9 @@ def _irradiance() -> tuple[np.ndarray, np.ndarray]:
     return light.wavelengths_nm, light.samples * np.pi * _LUMINOUS_INTEGRAL / luminous
 
 
-def _element(tag: str, **attributes: str) -> Element:
+def _element(tag: str, *children: Element, **attributes: str) -> Element:
     from xml.etree.ElementTree import Element
 
-    return Element(tag, attributes)
+    element = Element(tag, attributes)
+    element.extend(children)
+    return element

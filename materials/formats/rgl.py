@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from ...spectral.errors import InputError
-from ...spectral.files import existing_file
+from ...spectral.files import existing_file, read_bytes
 from ...spectral.upsampling import upsampling
 from ..measured.rgl import RglBrdf
 from ..measured.rgl_measurement import RglMeasurement
@@ -97,23 +97,13 @@ def read_rgl(path: str | Path) -> RglMeasurement:
         than its axes have, or holds NaN, infinity or a density that is negative or nowhere positive.
     """
     path = existing_file(path)
-    try:
-        with placed(path, hint=_AGAIN):
-            return RglMeasurement(path.stem, read_tensors(path))
-    except OSError as reason:
-        raise InputError(
-            "cannot be read",
-            file=path,
-            field="file",
-            found=reason.strerror or str(reason),
-            expected="a readable binary file",
-            hint="check the permissions of the file",
-        ) from None
+    with placed(path, hint=_AGAIN):
+        return RglMeasurement(path.stem, read_tensors(path))
 
 
 def read_tensors(path: Path) -> dict[str, np.ndarray]:
     """Every array of a container, in the file's order; raises `InputError` (which does not name the file)."""
-    raw = path.read_bytes()
+    raw = read_bytes(path, "a readable binary file")
     if not raw.startswith(MAGIC):
         found = f"{raw[: len(MAGIC)]!r} ..." if raw else "an empty file"
         hint = _AGAIN if len(raw) < len(MAGIC) else "a .bsdf of another program: export it as RGL, MERL or plain text"

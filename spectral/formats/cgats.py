@@ -17,13 +17,12 @@ import numpy as np
 from ..errors import InputError
 from .answer import NO_ANSWER, Answer, Scale
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
-from .cgats_quantity import Told, check_agreement, signs_of_table, told_quantity
+from .cgats_quantity import Said, check_agreement, said_quantity, signs_of_table
 from .cgats_tables import CgatsTable, read_tables
 from .reading import SpectralFile, StatedColour, names_its_file
+from .shared.decisions import Decision, Divisor, Sign, Values, decided, divisor_of, signs_of_all, undecided
 from .shared.gathering import MOST_SAMPLES, Gathering
-from .shared.luminance import Luminances, luminances
-from .shared.scale import Divisor, Values, divisor_of
-from .shared.signs import Decision, Sign, decided, signs_of_all, undecided
+from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
 from .shared.words import colour_axis, condition_in, illuminant_in, observer_in, stated_colours
 
@@ -122,9 +121,9 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
         stated_colours({field: table.number(row[column]) for column, field in colours}, light, angle)
         for row in table.rows
     ]
-    told = told_quantity(table, [band.quantity for band in fields])
+    said = said_quantity(table, [band.quantity for band in fields])
     try:
-        decision, scale = _measured(table, told, marks, values, grids, stated, answer, path)
+        decision, scale = _measured(table, said, marks, values, grids, stated, answer, path)
     except InputError as reason:
         gathering.rejected.append((place or path.stem, reason))
         return
@@ -145,7 +144,7 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
 
 def _measured(
     table: CgatsTable,
-    told: Told,
+    said: Said,
     marks: set[str],
     values: np.ndarray,
     grids: list[np.ndarray],
@@ -171,13 +170,13 @@ def _measured(
     # The signs of the numbers, where all are on one grid.
     one_grid = bool(grids) and all(grid is grids[0] for grid in grids)
     numbers = signs_of_all(grids[0], values, "BEGIN_DATA") if one_grid else []
-    if told.quantity is not None:
-        signs = [Sign("words", told.quantity, told.words, True)]
+    if said.quantity is not None:
+        signs = [Sign("words", said.quantity, said.words, True)]
     else:
         usual = norm or (100.0 if highest > 2.0 else 1.0)
         above = table.identifier.upper() == "SPECT" and norm is not None and highest / norm > _ABOVE_NORM
         condition = condition_in(" ".join(table.keywords.get(key, "") for key in _CONDITION_KEYS))
-        signs = [*signs_of_table(table, told, condition, beside(usual), above, path), *numbers]
+        signs = [*signs_of_table(table, said, condition, beside(usual), above, path), *numbers]
     decision = decided(signs, numbers, answer, None, "BEGIN_DATA")
     if decision is None:
         raise undecided(signs, None, len(values))

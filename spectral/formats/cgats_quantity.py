@@ -8,10 +8,10 @@ By the file's own words, the first that speaks:
 4. the identifier: IT8.7/1 is a target of transmission, /2 to /5 of reflection; then names of fields (REFL_380).
 5. "emission", "transmission", "reflection" and their like in the keywords of mode, type, unit and source, then in
    DESCRIPTOR, FILE_DESCRIPTOR and TARGET_TYPE, then in any other.
-6. nothing: then signs that agree (`shared.signs`), or the person who imports it. A display or a light in one of those
-   three is a sign; so are geometry, condition and white base of an instrument that measures surfaces, amounts of ink,
-   an illuminant that colours were computed for, colours beside the spectra that are those of surfaces, and values of a
-   SPECT file above its norm. What was taken so and is at odds with the colours beside is refused.
+6. nothing: then signs that agree (`shared.decisions`), or the person who imports it. A display or a light in one of
+   those three is a sign; so are geometry, condition and white base of an instrument that measures surfaces, amounts of
+   ink, an illuminant that colours were computed for, colours beside the spectra that are those of surfaces, and values
+   of a SPECT file above its norm. What was taken so and is at odds with the colours beside is refused.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable
-from .shared.luminance import Luminances
-from .shared.signs import Sign, signs_beside, signs_of_name
+from .shared.decisions import Sign, signs_beside, signs_of_name
+from .shared.resemblance import Luminances
 from .shared.text import shortened
 from .shared.words import measured, names_light, quantity_in
 
@@ -55,7 +55,7 @@ _STATE = 'say --as, or add a line MEAS_TYPE "EMISSION", "REFLECTIVE" or "TRANSMI
 _BOILERPLATE = re.compile("power/reflectance", re.I)
 
 
-class Told(NamedTuple):
+class Said(NamedTuple):
     """What a table says was measured, and where; None where nothing does. `named_by`: words that name a light, and no
     more.
     """
@@ -65,7 +65,7 @@ class Told(NamedTuple):
     named_by: str = ""
 
 
-def told_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Told:
+def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Said:
     """By rules 1 to 6 at the head of this module; `named` is what the names of spectral fields say.
 
     Raises
@@ -76,14 +76,14 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Told:
     for key in ("MEAS_TYPE", "MEASUREMENT_TYPE"):
         for pattern, quantity in _MEASURED:
             if re.search(pattern, keywords.get(key, ""), re.I):
-                return Told(quantity, f"the keyword {key}")
+                return Said(quantity, f"the keyword {key}")
     device = keywords.get("DEVICE_CLASS", "").upper()
     if device in ("DISPLAY", "EMISINPUT") or table.identifier.upper().startswith("CCSS"):
-        return Told("emission", "its device class" if device else f"the identifier {table.identifier}")
+        return Said("emission", "its device class" if device else f"the identifier {table.identifier}")
     if device in ("OUTPUT", "INPUT"):
-        return Told("reflectance", f"DEVICE_CLASS {device}")
+        return Said("reflectance", f"DEVICE_CLASS {device}")
     if named_display := {"DISPLAY", "TECHNOLOGY", "LUMINANCE_XYZ_CDM2"} & set(keywords):
-        return Told("emission", f"the keyword {min(named_display)}")
+        return Said("emission", f"the keyword {min(named_display)}")
     target = _TARGET.match(table.identifier)
     identified = _TARGETS[target[1]] if target else None
     said = _by_words(keywords)
@@ -94,29 +94,29 @@ def told_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Told:
         where = (
             f"the identifier {table.identifier}" if identified else "names of fields" if by_field else "its keywords"
         )
-        return Told(identified or by_field or said, where)
+        return Said(identified or by_field or said, where)
     for key in _DESCRIPTIONS:
         words = keywords.get(key, "")
         if names_light(words) or _SCREEN.search(words):
-            return Told(None, "", f"{key}, {shortened(words, 60)!r}")
-    return Told(None)
+            return Said(None, "", f"{key}, {shortened(words, 60)!r}")
+    return Said(None)
 
 
 def _by_words(keywords: dict[str, str]) -> Quantity | None:
     by_rank: tuple[dict[str, Quantity], ...] = ({}, {}, {})  # of mode, descriptions, any other
     for key, words in keywords.items():
         if key in _DESCRIPTIONS:
-            told = None if _BOILERPLATE.search(words) else quantity_in(words)
-            if told in ("absorbance", "index"):
+            named = None if _BOILERPLATE.search(words) else quantity_in(words)
+            if named in ("absorbance", "index"):
                 expected = "reflectance, transmittance or emission"
                 raise InputError(
-                    f"{told} is not the spectrum of a colour",
+                    f"{named} is not the spectrum of a colour",
                     field=key,
                     found=shortened(words),
                     expected=expected,
                     hint=f"where it is another one, {_STATE}",
                 )
-            if quantity := measured(told):
+            if quantity := measured(named):
                 by_rank[1][key] = quantity
         elif quantity := measured(quantity_in(words)) if "UNIT" in key else _one_of(words):
             if _MODE.search(key):
@@ -144,7 +144,7 @@ def _contradiction(field: str, found: str) -> InputError:
 
 
 def signs_of_table(
-    table: CgatsTable, told: Told, condition: str | None, beside: Luminances, above_norm: bool, path: Path
+    table: CgatsTable, said: Said, condition: str | None, beside: Luminances, above_norm: bool, path: Path
 ) -> list[Sign]:
     """The signs of a table that states nothing (rule 6), but those in its numbers.
 
@@ -156,10 +156,10 @@ def signs_of_table(
     found = signs_of_name("file name", path.stem, "the file name")
     surfaces, ratio = beside.of_surfaces, beside.ratio
     several = len(surfaces) > 1 and max(surfaces) > 1.1 * min(surfaces) and beside.mostly_of_surfaces
-    if told.named_by and not several:
-        found.append(Sign("words beside", "emission", told.named_by))
+    if said.named_by and not several:
+        found.append(Sign("words beside", "emission", said.named_by))
     for key in _DESCRIPTIONS:
-        if not told.named_by and not _BOILERPLATE.search(table.keywords.get(key, "")):
+        if not said.named_by and not _BOILERPLATE.search(table.keywords.get(key, "")):
             found += signs_beside(table.keywords.get(key, ""), key, path)
     if instrument := next((key for key, words in table.keywords.items() if _SURFACE_WORDS.search(words)), None):
         found.append(Sign("instrument", "reflectance", f"the keyword {instrument} of an instrument for surfaces"))

@@ -91,10 +91,14 @@ def read(path: Path) -> SpectralFile:
         colours, other = stated_values(beside, name, specifications, known, gathered)
         own = [_named_by(value, specifications) for value in spectra]
         shares = shared_out(colours, spectra, own, name, gathered)
-        for value, label, (stated, left) in zip(spectra, _labels(spectra, specifications), shares, strict=True):
+        labels = _labels(spectra, specifications)
+        for value, label, told, (stated, left) in zip(spectra, labels, own, shares, strict=True):
             called = f"{name}, {label}" if label else name
             try:
-                told = _referenced(value, specifications, called, gathered)
+                if told is None:
+                    raise _without_specification(value, specifications, called)
+                if value.get("ColorSpecification") is None:
+                    gathered.note("no ColorSpecification is named; the only one of the file was taken", called)
                 grid, samples, quantity = _samples(value, told, known, called, gathered)
             except InputError as reason:
                 gathered.rejected.append((called, reason))
@@ -166,29 +170,21 @@ def _named_by(value: Element, known: Mapping[str, Specification | None]) -> Spec
     return known.get(wanted) if wanted is not None else next(iter(known.values())) if len(known) == 1 else None
 
 
-def _referenced(
-    value: Element, known: Mapping[str, Specification | None], field: str, gathered: Gathering
-) -> Specification:
-    """The specification that a value names."""
+def _without_specification(value: Element, known: Mapping[str, Specification | None], field: str) -> InputError:
+    """The refusal of a value that names no specification, none of the file, or one of two."""
     wanted = value.get("ColorSpecification")
     expected = ", ".join(list(known)[:8]) or "a specification, but the file has none"
     if wanted is None:
-        if len(known) == 1 and (only := next(iter(known.values()))) is not None:
-            gathered.note("no ColorSpecification is named; the only one of the file was taken", field)
-            return only
-        raise InputError("the spectrum names no ColorSpecification", field=field, expected=expected)
+        return InputError("the spectrum names no ColorSpecification", field=field, expected=expected)
     if wanted not in known:
-        raise InputError(
+        return InputError(
             f"ColorSpecification {wanted!r} is not in the file",
             field=field,
             found=f"a reference to {wanted!r}",
             expected=expected,
             hint="export the specifications together with the objects; upper and lower case differ",
         )
-    found = known[wanted]
-    if found is None:
-        raise InputError("two ColorSpecifications share an Id", field=field, found=wanted)
-    return found
+    return InputError("two ColorSpecifications share an Id", field=field, found=wanted)
 
 
 def _samples(

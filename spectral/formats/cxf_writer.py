@@ -179,30 +179,13 @@ class _Specifications:
         illuminant: str | None = None,
         observer: str | None = None,
     ) -> str:
-        """The Id of the specification of a value."""
+        """The Id of the specification of a value, which is written where it is the first of its kind."""
         details = entry.details
         said = ("geometry", "condition", "instrument", "calibration", "aperture", "backing", "bandpass corrected")
-        key = (
-            entry.spectrum.quantity,
-            listed,
-            illuminant,
-            observer,
-            *(details.get(name, "") for name in said),
-        )
-        if key not in self._known:
-            self._known[key] = f"specification{len(self._known) + 1}"
-            self._write(self._known[key], entry, listed, illuminant, observer)
-        return self._known[key]
-
-    def _write(
-        self,
-        name: str,
-        entry: SpectralEntry,
-        listed: tuple[int, int] | None,
-        illuminant: str | None,
-        observer: str | None,
-    ) -> None:
-        details = entry.details
+        key = (entry.spectrum.quantity, listed, illuminant, observer, *(details.get(name, "") for name in said))
+        if key in self._known:
+            return self._known[key]
+        name = self._known[key] = f"specification{len(self._known) + 1}"
         specification = _add(self.collection, "ColorSpecification", Id=name)
         if illuminant is not None and observer is not None:
             _tristimulus(_add(specification, "TristimulusSpec"), illuminant, observer, details.get("method", ""))
@@ -221,6 +204,7 @@ class _Specifications:
                 _add(device, "Model", details["instrument"])
             if light:
                 _add(device, "DeviceIllumination", light)
+        return name
 
 
 def _tristimulus(element: Element, illuminant: str, observer: str, method: str) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from .answer import NO_ANSWER, Answer
 from .reading import SpectralFile, names_its_file
-from .shared.signs import Sign
+from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.dialect import dialect_of
 from .tables.entries import gathered

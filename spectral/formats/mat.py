@@ -17,9 +17,19 @@ from ..errors import InputError
 from .answer import NO_ANSWER, Answer
 from .mat_variables import Variable, is_hdf5, read_variables
 from .reading import SpectralFile, names_its_file
+from .shared.decisions import (
+    Decision,
+    Divisor,
+    Sign,
+    Values,
+    decided,
+    divisor_of,
+    signs_beside,
+    signs_of_all,
+    signs_of_name,
+    undecided,
+)
 from .shared.gathering import MOST_SPECTRA, Gathering, in_visible
-from .shared.scale import Divisor, Values, divisor_of
-from .shared.signs import Decision, Sign, decided, signs_beside, signs_of_all, signs_of_name, undecided
 from .shared.text import shortened
 from .shared.words import measured, quantity_in, quantity_in_lines, unit_in
 
@@ -237,13 +247,13 @@ def _decision(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answe
     """
     numbers = signs_of_all(grid, spectra, name)
     variable, comment = f"the variable {shortened(name, 40)!r}", f"the comment {shortened(said, 60)!r}"
-    by_name, by_comment = _told(name), quantity_in_lines(said)[0]
-    told = by_name or by_comment
-    if told in ("absorbance", "index"):
+    by_name, by_comment = _named(name), quantity_in_lines(said)[0]
+    named = by_name or by_comment
+    if named in ("absorbance", "index"):
         raise InputError(
-            f"{told} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
+            f"{named} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
         )
-    if quantity := measured(told):
+    if quantity := measured(named):
         signs = [Sign("words", quantity, variable if by_name else comment, True)]
     else:
         if what := _response(said) or _response(path.stem):
@@ -272,9 +282,9 @@ def _scale(
     return divisor_of(values, unit, words if unit else "", answer.scale)
 
 
-def _told(name: str) -> str | None:
+def _named(name: str) -> str | None:
     """What the name of a variable says, its own before that of the struct that it is in."""
     for part in reversed(name.split(".")):
-        if told := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
-            return told
+        if named := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
+            return named
     return None

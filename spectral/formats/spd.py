@@ -8,7 +8,7 @@ from pathlib import Path
 from ..errors import InputError
 from .answer import NO_ANSWER, Answer
 from .reading import HEAD, SpectralFile, names_its_file
-from .shared.signs import Sign
+from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.entries import gathered
 from .tables.parsing import parse_table

@@ -14,7 +14,6 @@ from metamer.benchmarks.factor import growth as decompositions
 from metamer.benchmarks.factor import points as configurations
 from metamer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
 from metamer.benchmarks.factor.measured import measured_cases
-from metamer.benchmarks.factor.sphere import brdf_xyz, pack_xyz
 from metamer.benchmarks.factor.timing import Stopwatch
 from metamer.materials.factors import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
@@ -299,9 +298,9 @@ def test_xyz_of_packs_is_that_of_their_brdf():
     packs = benchmark.fit(brdf, budget=5.0, pixels=32).fast.packs
     protocol = sphere_protocol(24, True)
     lights = ("D65", "FL11")
-    np.testing.assert_allclose(
-        pack_xyz(packs, protocol, lights), brdf_xyz(FactoredBrdf(packs), protocol, lights), atol=1e-12
-    )
+    terms = folded_xyz(packs, protocol, [folds(packs, protocol, light) for light in lights])
+    np.testing.assert_allclose(terms, protocol.references(FactoredBrdf(packs), lights), atol=1e-12)
+    np.testing.assert_allclose(terms, protocol.samples(FactoredBrdf(packs), lights), atol=1e-12)
 
 
 def test_polar_radius_is_the_root_of_what_the_formula_says():

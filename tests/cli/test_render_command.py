@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
+from pictures import read_xyz_exr
 from PIL import Image
 
 

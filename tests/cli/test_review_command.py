@@ -6,8 +6,8 @@ import signal
 
 import h5py
 import pytest
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.viewer.review import OWN_LIGHT
+from pictures import read_xyz_exr
 from PIL import Image
 
 

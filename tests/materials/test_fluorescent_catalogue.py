@@ -19,12 +19,12 @@ from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.palette import DonaldsonPalette
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.software import SoftwareRenderer
+from pictures import read_xyz_exr
 
 NM = np.arange(380.0, 781.0, 20.0)
 EYE = observer("1931_2")

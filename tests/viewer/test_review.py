@@ -16,7 +16,6 @@ from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
 from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.formats.exr import read_exr
-from metamer.spectral.formats.xyz_exr import read_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import observer
@@ -25,6 +24,7 @@ from metamer.viewer.display import DisplayTransform
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.review import OWN_LIGHT, review
 from metamer.viewer.software import SoftwareRenderer
+from pictures import read_xyz_exr
 
 ROOT = Path(__file__).resolve().parents[2]
 LIGHTS = ("D65", "A", "FL11")

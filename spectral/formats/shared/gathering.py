@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +12,7 @@ from ...errors import InputError
 from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
 from ..reading import SpectralEntry, SpectralFile, StatedColour
-from .scale import Divisor
-from .signs import Decision, taken_as
+from .decisions import Decision, Divisor, taken_as
 from .text import shortened
 
 #: Spectra in one file, and samples in all of them together.
@@ -112,11 +112,9 @@ class Gathering:
         values: object,
         decision: Decision,
         scale: Divisor | None,
-        *,
-        stated: tuple[StatedColour, ...] = (),
-        details: Mapping[str, str] | None = None,
+        **beside: Any,
     ) -> None:
-        """`add` one spectrum of what was decided, on its scale, which an emission has not."""
+        """`add` one spectrum of what was decided, on its scale, which an emission has not; `beside` is passed on."""
         if scale and scale.note:
             self.note(scale.note)
         self.add(
@@ -125,9 +123,8 @@ class Gathering:
             values,
             decision.quantity,
             divisor=scale.by if scale else 1.0,
-            stated=stated,
-            details=details,
             taken=taken_as(decision, None if decision.quantity == "emission" else scale),
+            **beside,
         )
 
     def _spectrum(

@@ -295,7 +295,7 @@ _SENSOR = re.compile(
 
 def meant_by(name: str) -> frozenset[Meaning]:
     """What the name of a file, of a sample or of a variable hints at; several things, or nothing. A paint may be called
-    after a lamp: `signs` weighs it with the others.
+    after a lamp: `decisions` weighs it with the others.
 
     >>> meant_by("LED panel.txt") == {"emission"}, meant_by("blue filter 2") == {"transmittance"}, meant_by("run 7")
     (True, True, frozenset())

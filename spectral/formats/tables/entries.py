@@ -12,9 +12,8 @@ import numpy as np
 from ...errors import InputError
 from ..answer import Answer, Scale
 from ..reading import SpectralFile, StatedColour
+from ..shared.decisions import Sign, Values, divisor_of, undecided
 from ..shared.gathering import DELETED, Gathering, in_visible
-from ..shared.scale import Values, divisor_of
-from ..shared.signs import Sign, undecided
 from ..shared.text import shortened
 from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
 from .parsing import Table
@@ -29,8 +28,8 @@ def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: 
     """A table's columns as entries.
 
     A column is what its own header says, else what the lines above its table say, else what the person says, else what
-    several signs agree on (`shared.signs`). The unit is looked for in the same places; `shared.scale` says what follows
-    where there is none. What nothing tells is refused, all of it at once.
+    several signs agree on (`shared.decisions`, which also says what follows where there is no unit). The unit is looked
+    for in the same places. What nothing tells is refused, all of it at once.
 
     Parameters
     ----------

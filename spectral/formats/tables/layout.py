@@ -210,7 +210,7 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     return None
 
 
-def told_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
+def labelled_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
     """Columns of the wavelengths in a row that is a header of them, each with its unit or a word; () of any other."""
     run = wavelengths_across(cells, dialect, labelled=True)
     return run if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()

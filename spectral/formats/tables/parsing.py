@@ -20,8 +20,8 @@ from .layout import (
     is_name_header,
     is_units_row,
     is_wavelength_header,
+    labelled_wavelengths,
     layout_of,
-    told_wavelengths,
     wavelengths_across,
 )
 from .rows import is_generic, read_across, read_down
@@ -90,7 +90,7 @@ def parse_table(path: Path) -> Table:
     while sections[-1].further is not None:
         sections.append(_further(sections[-1], *sections[-1].further))
         _read(sections[-1], sections[-2], notes)
-    _told_apart(sections, notes)
+    _kept_apart(sections, notes)
     first = sections[0]
     return Table(dialect, [block for each in sections for block in each.blocks], first.preamble, first.words, notes)
 
@@ -103,7 +103,7 @@ def _further(before: Section, line: int, way: Way) -> Section:
     shown = text.cells(start, start + first + _FIRST_ROWS)
     if way == "across":
         cells = shown[first][1]
-        axes = told_wavelengths(cells, dialect) or wavelengths_across(cells, dialect)
+        axes = labelled_wavelengths(cells, dialect) or wavelengths_across(cells, dialect)
         units = first + 2 < len(shown) and is_units_row(shown[first + 1][1])
         return Section(text, start, shown, Layout("across", first + (2 if units else 1), first, axes))
     layout = layout_of(shown, dialect)
@@ -141,7 +141,7 @@ def _across_below(table: Section) -> tuple[int, Way] | None:
     """The header of wavelengths across, each with its unit, among the rows below a table; None where there is none."""
     first = table.text.place(table.last_line + 1)
     for line, cells in table.text.cells(first, first + SHOWN_LINES):
-        if len(cells) > 2 and told_wavelengths(cells, table.text.dialect):
+        if len(cells) > 2 and labelled_wavelengths(cells, table.text.dialect):
             return line, "across"
     return None
 
@@ -172,7 +172,7 @@ def _as_before(before: Section, table: Section) -> list[str]:
     )
 
 
-def _told_apart(sections: Sequence[Section], notes: list[str]) -> None:
+def _kept_apart(sections: Sequence[Section], notes: list[str]) -> None:
     """Put beside each column what is said of its table; what the first one's lines alone say holds on, and is noted."""
     first = sections[0]
     titles = [_title(section) for section in sections]

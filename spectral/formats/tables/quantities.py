@@ -1,4 +1,4 @@
-"""What each column of a text table measures: its own heading, the lines above, and the signs of `shared.signs`."""
+"""What each column of a text table measures: its own heading, the lines above, and the signs of `shared.decisions`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import numpy as np
 
 from ...errors import InputError
 from ..answer import Answer
-from ..shared.luminance import luminances
-from ..shared.resemblance import likenesses
-from ..shared.signs import Sign, decided, refuse_sensitivity, signs_beside, signs_of_name, signs_of_numbers
+from ..shared.decisions import Sign, decided, refuse_sensitivity, signs_beside, signs_of_name, signs_of_numbers
+from ..shared.resemblance import likenesses, luminances
 from ..shared.text import shortened
 from ..shared.words import (
     colour_axis,

@@ -18,8 +18,8 @@ from .layout import (
     is_units_row,
     is_wavelength_header,
     is_wavenumber_header,
+    labelled_wavelengths,
     nm_per_unit,
-    told_wavelengths,
 )
 from .section import Column, Section, cell, ragged, trimmed
 
@@ -275,7 +275,7 @@ def _is_header(table: Section, others: Sequence[int], cells: Sequence[str], row:
     """
     dialect, heads, values = table.text.dialect, table.heads, row.values
     if row.is_empty:
-        return len(told_wavelengths(cells, dialect)) >= min(3, len(values))
+        return len(labelled_wavelengths(cells, dialect)) >= min(3, len(values))
     known = [at for at in others if heads[at]]
     if known and all(at < len(cells) and cells[at].casefold() == heads[at].casefold() for at in known):
         numbers = [dialect.number(cell) for at, cell in enumerate(cells) if at not in others and cell]

@@ -12,10 +12,9 @@ import numpy as np
 
 from ...errors import InputError
 from ..reading import StatedColour
+from ..shared.decisions import Decision, Divisor, Sign
 from ..shared.gathering import MOST_SAMPLES
 from ..shared.resemblance import Likeness
-from ..shared.scale import Divisor
-from ..shared.signs import Decision, Sign
 from ..shared.text import is_missing
 from .dialect import Dialect
 from .layout import Layout, Row, Way

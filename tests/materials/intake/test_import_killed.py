@@ -22,6 +22,11 @@ def importing():
 
 
 @pytest.fixture(scope="module")
+def harness():
+    return importlib.import_module("kills")
+
+
+@pytest.fixture(scope="module")
 def source(importing, tmp_path_factory):
     return importing.generated(tmp_path_factory.mktemp("source"), 5, ("matt",))
 
@@ -44,12 +49,12 @@ def killed_in_made_folder():
     return run
 
 
-def test_kills_at_random_moments_leave_no_trace(importing, source, tmp_path):
-    rows = importing.kills(tmp_path, source, 2, 2, seed=11)
+def test_kills_at_random_moments_leave_no_trace(harness, source, tmp_path):
+    rows = harness.kills(tmp_path, source, 2, 2, seed=11)
     assert len(rows) == 2 and any(row["hit"] != "nothing" for row in rows)
 
 
-def test_what_a_killed_write_left_is_cleared_away(importing, source, tmp_path):
+def test_what_a_killed_write_left_is_cleared_away(importing, harness, source, tmp_path):
     """The moment between two bytes of a file is short: what it leaves is put there."""
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     for catalogue in (whole, killed):
@@ -62,7 +67,7 @@ def test_what_a_killed_write_left_is_cleared_away(importing, source, tmp_path):
     assert len(Catalogue.open(killed).ids()) == 4
     said = importing.timed(importing.command(source, killed, 2))["said"]
     assert "1 imported, 4 skipped" in said
-    assert importing.contents(killed) == importing.contents(whole)
+    assert harness.contents(killed) == harness.contents(whole)
 
 
 def test_leftovers_of_an_import_that_is_still_at_work_stay(source, tmp_path):

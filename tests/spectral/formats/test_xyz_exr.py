@@ -7,8 +7,9 @@ import OpenEXR
 import pytest
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.xyz_exr import read_xyz_exr, write_xyz_exr
+from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.image import ColourImage
+from pictures import read_xyz_exr
 
 WHITE = np.array([0.95047, 1.0, 1.08883])
 

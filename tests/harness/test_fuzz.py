@@ -1,5 +1,6 @@
-"""Damaged files of every format, a few of each: refused by an InputError, or read. More: benchmarks/fuzz.py."""
+"""Damaged files of every format, a few of each: refused by an InputError, or read. More: fuzz.py."""
 
+import importlib
 import random
 import sys
 
@@ -15,9 +16,7 @@ READERS = (*reading.FORMATS, *(name for name in registry.FORMATS if name != "spe
 @pytest.fixture(scope="module")
 def fuzz():
     pytest.importorskip("resource", reason="limits of memory and time are those of Unix")
-    from metamer.benchmarks import fuzz
-
-    return fuzz
+    return importlib.import_module("fuzz")
 
 
 @pytest.fixture(scope="module")

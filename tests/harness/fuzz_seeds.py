@@ -11,14 +11,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-
-from ..materials.formats.rgl_writer import write_tensors
-from ..materials.measured.merl import SHAPE
-from ..spectral.formats.csv_writer import write_csv
-from ..spectral.formats.cxf_writer import write_cxf
-from ..spectral.formats.exr import write_exr
-from ..spectral.formats.reading import SpectralEntry, StatedColour
-from ..spectral.spectrum import Spectrum
+from metamer.materials.formats.rgl_writer import write_tensors
+from metamer.materials.measured.merl import SHAPE
+from metamer.spectral.formats.csv_writer import write_csv
+from metamer.spectral.formats.cxf_writer import write_cxf
+from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.reading import SpectralEntry, StatedColour
+from metamer.spectral.spectrum import Spectrum
 
 NM = np.arange(400.0, 701.0, 20.0)
 CHART = """CGATS.17

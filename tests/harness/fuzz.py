@@ -1,6 +1,6 @@
 """Damaged files, thousands for every reader: each is read, or refused by an `InputError`; nothing else may happen.
 
-    python -m metamer.benchmarks.fuzz [READER ...] [--count 10000] [--seed 1] [--data DIR] [--keep DIR] [--json F]
+    python tests/harness/fuzz.py [READER ...] [--count 10000] [--seed 1] [--data DIR] [--keep DIR] [--json F]
 
 Readers are those of both lists of formats. The files that are damaged are small ones written here (`fuzz_seeds`) and,
 with `--data`, those of a folder that the reader recognises. A reader works in a process of its own, with a limit on
@@ -11,8 +11,6 @@ are read in a process each, some seconds a hundred; a scattered BRDF that is sti
 
 from __future__ import annotations
 
-import argparse
-import json
 import multiprocessing
 import os
 import random
@@ -30,11 +28,12 @@ from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from ..materials.formats import registry
-from ..materials.source import Rejected
-from ..spectral.errors import InputError
-from ..spectral.formats import reading
-from .fuzz_seeds import seeds
+from fuzz_seeds import seeds
+from metamer.benchmarks.measuring import command, write_json
+from metamer.materials.formats import registry
+from metamer.materials.source import Rejected
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats import reading
 
 SECONDS_A_FILE = 10.0
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
@@ -289,13 +288,12 @@ def files_of(reader: str, data: Path | None) -> dict[str, bytes]:
 
 def main(words: list[str] | None = None) -> int:
     """Damage, read, tell; 1 where a reader failed."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser = command(__doc__)
     parser.add_argument("readers", nargs="*", choices=[*readers(), []], metavar="READER")
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--keep", type=Path)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
     rows = []
     for reader in args.readers or readers():
@@ -306,8 +304,7 @@ def main(words: list[str] | None = None) -> int:
         print(f"{reader:16} {row['files']} files in {times}: {said}", flush=True)
         for key, failure in row["failures"].items():
             print(f"    {failure['count']} x {key} (file {failure['number']})", flush=True)
-    if args.json:
-        args.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    write_json(args.json, rows)
     return int(any(row["failures"] for row in rows))
 
 

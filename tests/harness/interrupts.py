@@ -1,6 +1,6 @@
 """Do `review`, `fit` and `import` end as they should, at whatever moment a signal comes?
 
-    python -m metamer.benchmarks.interrupts [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
+    python tests/harness/interrupts.py [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
 
 Each run is hit once, at a random moment between its start and the end of an undisturbed one: by SIGINT to all of its
 processes, as a terminal sends it, by SIGTERM to the command alone, as `kill` does, or by SIGKILL. After SIGINT and
@@ -14,7 +14,6 @@ are signals that come when all is done (`late`). Linux only: looks into /proc.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import os
@@ -32,10 +31,12 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..materials.catalogue import Catalogue
-from ..spectral.files import half_written
-from .importing import command as import_command
-from .importing import contents, generated
+from kills import contents
+from metamer.benchmarks.importing import command as import_command
+from metamer.benchmarks.importing import generated
+from metamer.benchmarks.measuring import command, write_json
+from metamer.materials.catalogue import Catalogue
+from metamer.spectral.files import half_written
 
 LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.
@@ -326,7 +327,7 @@ def not_deaf() -> None:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store; 1 where any run ended otherwise than it should."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser = command(__doc__)
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--kills", type=int, default=5)
     parser.add_argument("--commands", default=",".join(COMMANDS))
@@ -334,14 +335,12 @@ def main(words: list[str] | None = None) -> int:
         "--first", type=float, default=math.inf, metavar="S", help="moments in the first S seconds only"
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args(words)
     not_deaf()
     with tempfile.TemporaryDirectory() as private:
         commands = tuple(args.commands.split(","))
         hits = measured(Path(private), commands, args.count, args.kills, args.seed, _say, args.first)
-    if args.json:
-        args.json.write_text(json.dumps([asdict(one) for one in hits], indent=1) + "\n", encoding="utf-8")
+    write_json(args.json, [asdict(one) for one in hits])
     return int(any(one.verdict not in ("right", *UNHEARD) for one in hits))
 
 

@@ -1,0 +1,43 @@
+"""What the benchmarks share: seconds and bytes of a call, the words of a command, and its figures as a file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+Found = TypeVar("Found")
+
+
+def timed(call: Callable[[], Found]) -> tuple[Found, float]:
+    """What a call gives, and its seconds."""
+    start = time.perf_counter()
+    found = call()
+    return found, time.perf_counter() - start
+
+
+def most_bytes(call: Callable[[], object]) -> int:
+    """The most bytes that Python allocated at one time during a call, which this makes slower."""
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def command(text: str | None) -> argparse.ArgumentParser:
+    """The words of a benchmark that is run by its module, whose `text` is the help; with `--json`."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    return parser
+
+
+def write_json(path: Path | None, figures: object) -> None:
+    """Write figures to a file, if one was asked for."""
+    if path is not None:
+        path.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
