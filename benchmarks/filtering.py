@@ -15,7 +15,7 @@ from ..lighting.lights import DirectionalLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Part, Scene
 from ..materials.analytic import AshikhminShirley
-from ..materials.factors import FactoredBrdf
+from ..materials.factored.pack import FactoredBrdf
 from ..materials.fitting.fit import fit
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer

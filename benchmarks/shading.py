@@ -14,7 +14,7 @@ from ..lighting.camera import Camera
 from ..lighting.lights import DirectionalLight
 from ..lighting.scene import Part, Scene
 from ..materials.axes import Axis
-from ..materials.factors import FactorPack
+from ..materials.factored.pack import FactorPack
 from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer

@@ -16,7 +16,7 @@ from ..spectral.folding import Folding
 from ..spectral.palette import DonaldsonPalette
 from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
-from .factors import FactoredBrdf, FactorPack
+from .factored.pack import FactoredBrdf, FactorPack
 from .fast import Fast
 from .points import Points
 

@@ -109,7 +109,7 @@ def write_matt():
     """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
     import numpy as np
     from metamer.materials.axes import Axis
-    from metamer.materials.factors import FactoredBrdf, FactorPack
+    from metamer.materials.factored.pack import FactoredBrdf, FactorPack
     from metamer.materials.protocol import sphere_protocol
     from metamer.materials.records.material import MaterialRecord, Provenance
     from metamer.materials.records.record import MARKER, write_record

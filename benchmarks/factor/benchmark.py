@@ -14,7 +14,7 @@ from typing import Any
 
 from ...materials.brdf import Brdf
 from ...materials.dbrdf import fit_distribution
-from ...materials.factors import FactorPack
+from ...materials.factored.pack import FactorPack
 from ...materials.fitting.fit import Fit, Trial, fit
 from ...materials.fluorescent import FluorescentLambert
 from ...materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol

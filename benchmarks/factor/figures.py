@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from ...calibration import plots
 from ...materials.brdf import Brdf
 from ...materials.directions import spherical
-from ...materials.factors import FactoredBrdf, FactorPack
+from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...materials.fluorescent import FluorescentLambert
 from ...materials.protocol import SphereProtocol
 from ...spectral.difference import delta_e_xyz

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.factors import FactorPack
+from ...materials.factored.pack import FactorPack
 from ...materials.fluorescent import FluorescentLambert
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral

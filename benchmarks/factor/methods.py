@@ -15,7 +15,7 @@ import numpy as np
 
 from ...materials.axes import Axis, Frame
 from ...materials.brdf import Brdf
-from ...materials.factors import FactoredBrdf, FactorPack
+from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...materials.fitting.cp import absorbed
 from ...materials.fitting.decompose import METHODS, PACK, decompose_compressed
 from ...materials.fitting.grids import filled

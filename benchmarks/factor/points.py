@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from ...materials.axes import Frame
 from ...materials.brdf import Brdf
-from ...materials.factors import FactorPack
+from ...materials.factored.pack import FactorPack
 from ...materials.fitting.fit import Fit, fit
 from ...materials.fitting.half import rounded_to_half
 from ...materials.protocol import SphereProtocol, sphere_protocol

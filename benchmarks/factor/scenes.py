@@ -14,7 +14,7 @@ from ...lighting.lights import DirectionalLight
 from ...lighting.reference import reference_images
 from ...lighting.scene import Part, Scene
 from ...materials.brdf import Brdf
-from ...materials.factors import FactoredBrdf, FactorPack
+from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...materials.protocol import LIGHT_ANGLES_DEG
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.factors import FactorPack
+from ...materials.factored.pack import FactorPack
 from ...materials.fit_error import FitError
 from ...materials.protocol import SphereProtocol
 

@@ -12,7 +12,7 @@ from ...lighting import shapes
 from ...lighting.camera import Camera
 from ...lighting.lights import DirectionalLight
 from ...lighting.scene import Part, Scene
-from ...materials.factors import FactoredBrdf, FactorPack
+from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...viewer.renderer import Renderer

@@ -10,7 +10,7 @@ import numpy as np
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..axes import Axis
-from ..factors import FactoredBrdf, FactorPack
+from ..factored.pack import FactoredBrdf, FactorPack
 from .model import AnalyticBrdf
 
 # Last nodes of theta_h, theta_d and phi_d.

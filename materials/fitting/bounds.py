@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 from ..axes import Axis, Frame
 from ..brdf import Brdf
 from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from ..frame_angles import FrameAngles, frame_angles
 from .seen import working_spectra
 from .seen_pairs import everywhere_angles

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..axes import Axis, Frame
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .judging import Judgement
 from .lobe_table import Method
 

@@ -16,7 +16,7 @@ import numpy as np
 from ...spectral.errors import InputError, UnknownNameError
 from ..axes import Axis, Frame
 from ..brdf import Brdf, Lobe
-from ..factors import FactoredBrdf
+from ..factored.pack import FactoredBrdf
 from ..fit_error import FitError
 from .bounds import Bounds
 from .candidates import Candidate, FitSettings

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..axes import Axis, Frame
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .candidates import Candidate
 from .decompose import PACK
 from .grids import lobe_axes

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 
 #: ΔE94 that half precision may add to the 99th percentile.
 ALLOWED = 0.1

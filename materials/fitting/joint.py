@@ -16,7 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from ...spectral.palette import Palette
 from ..axes import Axis, Frame
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from ..frame_angles import frame_angles
 from .axis_samples import AxisSamples
 from .cp import Factors, balanced, extrapolated_sweeps

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ..brdf import Brdf, Lobe
-from ..factors import FactoredBrdf, FactorPack
+from ..factored.pack import FactoredBrdf, FactorPack
 from ..fit_error import FitError
 from ..highlight import highlight_protocol
 from ..protocol import BACK_LIGHT_ANGLES_DEG, LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol

@@ -16,7 +16,7 @@ from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..axes import Axis
 from ..brdf import Lobe
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .cp import CompressedTable, WeightedTable, absorbed, weighted_cp
 from .decompose import decompose_compressed
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots

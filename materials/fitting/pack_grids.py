@@ -8,7 +8,7 @@ import numpy as np
 
 from ...spectral.palette import Palette
 from ..axes import Axis, Frame
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .axis_samples import AxisSamples
 from .seen_pairs import FARTHEST_LIGHT
 

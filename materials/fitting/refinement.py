@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..brdf import Brdf
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .bounds import Bounds, Violations
 from .candidates import Candidate, FitSettings
 from .joint import refined, refined_without_extrapolation

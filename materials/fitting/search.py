@@ -13,7 +13,7 @@ import numpy as np
 
 from ..axes import Frame
 from ..brdf import Brdf, Lobe
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .candidates import Candidate, FitSettings
 from .growing import Growth
 from .judging import Judge

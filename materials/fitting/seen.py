@@ -16,7 +16,7 @@ from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..brdf import Brdf
 from ..directions import half_difference
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from ..highlight import highlight_width
 from ..protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
 from .seen_pairs import BEHIND, seen_pairs

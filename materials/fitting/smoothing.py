@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 
 
 def smoothed_pack(pack: FactorPack) -> FactorPack:

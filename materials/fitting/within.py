@@ -13,7 +13,7 @@ from jaxtyping import Float
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from ..factors import FactorPack
+from ..factored.pack import FactorPack
 from .bounds import Bounds, Violations
 from .joint import JointProblem
 from .seen import SeenSamples

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..factors import FactoredBrdf
+from ..factored.pack import FactoredBrdf
 from ..fast import Fast
 
 FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf,)}

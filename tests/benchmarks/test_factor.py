@@ -15,7 +15,7 @@ from metamer.benchmarks.factor import points as configurations
 from metamer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
 from metamer.benchmarks.factor.measured import measured_cases
 from metamer.benchmarks.factor.timing import Stopwatch
-from metamer.materials.factors import FactoredBrdf
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.cli import catalogue as command
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import ImportInterrupted, ImportReport

@@ -8,7 +8,7 @@ import pytest
 from metamer.cli import catalogue_import
 from metamer.cli.words import parser
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
 from metamer.materials.intake.importing import DEFAULT_BUDGET

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import delta_e_xyz

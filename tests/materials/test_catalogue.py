@@ -9,7 +9,7 @@ import pytest
 from metamer.materials.analytic import MODELS
 from metamer.materials.axes import Axis
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fit_error import FitError
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, read_record, write_record

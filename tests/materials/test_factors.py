@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.axes import AXIS_NAMES, Axis
 from metamer.materials.directions import half_difference, io_angles, spherical
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.frame_angles import frame_angles
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError

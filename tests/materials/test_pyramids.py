@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from metamer.materials.axes import Axis
+from metamer.materials.factored.pyramids import MOST_LEVELS, axis_levels, filtered_values, level_of, pyramid, width_of
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.frame_angles import frame_angles
 from metamer.materials.points import Points
-from metamer.materials.pyramids import MOST_LEVELS, axis_levels, filtered_values, level_of, pyramid, width_of
 
 TURN = 2 * np.pi
 AXES = [

@@ -6,7 +6,7 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.scene import Part, Scene
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

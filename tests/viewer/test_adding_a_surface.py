@@ -14,7 +14,7 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.plan import plan_scene
 from metamer.lighting.reference import reference_images
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.factors import FactoredBrdf
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.protocol import measured
 from metamer.materials.records import models, record
 from metamer.materials.records.material import MaterialRecord, Provenance

@@ -8,7 +8,7 @@ from metamer.benchmarks import filtering as benchmark
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError

@@ -7,7 +7,7 @@ import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_image, reference_images
-from metamer.materials.factors import FactoredBrdf
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant

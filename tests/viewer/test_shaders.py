@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 from metamer.benchmarks import shading
-from metamer.materials import factor_texels
-from metamer.materials.pyramids import MOST_LEVELS
+from metamer.materials.factored import texels
+from metamer.materials.factored.pyramids import MOST_LEVELS
 from metamer.viewer import passes, shaders
 
-FACTORS = Path(factor_texels.__file__).with_name("factors.glsl")
+FACTORS = Path(texels.__file__).with_name("factors.glsl")
 PROGRAMS = (
     *((*row, None) for row in passes.PROGRAMS),
     *((*row, FACTORS) for row in shading.PROGRAMS),

@@ -10,7 +10,7 @@ from metamer.lighting.geometry import visible_geometry
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.reference import reference_image
-from metamer.materials.factors import FactoredBrdf
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.viewer import resources
 from metamer.viewer.geometry import scene_geometry
 from metamer.viewer.headless import GLRenderer

@@ -1,5 +1,5 @@
 // One light at every sample: the angles that materials are looked up at, and the irradiance that arrives. Kept for all
-// materials and all spectra; twin of software._reached and materials.factors.frame_angles. Where factors are mip-mapped,
+// materials and all spectra; twin of software._reached and materials.factored.pack.frame_angles. Where factors are mip-mapped,
 // what the sample spans of each angle too.
 
 #include "angles.glsl"

@@ -5,7 +5,7 @@ import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.axes import Axis
 from metamer.materials.directions import io_from_half_difference, spherical
-from metamer.materials.factors import FactorPack
+from metamer.materials.factored.pack import FactorPack
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.seen import seen_samples

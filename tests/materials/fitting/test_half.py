@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, OrenNayar
 from metamer.materials.directions import spherical
-from metamer.materials.factors import FactoredBrdf
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.half import half_storage, rounded_to_half
 from metamer.materials.protocol import sphere_protocol

@@ -2,7 +2,7 @@
 
 import numpy as np
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactorPack
+from metamer.materials.factored.pack import FactorPack
 from metamer.materials.fitting.smoothing import smoothed, smoothed_pack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.palette import Palette

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
 from metamer.spectral.palette import Palette

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.axes import Axis
 from metamer.materials.directions import TAU, spherical
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.formats.rgl import MAGIC, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
 from metamer.materials.intake.sources import read_sources

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 from metamer.materials.axes import Axis
-from metamer.materials.factors import FactoredBrdf, FactorPack
+from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fit_error import FitError
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.fitting.half import rounded_to_half

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.errors import InputError
-from .axes import Axis, Frame
-from .fast import TermShader
+from ...spectral.errors import InputError
+from ..axes import Axis, Frame
+from ..fast import TermShader
 from .pyramids import MOST_LEVELS, axis_levels, pyramid
 
 _FILE = Path(__file__).with_name("factors.glsl")

@@ -14,18 +14,18 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.basis import SpectralBasis
-from ..spectral.errors import InputError
-from ..spectral.palette import Palette
-from .axes import AXIS_NAMES, Axis, Frame
-from .brdf import Brdf
-from .factor_texels import factor_shader, halved
-from .fast import Fast, Summand, TermShader, check_summands
-from .fit_error import FitError
-from .frame_angles import Direction, FrameAngles, frame_angles
-from .points import Points
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ..axes import AXIS_NAMES, Axis, Frame
+from ..brdf import Brdf
+from ..fast import Fast, Summand, TermShader, check_summands
+from ..fit_error import FitError
+from ..frame_angles import Direction, FrameAngles, frame_angles
+from ..points import Points
+from ..terms import Terms
 from .pyramids import filtered_values
-from .terms import Terms
+from .texels import factor_shader, halved
 
 # Samples multiplied at once: their rows of factors stay in the second-level cache.
 _BLOCK = 4096

@@ -1,5 +1,5 @@
-// Terms of a factor pack, twin of factors.py: one texel holds four terms at one node of one axis. Interpolated by hand, because texture units
-// filter with 8 bits of fraction, which would show.
+// Terms of a factor pack, twin of pack.py: one texel holds four terms at one node of one axis. Interpolated by
+// hand, because texture units filter with 8 bits of fraction, which would show.
 
 uniform sampler2D factors;
 uniform vec4 axes[AXES];      // 1 / maximum, size - 1, first column, 0 linear, 1 square root, 2 periodic

@@ -1,0 +1,1 @@
+"""Factor packs: the fast form of uniform materials, in numpy and on the GPU."""
