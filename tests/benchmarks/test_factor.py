@@ -14,6 +14,7 @@ from metamer.benchmarks.factor import growth as decompositions
 from metamer.benchmarks.factor import points as configurations
 from metamer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
 from metamer.benchmarks.factor.measured import measured_cases
+from metamer.benchmarks.factor.sphere import folded_xyz, folds
 from metamer.benchmarks.factor.timing import Stopwatch
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
@@ -164,7 +165,7 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
 
     brdf = analytic_cases()[1].make()
     found = configurations.fit(brdf, budget=5.0, pixels=32, precision="single")
-    stored = replace(found, packs=tuple(map(rounded_to_half, found.fast.packs)))
+    stored = replace(found, fast=FactoredBrdf(tuple(map(rounded_to_half, found.fast.packs))))
     fitted = configurations.Fitted(stored, 1.0, lambda: found.fast.packs)
     points = configurations.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
     assert [point["configuration"] for point in points] == ["single", "half"]

@@ -8,6 +8,7 @@ from metamer.benchmarks.factor.figures import fluorescent_figures
 from metamer.benchmarks.factor.scenes import lit_pixels, picture_statistics, reference_xyz, rendered_xyz
 from metamer.benchmarks.fluorescence import made_up
 from metamer.materials.analytic import OrenNayar
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.protocol import sphere_protocol
@@ -42,7 +43,7 @@ def test_renderer_and_rays_agree_as_the_protocol_says():
         shown = rendered_xyz(renderer, packs, D65, 48)
     found = picture_statistics(reference_xyz(brdf, D65, 48)[0], shown[0], D65["D65"])
     protocol = sphere_protocol(96, True)
-    expected = protocol.compare(protocol.reference(brdf), protocol.sample(packs))
+    expected = protocol.compare(protocol.reference(brdf), protocol.sample(FactoredBrdf(packs)))
     assert found["mean"] == pytest.approx(expected.mean, rel=0.1)
     assert found["p95"] == pytest.approx(expected.p95, rel=0.1)
 

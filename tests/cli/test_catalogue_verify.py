@@ -48,7 +48,9 @@ def test_how_far_it_is_stands_on_standard_error(metamer, folder):
 def test_verify_finds_a_false_error_and_quick_does_not_look(metamer, folder):
     path = folder / "paint" / "dark.h5"
     record = read_record(path)
-    write_record(replace(record, error=replace(record.error, p99=record.error.p99 + 0.1)), path)
+    write_record(
+        replace(record, fast=replace(record.fast, error=replace(record.error, p99=record.error.p99 + 0.1))), path
+    )
     code, out, _ = metamer("catalogue", "verify", folder, "--jobs", 1)
     assert code == 4 and "dark.h5: error: the declared error does not hold" in out and "1 damaged" in out
     assert metamer("catalogue", "verify", folder, "--quick")[0] == 0

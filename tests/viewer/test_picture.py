@@ -6,6 +6,7 @@ from importlib.metadata import version
 import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
+from metamer.materials.factored.pack import FactoredBrdf
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError, UsageError
 from metamer.spectral.formats.exr import read_exr
@@ -66,7 +67,7 @@ def test_gl_renders_the_same_spectra(scenes, software, gl):
 
 def test_perfect_diffuser_under_equal_energy_is_one(scenes, software):
     scene = lit_by(scenes.sphere_scene("white", size=16, samples=1), "E")
-    packs = {"white": (scenes.lambert_pack(np.ones(81)),)}
+    packs = {"white": FactoredBrdf((scenes.lambert_pack(np.ones(81)),))}
     spectra = software.render_spectra(scene, None, packs, WORKING_WAVELENGTHS_NM)
     xyz, _ = software.render(scene, None, packs)
     brightest = np.unravel_index(np.argmax(xyz[..., 1]), xyz.shape[:2])
@@ -90,10 +91,12 @@ def test_a_line_between_wavelengths_is_shared_out_between_its_neighbours(scenes,
     scene = scenes.sphere_scene("matt", size=16, samples=1)
     line = Spectrum.sampled([531.9, 532.0, 532.1], [0.0, 1.0, 0.0], "emission")
     laser = scene.with_illuminant(line, "laser")
-    spectra = software.render_spectra(laser, None, {"matt": (scenes.lambert_pack(np.full(81, 0.5)),)}, NM)[8, 8]
+    spectra = software.render_spectra(
+        laser, None, {"matt": FactoredBrdf((scenes.lambert_pack(np.full(81, 0.5)),))}, NM
+    )[8, 8]
     assert spectra[NM == 530] / spectra[NM == 535] == pytest.approx(1.5, rel=1e-3)
     assert np.count_nonzero(spectra) == 2
-    xyz, _ = software.render(laser, None, {"matt": (scenes.lambert_pack(np.full(81, 0.5)),)})
+    xyz, _ = software.render(laser, None, {"matt": FactoredBrdf((scenes.lambert_pack(np.full(81, 0.5)),))})
     np.testing.assert_allclose(radiance_weights(scene.observer, NM) @ spectra, xyz[8, 8], rtol=0.02)
 
 
@@ -142,7 +145,7 @@ def test_spectral_file_reads_back(tiny, software, tmp_path):
     notes = render_spectral(scene, catalogue, tmp_path / "ball.exr", None, software)
     assert notes == ()
     read = read_spectral_exr(tmp_path / "ball.exr")
-    packs = {"tiny/satin-green": catalogue.load("tiny/satin-green").packs}
+    packs = {"tiny/satin-green": catalogue.load("tiny/satin-green").drawn()}
     values = software.render_spectra(scene, None, packs, WORKING_WAVELENGTHS_NM)
     np.testing.assert_array_equal(read.spectrum.wavelengths_nm, WORKING_WAVELENGTHS_NM)
     np.testing.assert_array_equal(read.spectrum.samples, values)
@@ -153,7 +156,7 @@ def test_preview_in_the_spectral_file_is_as_bright_as_the_picture(tiny, software
     scene, catalogue = tiny
     render_spectral(scene, catalogue, tmp_path / "ball.exr", None, software)
     _, channels = read_exr(tmp_path / "ball.exr")
-    xyz, _ = software.render(scene, None, {"tiny/satin-green": catalogue.load("tiny/satin-green").packs})
+    xyz, _ = software.render(scene, None, {"tiny/satin-green": catalogue.load("tiny/satin-green").drawn()})
     luminance = 0.2126 * channels["R"] + 0.7152 * channels["G"] + 0.0722 * channels["B"]
     np.testing.assert_allclose(luminance, xyz[..., 1], atol=2e-3)
 

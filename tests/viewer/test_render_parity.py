@@ -89,7 +89,7 @@ def test_numpy_agrees_with_rays(scenes, brdfs, software, name):
 
 def test_a_lambert_sphere_is_the_cosine(scenes, hardware, software):
     scene = scenes.sphere_scene("white", size=48, samples=1)
-    white = {"white": (scenes.lambert_pack(np.ones(scenes.BASIS.size)),)}
+    white = {"white": FactoredBrdf((scenes.lambert_pack(np.ones(scenes.BASIS.size)),))}
     light = scene.lights[0]
     origins, _ = scene.camera().rays()
     across = np.sum(origins[..., :2] ** 2, axis=-1)

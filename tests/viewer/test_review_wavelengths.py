@@ -15,6 +15,7 @@ from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.folding import Folding
 from metamer.spectral.formats.answer import Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.spectrum import Spectrum
@@ -87,6 +88,6 @@ def test_a_review_sees_every_nanometre_that_was_measured(scenes, tmp_path):
         spectrum = record.spectrum()
         white = eye.white(illuminant(light))
         truth = eye.weights(illuminant(light), spectrum.wavelengths_nm) @ spectrum.samples
-        shown = np.pi * record.packs[0].fold(illuminant(light), eye)[0]
+        shown = np.pi * record.summands[0].palette.folded(Folding(eye, [illuminant(light)]))[0, 0]
         assert figure == pytest.approx(delta_e_xyz(truth, shown, white), rel=0.3, abs=0.02), (material_id, light)
     assert found["dyes/noisy", "D65"] < 0.03 and found["dyes/edge", "FL11"] > 0.1

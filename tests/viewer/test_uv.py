@@ -10,7 +10,6 @@ from metamer.lighting.geometry import visible_geometry
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.reference import reference_image
-from metamer.materials.factored.pack import FactoredBrdf
 from metamer.viewer import resources
 from metamer.viewer.geometry import scene_geometry
 from metamer.viewer.headless import GLRenderer
@@ -137,7 +136,7 @@ def test_nothing_of_uv_is_worked_out_unasked(scenes, gl, monkeypatch):
     monkeypatch.setattr("metamer.viewer.surfaces.uv_at", lambda *_: pytest.fail("not asked for"))
     scene = scenes.cloth_scene(size=16)
     for renderer in (GLRenderer(gl), SoftwareRenderer()):
-        renderer.render(scene, None, scenes.PACKS)
+        renderer.render(scene, None, scenes.SURFACES)
         assert "uv" not in renderer._geometry.__dict__
         renderer.close()
     assert samples_of(scene, with_uv=False)[-1].uv is None
@@ -160,9 +159,9 @@ def test_the_mirror_image_of_a_scene_is_the_mirrored_picture(scenes, gl, above):
         [DirectionalLight(light.direction_to_light * mirror, light.spectrum, light.illuminance_lux)],
         replace(camera, position=camera.position * mirror),
     )
-    brdfs = {"woven": FactoredBrdf(scenes.PACKS["woven"])}
+    brdfs = {"woven": scenes.SURFACES["woven"]}
     hardware = GLRenderer(gl)
-    renderers = [lambda one, r=r: r.render(one, None, scenes.PACKS)[0] for r in (hardware, SoftwareRenderer())]
+    renderers = [lambda one, r=r: r.render(one, None, scenes.SURFACES)[0] for r in (hardware, SoftwareRenderer())]
     for draw in (*renderers, lambda one: reference_image(one, None, brdfs)[0]):
         picture, other = draw(scene), draw(mirrored)
         off = np.abs(other[:, ::-1] - picture)
@@ -173,9 +172,9 @@ def test_the_mirror_image_of_a_scene_is_the_mirrored_picture(scenes, gl, above):
 
 def test_numpy_gl_and_rays_agree_on_mirrored_uv_under_an_anisotropic_material(scenes, gl):
     scene = scenes.scene_of([(islands(), "woven")], [scenes.sun()], front(samples=3))
-    reference, _ = reference_image(scene, None, {"woven": FactoredBrdf(scenes.PACKS["woven"])})
+    reference, _ = reference_image(scene, None, {"woven": scenes.SURFACES["woven"]})
     hardware = GLRenderer(gl)
-    mine, theirs = (r.render(scene, None, scenes.PACKS)[0] for r in (SoftwareRenderer(), hardware))
+    mine, theirs = (r.render(scene, None, scenes.SURFACES)[0] for r in (SoftwareRenderer(), hardware))
     hardware.close()
     np.testing.assert_allclose(theirs, mine, atol=2e-5)
     assert np.percentile(np.abs(mine - reference), 99) < 2e-3

@@ -29,7 +29,7 @@ def test_an_exact_rank_is_found(rank, method):
     tensor = a_tensor(rank)
     found = decompose(tensor, rank, method=method)
     assert found.relative_error < 1e-4
-    assert (found.rank, found.fast.packs) == (rank, 1)
+    assert (found.rank, found.packs) == (rank, 1)
 
 
 @pytest.mark.parametrize("method", METHODS)

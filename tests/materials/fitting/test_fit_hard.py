@@ -96,11 +96,11 @@ def test_packs_come_as_they_are_stored_and_are_measured_as_such():
     brdf = AshikhminShirley(RED, GREY, 20.0, 20.0)
     half, single = (fit(brdf, pixels=PIXELS, precision=precision) for precision in ("auto", "single"))
     assert half.storage.half and "half precision adds" in half.storage.reason
-    assert {pack.precision for pack in half.packs} == {"half"}
-    for pack in half.packs:
+    assert {pack.precision for pack in half.fast.packs} == {"half"}
+    for pack in half.fast.packs:
         for factor in pack.factors:
             np.testing.assert_array_equal(factor.astype(np.float16), factor)
-    assert {pack.precision for pack in single.packs} == {"single"}
+    assert {pack.precision for pack in single.fast.packs} == {"single"}
     assert single.error != half.error
     assert half.error.p99 == pytest.approx(single.error.p99, abs=0.1)
     assert half.stored_bytes < 0.75 * single.stored_bytes

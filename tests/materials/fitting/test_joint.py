@@ -1,6 +1,5 @@
 """Joint refinement: the objective never rises, nothing drifts, seams stay closed, and it is deterministic."""
 
-import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -87,7 +86,7 @@ def test_the_objective_is_the_squared_delta_e_of_small_errors_under_every_light(
 
 
 def test_guards_bring_packs_back_between_their_limits_and_cost_nothing_there(samples, packs):
-    bright = tuple(dataclasses.replace(pack, spectral=-pack.palette.values[0]) for pack in packs)
+    bright = tuple(pack.recoloured(-pack.palette.values[0]) for pack in packs)
     limits = np.stack([np.full(L, -0.01), np.full(L, 50.0)])
     wi, wo = samples.wi[::40], samples.wo[::40]
     cost = samples.cost(packs)
