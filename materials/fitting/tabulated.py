@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,7 +12,6 @@ from ...spectral.errors import InputError
 from ..axes import AXIS_NAMES, Axis, Frame
 from ..brdf import Brdf
 from ..directions import io_from_half_difference, spherical
-from ..frame_angles import frame_angles
 
 # The horizon itself has no f_r (it is zero there by definition), so that a node on it is evaluated just above.
 HORIZON_MARGIN = 1e-4
@@ -102,44 +100,3 @@ def tabulate(
         values *= wi[:, 2:]
     labels = brdf.wavelengths_nm if spectra is None else np.arange(float(depth))
     return Table(frame, axes, labels, values.reshape(*shape, depth), reached.reshape(shape))
-
-
-@dataclass(frozen=True, eq=False)
-class TabulatedBrdf(Brdf):
-    """A table as a BRDF: multilinear between nodes; corners that no real pair of directions reaches take no part."""
-
-    table: Table
-
-    @property
-    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The table's own."""
-        return self.table.wavelengths_nm
-
-    @property
-    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether the grid has no azimuth about the normal."""
-        return len(self.table.axes) == 3
-
-    def eval(
-        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
-    ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr."""
-        at = frame_angles(self.table.frame, wi, wo, not self.isotropic)
-        positions = [axis.position(at.angles[axis.name]) for axis in self.table.axes]
-        below = [
-            np.minimum(p.astype(np.intp), axis.size - 2) for p, axis in zip(positions, self.table.axes, strict=True)
-        ]
-        total, weight = np.zeros((len(at.scale), len(self.wavelengths_nm))), np.zeros(len(at.scale))
-        for corner in product((0, 1), repeat=len(below)):
-            index = tuple(b + c for b, c in zip(below, corner, strict=True))
-            share = np.prod(
-                [p - b if c else 1.0 - (p - b) for p, b, c in zip(positions, below, corner, strict=True)], axis=0
-            )
-            share = share * self.table.reached[index]
-            total += share[:, None] * self.table.values[index]
-            weight += share
-        lit = at.scale > 0
-        # Frame io holds the cosine, and its scale is 1: divide it out. A pair whose corners are all out of reach is 0.
-        cosine = np.cos(at.angles["theta_i"]) if self.table.frame == "io" else 1.0
-        divisor = np.where(lit & (weight > 0), weight * cosine, np.inf)
-        return (total / divisor[:, None]).reshape(*at.batch, -1)

@@ -1,13 +1,17 @@
 """Tables of BRDFs and their look-up."""
 
 import dataclasses
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.axes import Axis
+from metamer.materials.brdf import Brdf
 from metamer.materials.directions import io_from_half_difference, spherical
-from metamer.materials.fitting.tabulated import Table, TabulatedBrdf, node_directions, tabulate
+from metamer.materials.fitting.tabulated import Table, node_directions, tabulate
+from metamer.materials.frame_angles import frame_angles
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
@@ -17,6 +21,45 @@ RED = Spectrum.sampled(WAVELENGTHS_NM, [0.1, 0.2, 0.7])
 GREY = Spectrum.sampled(WAVELENGTHS_NM, [0.05, 0.05, 0.05])
 IO = (Axis("theta_i", 40, RIGHT), Axis("theta_o", 40, RIGHT), Axis("phi", 25, np.pi))
 HD = (Axis("theta_h", 60, RIGHT, "sqrt"), Axis("theta_d", 40, RIGHT), Axis("phi_d", 25, np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedBrdf(Brdf):
+    """A table as a BRDF: multilinear between nodes; corners that no real pair of directions reaches take no part."""
+
+    table: Table
+
+    @property
+    def wavelengths_nm(self) -> np.ndarray:
+        """The table's own."""
+        return self.table.wavelengths_nm
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the grid has no azimuth about the normal."""
+        return len(self.table.axes) == 3
+
+    def eval(self, wi, wo):
+        """f_r in 1/sr."""
+        at = frame_angles(self.table.frame, wi, wo, not self.isotropic)
+        positions = [axis.position(at.angles[axis.name]) for axis in self.table.axes]
+        below = [
+            np.minimum(p.astype(np.intp), axis.size - 2) for p, axis in zip(positions, self.table.axes, strict=True)
+        ]
+        total, weight = np.zeros((len(at.scale), len(self.wavelengths_nm))), np.zeros(len(at.scale))
+        for corner in product((0, 1), repeat=len(below)):
+            index = tuple(b + c for b, c in zip(below, corner, strict=True))
+            share = np.prod(
+                [p - b if c else 1.0 - (p - b) for p, b, c in zip(positions, below, corner, strict=True)], axis=0
+            )
+            share = share * self.table.reached[index]
+            total += share[:, None] * self.table.values[index]
+            weight += share
+        lit = at.scale > 0
+        # Frame io holds the cosine, and its scale is 1: divide it out. A pair whose corners are all out of reach is 0.
+        cosine = np.cos(at.angles["theta_i"]) if self.table.frame == "io" else 1.0
+        divisor = np.where(lit & (weight > 0), weight * cosine, np.inf)
+        return (total / divisor[:, None]).reshape(*at.batch, -1)
 
 
 def pairs(count: int = 500, steepest: float = 75.0) -> tuple[np.ndarray, np.ndarray]:
