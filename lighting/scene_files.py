@@ -131,6 +131,9 @@ def _parts(
     place = {key: got[key] for key in ("scale", "rotate_deg", "translate") if key in got}
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
+    if "uv" in options:
+        # So that a texture can be put on it.
+        settings.setdefault("uv", True)
     with placed(path, where):
         if shape == "patches":
             ids = got.get("materials") or [default]

@@ -208,7 +208,7 @@ def _exr(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
     (record,) = records
     attributes = {f"metamer_{name.replace(' ', '_')}": text for name, text in provenance_tags(record).items()}
-    if "texture.values" in record.original:
+    if "texture.quantity" in record.original:
         return _texture(path, record, attributes)
     with _of(record):
         if record.quantity == "bispectral":
@@ -238,7 +238,8 @@ def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> 
     from ..spectral.formats.spectral_exr import write_spectral_texture
 
     kept = record.original
-    values, grid = np.asarray(kept["texture.values"]), np.asarray(kept["texture.wavelengths_nm"], dtype=np.float64)
+    values = np.asarray(kept["texture.values"] if "texture.values" in kept else record.parameters["texture"])
+    grid = np.asarray(kept["texture.wavelengths_nm"], dtype=np.float64)
     units = str(kept.get("exr.emissiveUnits", "not stated"))
     write_spectral_texture(path, values, grid, kept["texture.quantity"] == "emission", units, attributes)
     return ("the whole texture",)

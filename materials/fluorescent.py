@@ -45,7 +45,7 @@ class FluorescentBrdf(Brdf):
         """How the emission is spread over directions, 1/sr, without the cosine; zero on or below the horizon."""
 
     @abc.abstractmethod
-    def own_form(self) -> Fast:
+    def own_form(self, budget: float = 0.5) -> Fast:
         """The fast form, emission included, which a fit of `eval` would lose."""
 
     def lobes(self) -> tuple[Lobe, ...]:
@@ -101,7 +101,7 @@ class FluorescentLambert(FluorescentBrdf):
         wi, wo = np.broadcast_arrays(wi, wo)
         return np.where((wi[..., 2] > 0) & (wo[..., 2] > 0), 1.0 / np.pi, 0.0)
 
-    def own_form(self) -> FactoredBrdf:
+    def own_form(self, budget: float = 0.5) -> FactoredBrdf:
         """Exact factors: one constant term, whose one spectrum folds with the full matrix."""
         axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
         factors = (np.full((2, 1), 1.0 / np.pi), np.ones((2, 1)), np.ones((2, 1)))

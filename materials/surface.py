@@ -29,9 +29,16 @@ class Surface(abc.ABC):
     bispectral: Bispectral | None = None
     uses_uv: ClassVar[bool] = False
 
-    def own_form(self) -> Surface | None:
-        """The fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted."""
+    def own_form(self, budget: float = 0.5) -> Surface | None:
+        """The fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted.
+
+        budget : ΔE94 that the 99th percentile should not exceed, for those that are not exact.
+        """
         return None
+
+    def average(self) -> Surface:
+        """What it is from afar: a surface that is alike everywhere."""
+        return self
 
     @abc.abstractmethod
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:

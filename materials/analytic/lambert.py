@@ -50,7 +50,7 @@ class Lambert(AnalyticBrdf):
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return np.broadcast_to(self._value, (len(wi), len(self._value)))
 
-    def own_form(self) -> FactoredBrdf:
+    def own_form(self, budget: float = 0.5) -> FactoredBrdf:
         """One constant term, exact in every direction; its spectrum is on the working wavelengths, projected there."""
         axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
         shown = self.reflectance.projected(WORKING_WAVELENGTHS_NM).samples[None] / np.pi

@@ -1,8 +1,8 @@
 """Spectral OpenEXR pictures of many different pixels (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021): textures.
 
 Channels `T.550,0nm` hold reflectance, `S0.550,0nm` emission, `S1` to `S3` its polarisation; lengths may be in any unit
-of metres, or frequencies in hertz. The texture is kept as it came; its mean is what is rendered. A picture of few
-colours is a chart, and gives a spectrum each (`spectra`).
+of metres, or frequencies in hertz. Reflectances are a matt surface with a spectrum at every texel, as it came. A
+picture of few colours is a chart, and gives a spectrum each (`spectra`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_pictu
 from ...spectral.formats.spectral_exr import LENGTH, MOST_COLOURS, wavelength_of
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import Quantity, Spectrum
-from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths, validated_wavelengths
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
 from .measured import placed, sha256_of
@@ -159,7 +159,8 @@ def _source(
     mean = texture.values.mean(axis=(0, 1), dtype=np.float64)
     grid = texture.wavelengths_nm
     model, parameters, said = _model(texture, mean, path)
-    sentences = [f"{width} x {height} texels, of which the mean is rendered; the texture is kept", *said]
+    shown = "each of which is rendered" if "texture" in parameters else "of which the mean is kept as a spectrum"
+    sentences = [f"{width} x {height} texels, {shown}", *said]
     if any(name.rpartition(".")[2] in ("R", "G", "B") for name in picture.channels):
         sentences.append("the RGB preview in the file is not kept")
     provenance = Provenance(
@@ -170,13 +171,14 @@ def _source(
     )
     original: dict[str, Any] = {
         "file": printable(path.name),
-        "quantity": model.replace("_", " ") if model != "lambert" else "reflectance",
+        "quantity": model.replace("_", " ") if not parameters else "reflectance",
         "wavelengths_nm": grid,
         "values": mean,
-        "texture.values": texture.values,
         "texture.wavelengths_nm": grid,
         "texture.quantity": "emission" if texture.kind == "S0" else "reflectance",
     }
+    if not parameters:
+        original["texture.values"] = texture.values
     for other in polarised:
         key = f"texture.{other.kind}"
         original |= {f"{key}.values": other.values, f"{key}.wavelengths_nm": other.wavelengths_nm}
@@ -187,7 +189,7 @@ def _source(
 
 
 def _model(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
-    """What the mean is: a diffuse surface, or where it exceeds 1 or shines, a spectrum without a surface."""
+    """A matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
     values, grid = texture.values, texture.wavelengths_nm
     notes = []
     negative = int((values < 0).sum())
@@ -208,10 +210,9 @@ def _model(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str,
         expected = f"two or more, some within {nm[0]:g} to {nm[-1]:g} nm"
         _refuse(path, "wavelengths", "no spectrum of visible light", found, expected)
     spectrum = Spectrum.sampled(grid, _checked(mean, "reflectance", path), "reflectance")
-    kept = spectrum.resampled(material_wavelengths([grid]))
     assumed = (spectrum.range_note(nm), finer_note(grid))
     notes += ["taken to be perfectly diffuse", *(note for note in assumed if note)]
-    return "lambert", {"wavelengths_nm": kept.wavelengths_nm, "reflectance": kept.samples}, notes
+    return "spectral_texture", {"wavelengths_nm": grid, "texture": values}, notes
 
 
 def _checked(mean: np.ndarray, quantity: Quantity, path: Path) -> np.ndarray:

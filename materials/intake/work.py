@@ -60,7 +60,7 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
         say(Doing("preparing"))
         read = material.heard(in_bytes("fitting", 0, say))
         original = rebuild(material.model, read.parameters)
-        own = original.own_form()
+        own = original.own_form(budget)
         if isinstance(own, Fast):
             return done(measured(own, original))
         if not isinstance(original, Brdf):

@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from ..factored.pack import FactoredBrdf
 from ..fast import Fast
+from ..svbrdf.texture_form import TextureForm
 
-FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf,)}
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm)}

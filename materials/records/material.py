@@ -119,16 +119,16 @@ class MaterialRecord:
         return rebuild(self.model, self.parameters)
 
     def brdf(self) -> Brdf:
-        """The original of a material that is alike everywhere.
+        """The original as one BRDF: of a texture, its average.
 
         Raises
         ------
-        InputError : as `surface`, and where it is a texture.
+        InputError : as `surface`, and where there is no such average.
         """
-        surface = self.surface()
-        if isinstance(surface, Brdf):
-            return surface
-        raise InputError("a texture, not one BRDF", field=self.id, found=self.model, expected="a uniform material")
+        average = self.surface().average()
+        if isinstance(average, Brdf):
+            return average
+        raise InputError("not one BRDF", field=self.id, found=self.model, expected="a material with an average")
 
     def spectrum(self) -> Spectrum | None:
         """The one spectrum that was measured, at its own wavelengths; None where the record keeps none, or several."""

@@ -47,6 +47,7 @@ MEASURED = {
     "scattered": Measured("measured.scattered", "ScatteredBrdf"),
     "merl": Measured("measured.merl", "MerlBrdf"),
     "rgl": Measured("measured.rgl", "RglBrdf"),
+    "spectral_texture": Measured("svbrdf.texture", "SpectralTexture"),
     "fluorescent_lambert": Measured("fluorescent", "FluorescentLambert", "bispectral"),
 }
 

@@ -27,7 +27,7 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
     """XYZ, Lab and their conditions, rounded to four decimals, for the head; None where there is nothing to look at."""
     light, eye = _conditions()
     if record.fast is not None:
-        xyz, geometry = xyz_at_45_0(record.fast, light, eye), "45a:0"
+        xyz, geometry = xyz_at_45_0(record.fast.average(), light, eye), "45a:0"
     else:
         spectrum = record.spectrum()
         if spectrum is None or spectrum.samples.ndim != 1:
@@ -52,7 +52,7 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
 def xyz_at_45_0(fast: Fast, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
     """XYZ of a fast form lit annularly at 45 degrees and seen along the normal; the perfect diffuser has Y = 1."""
     wi, wo = annular_45_0()
-    xyz = fast.shaded_xyz(Points(wi, wo, np.full((len(wi), 2), 0.5)), Folding(eye, [light]))
+    xyz = fast.shaded_xyz(Points(wi, wo), Folding(eye, [light]))
     return np.pi * xyz.mean(axis=0) / _COSINE
 
 

@@ -1,0 +1,1 @@
+"""Surfaces that vary from place to place: textures, original and fast form."""

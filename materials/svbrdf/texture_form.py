@@ -1,0 +1,204 @@
+"""The fast form of a spectral texture: a picture of coefficients, times a few spectra.
+
+Texels' reflectances R (n,L) are written in the basis in which their products with lights are as right as R numbers
+allow (`SpectralBasis.balanced`, after Peercy 1993): what differs from texel to texel is R numbers, and the spectra are
+shared by all. A sample under any light costs a look-up of R numbers and one fold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.difference import delta_e_xyz
+from ...spectral.errors import InputError
+from ...spectral.folding import Folding
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.palette import Palette
+from ..axes import Axis, Frame
+from ..factored.pack import FactoredBrdf, FactorPack
+from ..fast import Fast, Summand, TermShader
+from ..fit_error import FitError
+from ..points import Points
+from ..protocol import LIGHTS
+from ..terms import Terms
+from .texels import filtered, levels_of, look_up
+
+# Texels that the number of terms is judged on.
+_JUDGED = 8192
+# Share of the budget that a texel's colour may be off: directions cost nothing here, but half precision does.
+_SHARE = 0.2
+# Texels that are worked on at once.
+_BLOCK = 1 << 16
+# Along a side of a GL texture.
+_MOST = 16384
+# Last nodes of theta_h, theta_d and phi_d.
+_ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
+
+
+@dataclass(frozen=True, eq=False)
+class TexturePlanes(Summand):
+    """Coefficients of every texel: term r is plane r at the point, times the cosine.
+
+    planes : (H,W,R), in float16 where `precision` is "half". palette : one entry of R spectra, 1/sr.
+    """
+
+    uses_uv: ClassVar[bool] = True
+
+    planes: np.ndarray
+    palette: Palette
+    precision: Literal["single", "half"] = "single"
+    frame: Frame = "hd"
+
+    def __post_init__(self) -> None:
+        expected = (self.palette.entries, self.palette.rank)
+        if self.planes.ndim != 3 or not self.planes.size or (1, self.planes.shape[2]) != expected:
+            words = f"(H, W, {self.palette.rank}), one entry"
+            raise InputError("planes do not fit", field="planes", found=self.planes.shape, expected=words)
+
+    @cached_property
+    def levels(self) -> list[np.ndarray]:
+        """See `texels.levels_of`."""
+        return levels_of(self.planes)
+
+    def terms(self, points: Points) -> Terms:
+        """See `Summand.terms`; where points say what they span, each plane is its mean over that."""
+        assert points.uv is not None
+        if points.spans is None or points.footprint is None:
+            value = look_up(self.planes, points.uv)
+        else:
+            value = filtered(self.levels, points.uv, points.footprint)
+        return Terms(value * points.angles(self.frame).scale[:, None])
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """Planes four to a texel, one four beside the other, levels one below the other."""
+        levels = self.levels if filtered else [self.planes]
+        width, quads = self.planes.shape[1], -(-self.rank // 4)
+        heights = [len(level) for level in levels]
+        if width * quads > _MOST or sum(heights) > _MOST:
+            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {_MOST} each way"
+            raise InputError("a texture too large for the GPU", field="planes", found=found, expected=expected)
+        texels = np.zeros((sum(heights), quads, width, 4), dtype=self.planes.dtype if not filtered else np.float32)
+        sizes, top = [], 0
+        for level in levels:
+            height, across, _ = level.shape
+            padded = np.zeros((height, across, quads * 4))
+            padded[..., : self.rank] = level
+            texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
+            sizes.append((float(across), float(height), float(top)))
+            top += height
+        if texels.dtype == np.float64:
+            texels = texels.astype(np.float32)
+        return TermShader(
+            Path(__file__).with_name("texture.glsl"),
+            {"LEVELS": len(levels)},
+            {"planes": texels.reshape(sum(heights), quads * width, 4)},
+            {"levels": sizes if len(sizes) > 1 else sizes[0]},
+        )
+
+    @property
+    def key(self) -> tuple:
+        """Which array the planes are."""
+        return "texture", id(self.planes)
+
+    @property
+    def nbytes(self) -> int:
+        """Of planes and spectra."""
+        return self.planes.nbytes + self.palette.values.nbytes
+
+    @property
+    def grid(self) -> str:
+        """Texels across and down."""
+        return f"{self.planes.shape[1]} x {self.planes.shape[0]} texels"
+
+
+@dataclass(frozen=True, eq=False)
+class TextureForm(Fast):
+    """The fast form of a matt texture: exact in every direction, its texels' colours within a budget."""
+
+    NAME: ClassVar[str] = "texture"
+    isotropic = True
+
+    texture: TexturePlanes
+    error: FitError | None = None
+
+    @property
+    def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The texture alone."""
+        return (self.texture,)
+
+    def average(self) -> FactoredBrdf:
+        """One constant term a plane, of its mean."""
+        texture = self.texture
+        mean = texture.planes.mean(axis=(0, 1), dtype=np.float64)
+        axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
+        factors = (np.broadcast_to(mean, (2, len(mean))).copy(), *(np.ones((2, len(mean))) for _ in range(2)))
+        return FactoredBrdf((FactorPack("hd", axes, factors, texture.palette),), self.error)
+
+    def in_basis(self, basis: SpectralBasis) -> TextureForm:
+        """See `Fast.in_basis`; the planes are shared."""
+        return replace(self, texture=self.texture.in_basis(basis))
+
+    def stored(self) -> dict[str, Any]:
+        """`planes`, in 16 bits where those hold them, and the palette."""
+        texture = self.texture
+        return {"planes": texture.planes, "precision": texture.precision, "palette": texture.palette.stored()}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> TextureForm:
+        """See `Fast.from_stored`."""
+        palette = Palette.from_stored(kept["palette"])
+        return cls(TexturePlanes(np.asarray(kept["planes"]), palette, kept["precision"]), error)
+
+
+def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarray, budget: float = 0.5) -> TextureForm:
+    """The fast form of reflectances (H,W,L), its palette at their own wavelengths.
+
+    As few terms as keep ΔE94 under each of `protocol.LIGHTS` within a fifth of `budget` at the 99th percentile of the
+    texels judged, and within `budget` at all of them; with three terms a light nothing is left. Planes are in half
+    precision where that stays within the same.
+    """
+    texels = reflectance.reshape(-1, reflectance.shape[2])
+    judged = texels[:: max(1, len(texels) // _JUDGED)].astype(np.float64)
+    folding = Folding(observer("1931_2"), [illuminant(name) for name in LIGHTS])
+    weights = folding.weights(wavelengths_nm)
+    full = SpectralBasis.balanced(judged, weights, wavelengths_nm=wavelengths_nm)
+    truth, whites = judged @ weights, weights.sum(axis=0)
+
+    def within(coefficients: np.ndarray, basis: SpectralBasis) -> bool:
+        off = _differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
+        return bool(np.percentile(off, 99, axis=1).max() <= _SHARE * budget and off.max() <= budget)
+
+    size = next((j for j in range(1, full.size) if within(judged @ full.analysis[:, :j], full.truncated(j))), full.size)
+    basis = full.truncated(size)
+    # Each plane's largest magnitude is 1: what was divided out goes into its spectrum.
+    tallest = np.zeros(size)
+    for start in range(0, len(texels), _BLOCK):
+        found = np.abs(texels[start : start + _BLOCK].astype(np.float64) @ basis.analysis)
+        tallest = np.maximum(tallest, found.max(axis=0))
+    scale = np.where(tallest > 0, tallest, 1.0)
+    analysis = basis.analysis / scale
+    half = within((judged @ analysis).astype(np.float16) * scale, basis)
+    planes = np.empty((len(texels), size), dtype=np.float16 if half else np.float32)
+    for start in range(0, len(texels), _BLOCK):
+        planes[start : start + _BLOCK] = texels[start : start + _BLOCK].astype(np.float64) @ analysis
+    spectra = (basis.synthesis * scale).T / np.pi
+    palette = Palette.of(spectra, SpectralBasis.sampled(wavelengths_nm))
+    shaped = planes.reshape(*reflectance.shape[:2], size)
+    return TextureForm(TexturePlanes(shaped, palette, "half" if half else "single"))
+
+
+def _differences(
+    reference: Float[np.ndarray, "n M3"], sample: Float[np.ndarray, "n M3"], whites: Float[np.ndarray, " M3"]
+) -> Float[np.ndarray, "M n"]:
+    """ΔE94 of each texel under each light."""
+    each = (slice(start, start + 3) for start in range(0, len(whites), 3))
+    return np.stack([delta_e_xyz(reference[:, at], sample[:, at], whites[at]) for at in each])
