@@ -139,13 +139,28 @@ class Mesh:
         scale: Number | Sequence[Number] = 1.0,
         rotate_deg: VectorLike = (0.0, 0.0, 0.0),
         translate: VectorLike = (0.0, 0.0, 0.0),
+        uv_scale: Number | Sequence[Number] = 1.0,
+        uv_rotate_deg: Number = 0.0,
     ) -> Mesh:
         """The mesh scaled, then turned about x, y and z in this order, then moved: the keys of a part of a scene file.
+
+        uv_rotate_deg turns textures anticlockwise about (u, v) = (0, 0), then uv_scale repeats them so many times as
+        often: one number, or one for u and one for v; a negative one mirrors. What lies along u, as the grain of an
+        anisotropic material, turns with it.
+
+        Raises
+        ------
+        InputError : scales flatten the mesh; textures are to be turned of a mesh without texture coordinates.
 
         >>> from metamer.lighting.shapes import plane
         >>> plane(2.0, 2.0).placed(scale=0.5, rotate_deg=(90, 0, 0), translate=(0, 0, 3)).bounds[1].round(6).tolist()
         [0.5, 0.5, 3.0]
         """
+        repeats = np.broadcast_to(np.asarray(uv_scale, dtype=np.float64), 2)
+        stated = bool((repeats != 1.0).any() or uv_rotate_deg)
+        if stated and self.uv is None:
+            hint = "unwrap it in the program that made it and export it again"
+            raise InputError("the mesh has no texture coordinates", field="uv_scale", found=self.name, hint=hint)
         matrix = np.eye(4)
         matrix[:3, :3] = np.diag(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
         for axis, angle in enumerate(np.deg2rad(rotate_deg)):
@@ -155,7 +170,13 @@ class Mesh:
             turn[b, a], turn[a, b] = np.sin(angle), -np.sin(angle)
             matrix[:3, :3] = turn @ matrix[:3, :3]
         matrix[:3, 3] = translate
-        return self.transformed(matrix)
+        placed = self.transformed(matrix)
+        if not stated or placed.uv is None:
+            return placed
+        angle = np.deg2rad(uv_rotate_deg)
+        u, v = placed.uv.T
+        turned = np.stack([np.cos(angle) * u + np.sin(angle) * v, np.cos(angle) * v - np.sin(angle) * u], axis=1)
+        return replace(placed, uv=turned * repeats)
 
     def part(self, name: str) -> Mesh:
         """Only the triangles of the part called `name`."""

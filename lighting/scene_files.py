@@ -128,7 +128,8 @@ def _parts(
     for field, right in foreign.items():
         if field in got:
             raise InputError("not a key of this part", file=path, field=f"{where}.{field}", expected=right)
-    place = {key: got[key] for key in ("scale", "rotate_deg", "translate") if key in got}
+    places = ("scale", "rotate_deg", "translate", "uv_scale", "uv_rotate_deg")
+    place = {key: got[key] for key in places if key in got}
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
     if "uv" in options:
@@ -150,7 +151,9 @@ def _parts(
     for part_name, mesh, material in made:
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
-        yield Part(part_name, mesh.placed(**place), material)
+        with placed(path, where):
+            there = mesh.placed(**place)
+        yield Part(part_name, there, material)
 
 
 def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None] | None) -> None:

@@ -32,6 +32,8 @@ PART = {
     "translate": "vector",
     "rotate_deg": "vector",
     "scale": "scale",
+    "uv_scale": "uv_scale",
+    "uv_rotate_deg": "number",
 }
 # What each generated shape can be told beside the keys of every part.
 SHAPES = {
@@ -67,6 +69,7 @@ EXPECTED = {
     "flag": "true or false",
     "vector": "a list of three finite numbers",
     "scale": "a number or a list of three, none of them 0",
+    "uv_scale": "a number or a list of two, none of them 0",
 }
 
 
@@ -101,8 +104,9 @@ def _fits(value: Any, kind: str) -> bool:
     vector = len(items) == 3 and all(_fits(item, "number") for item in items)
     if kind == "vector":
         return vector
-    if kind == "scale":
-        return (number and value != 0) or (vector and all(item != 0 for item in items))
+    if kind in ("scale", "uv_scale"):
+        several = len(items) == (3 if kind == "scale" else 2) and all(_fits(item, "number") for item in items)
+        return (number and value != 0) or (several and all(item != 0 for item in items))
     return number
 
 

@@ -34,7 +34,7 @@ def look_up(picture: Float[np.ndarray, "H W C"], uv: Float[np.ndarray, "N 2"]) -
     return np.einsum("nk,nkc->nc", shares, picture[rows, columns].astype(np.float64, copy=False))
 
 
-def levels_of(picture: Float[np.ndarray, "H W C"]) -> list[Float[np.ndarray, "h w C"]]:
+def levels_of(picture: Float[np.ndarray, "H W C"]) -> list[Float[np.ndarray, "_ _ C"]]:
     """The picture, and means of it over half as many texels each way, down to a single one.
 
     Means are by area: a size that is odd is halved to the next smaller number, whose texels are a little more than two
@@ -55,7 +55,7 @@ def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, las
 
 
 def filtered(
-    levels: Sequence[Float[np.ndarray, "h w C"]], uv: Float[np.ndarray, "N 2"], footprint: Float[np.ndarray, "N 2 2"]
+    levels: Sequence[Float[np.ndarray, "_ _ C"]], uv: Float[np.ndarray, "N 2"], footprint: Float[np.ndarray, "N 2 2"]
 ) -> Float[np.ndarray, "N C"]:
     """The mean of a picture over what each sample spans, between two levels."""
     height, width, planes = levels[0].shape

@@ -188,6 +188,10 @@ def test_a_texture_goes_out_whole_as_a_picture_and_as_its_mean_elsewhere(tmp_pat
     _, channels = read_exr(done.path)
     back = np.stack([channels[f"T.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1)] for nm in GRID], axis=-1)
     np.testing.assert_array_equal(back, values)
+    drawn = record("textures/wool", "spectral_texture", {"wavelengths_nm": GRID, "texture": np.abs(values) / 2})
+    drawn = replace(drawn, original={name: value for name, value in kept.items() if name != "texture.values"})
+    (done,) = export([drawn], "exr", tmp_path / "y.exr")
+    np.testing.assert_array_equal(read_exr(done.path)[1]["T.400,000000nm"], np.abs(values[..., 1]) / 2)
     for form in ("csv", "cxf", "mitsuba"):
         assert "their mean" in " ".join(export([one], form, tmp_path / form)[0].notes)
 

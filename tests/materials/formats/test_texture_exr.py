@@ -32,33 +32,32 @@ def read(path):
     return list(texture_exr.read_sources(path, "mallett-yuksel"))
 
 
-def test_a_reflective_texture_is_kept_to_the_bit_and_its_mean_rendered(tmp_path):
+def test_a_reflective_texture_is_kept_to_the_bit_as_a_surface_beside_its_mean(tmp_path):
     values, channels = texture()
     preview = dict.fromkeys("RGB", values[..., 0])
     path = write(tmp_path / "Oak Wood.exr", channels | preview, spectralLayoutVersion="1.0", EV=1.5)
     assert texture_exr.recognises(path, path.read_bytes()[:4096])
     (oak,) = read(path)
-    assert (oak.id, oak.model) == ("textures/oak-wood", "lambert")
-    assert oak.original["texture.values"].dtype == np.float16
-    np.testing.assert_array_equal(oak.original["texture.values"], values)
+    assert (oak.id, oak.model) == ("textures/oak-wood", "spectral_texture")
+    assert oak.parameters["texture"].dtype == np.float16
+    np.testing.assert_array_equal(oak.parameters["texture"], values)
     np.testing.assert_array_equal(oak.original["texture.wavelengths_nm"], NM)
     mean = values.astype(np.float64).mean(axis=(0, 1))
     np.testing.assert_allclose(oak.original["values"], mean, rtol=1e-12)
-    nm = oak.parameters["wavelengths_nm"]
-    np.testing.assert_allclose(oak.parameters["reflectance"][np.isin(nm, NM)], mean, rtol=1e-9)
-    rebuild(oak.model, oak.parameters)
+    average = rebuild(oak.model, oak.parameters).average()
+    np.testing.assert_allclose(average.reflectance.samples, mean, rtol=1e-12)
     assert oak.original["exr.spectralLayoutVersion"] == "1.0" and oak.original["exr.EV"] == "1.5"
     assert "preview" in oak.provenance.notes and "held" in oak.provenance.notes
 
 
-def test_the_mean_of_a_finer_texture_keeps_its_wavelengths(tmp_path):
-    """Sixty-one channels of 4 nm: no sample of the mean is lost to the working wavelengths."""
+def test_a_finer_texture_keeps_its_wavelengths(tmp_path):
+    """Sixty-one channels of 4 nm: no sample is lost to the working wavelengths."""
     nm = 440.0 + 4.0 * np.arange(61)
     values = np.random.default_rng(2).uniform(0.1, 0.9, (12, 10, nm.size)).astype(np.float32)
     channels = {f"T.{at:.0f},0nm": values[..., index] for index, at in enumerate(nm)}
     (found,) = read(write(tmp_path / "Fine.exr", channels))
     np.testing.assert_array_equal(found.parameters["wavelengths_nm"], nm)
-    np.testing.assert_allclose(found.parameters["reflectance"], values.mean(axis=(0, 1), dtype=float), rtol=1e-12)
+    np.testing.assert_array_equal(found.parameters["texture"], values)
     assert "finer than 5 nm" in found.provenance.notes
 
 
@@ -93,9 +92,9 @@ def test_layers_and_quantities_are_records_of_their_own(tmp_path):
     path = write(tmp_path / "a.exr", plain | shining | {f"front.{name}": value for name, value in layer.items()})
     found = {source.id: source for source in read(path)}
     assert set(found) == {"textures/a", "textures/a-emission", "textures/a-front"}
-    np.testing.assert_array_equal(found["textures/a"].original["texture.values"], values)
+    np.testing.assert_array_equal(found["textures/a"].parameters["texture"], values)
     np.testing.assert_array_equal(found["textures/a-emission"].original["texture.values"], lit)
-    np.testing.assert_array_equal(found["textures/a-front"].original["texture.values"], front)
+    np.testing.assert_array_equal(found["textures/a-front"].parameters["texture"], front)
 
 
 def test_channels_beside_the_spectral_ones_are_kept(tmp_path):
@@ -126,7 +125,7 @@ def test_frequencies_are_sorted_as_wavelengths(tmp_path):
     channels = {name: values[..., at] for at, name in enumerate(channels)}
     (found,) = read(write(tmp_path / "a.exr", channels))
     np.testing.assert_allclose(found.original["texture.wavelengths_nm"], NM, rtol=1e-6)
-    np.testing.assert_array_equal(found.original["texture.values"], values)
+    np.testing.assert_array_equal(found.parameters["texture"], values)
 
 
 def test_few_colours_are_a_chart_of_spectra(tmp_path):
@@ -153,7 +152,7 @@ def test_values_out_of_range_are_kept_and_said(tmp_path):
     values, _ = texture(dtype=np.float32)
     values[0, 0, 0], values[1, 1, 1] = -0.01, 1.2
     (found,) = read(write(tmp_path / "a.exr", {f"T.{nm:.0f}nm": values[..., at] for at, nm in enumerate(NM)}))
-    assert found.model == "lambert"
+    assert found.model == "spectral_texture"
     assert "1 of 480 values are negative, down to -0.01" in found.provenance.notes
     assert "1 of 480 values exceed 1, up to 1.2" in found.provenance.notes
 
