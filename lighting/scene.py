@@ -158,8 +158,8 @@ class Scene:
                     f"{part.material} is a texture, and the mesh has no texture coordinates",
                     file=self.path,
                     field=field,
-                    found=part.mesh.name,
-                    expected="a mesh with u and v at each vertex",
+                    found=next((note for note in part.mesh.notes if "texture coordinates" in note), "none"),
+                    expected="u and v at each vertex",
                     hint="unwrap it in the program that made it and export it again, or choose a uniform material",
                 )
 

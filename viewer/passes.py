@@ -6,6 +6,7 @@ fast form completes; a test compiles them all.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -18,7 +19,7 @@ from ..materials.fast import TermShader
 from . import resources, shadows
 from .geometry import LightGeometry
 from .raster import SUBSTEPS, Window, WindowTriangles
-from .shaders import program
+from .shaders import ShaderError, program
 from .view import View
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class Passes:
         self.context = context
         self.owner = resources.Owner(context)
         self._program = lru_cache(maxsize=None)(self._compiled)
+        self._named: set[tuple[Path, tuple[str, ...]]] = set()
         self._everywhere: dict[moderngl.Program, moderngl.VertexArray] = {}
         self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
 
@@ -180,8 +182,20 @@ class Passes:
         """Add one summand under one light to `target`, whose attachments are, as `written` says, {"SPECTRA": n}
         pictures or {"QUADS": n} times four terms.
         """
+        self._check_names(terms)
         made, everywhere = self._full_screen("shade.frag", terms.file, **terms.sizes, **written)
         self.draw_layer(made, everywhere, target, scissor, samplers, {**terms.uniforms, **values})
+
+    def _check_names(self, terms: TermShader) -> None:
+        """A name that the file does not have would be no error of GL's, and a wrong picture."""
+        names = (*terms.uniforms, *terms.textures)
+        if (terms.file, names) in self._named:
+            return
+        words = set(re.findall(r"\w+", terms.file.read_text("utf-8"))) if terms.file.is_file() else set(names)
+        for name in names:
+            if name not in words:
+                raise ShaderError(f"{terms.file}: no uniform {name!r}, which its summand's `shader` gives")
+        self._named.add((terms.file, names))
 
     def fold(
         self,

@@ -95,6 +95,7 @@ def prepared(
         material_id: catalogue.surface(material_id)
         for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
     }
+    _check_materials(cases, records)
     lights = _distinct_lights(scene, spectra)
     plan = plan_scene([record.drawn() for record in records.values()], lights, scene.observer, budget)
     display = display_for(scene.viewing)
@@ -119,6 +120,15 @@ def prepared(
         version=version,
     )
     return setting, cases
+
+
+def _check_materials(cases: Sequence[Case], records: Mapping[str, MaterialRecord]) -> None:
+    """Refuse, before anything is drawn, what a part cannot wear, and what has no reading to be judged by."""
+    surfaces = {name: record.drawn() for name, record in records.items()}
+    for case in cases:
+        case.scene.check_surfaces(surfaces)
+        for name in case.judged:
+            records[name].brdf()
 
 
 def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[Case]:

@@ -43,7 +43,7 @@ def source(
     def lines_of(file: str, wanted_by: str) -> list[str]:
         path = terms if file == TERMS and terms is not None else _folder().joinpath(file)
         if not path.is_file():
-            raise ShaderError(f"{wanted_by}: there is no shader file {file!r}")
+            raise ShaderError(f"{wanted_by}: there is no shader file {str(path if file == TERMS else file)!r}")
         number = len(seen)
         seen.append(file)
         names.append(path.name)

@@ -147,6 +147,7 @@ class StoredArray:
             if self.file_size and (found := self.file.stat().st_size) != self.file_size:
                 raise self._changed(f"{found} bytes", f"{self.file_size} bytes")
             if isinstance(self.place, int):
+                self._check_length(self.place + self.nbytes)
                 file = stack.enter_context(self.file.open("rb"))
                 return lambda where: self._numbers(file, where)
             import h5py
@@ -161,6 +162,21 @@ class StoredArray:
         except (OSError, KeyError, ValueError, AttributeError, RuntimeError) as reason:
             raise self._unreadable(reason) from None
 
+    def _check_length(self, needed: int) -> None:
+        if (found := self.file.stat().st_size) < needed:
+            raise InputError(
+                "the file is shorter than its array",
+                file=self.file,
+                field=self._where,
+                found=f"{found} bytes",
+                expected=f"{needed} bytes: {' x '.join(map(str, self.shape))} of {self.dtype}",
+                hint="save it again from the program that made it, or fetch it again",
+            )
+
+    @property
+    def _where(self) -> str:
+        return f"byte {self.place}" if isinstance(self.place, int) else self.place
+
     def _numbers(self, file: Any, where: Block) -> np.ndarray:
         shape = tuple(along.stop - along.start for along in where)
         # A block is whole along its last axes, so that its numbers follow each other.
@@ -172,14 +188,13 @@ class StoredArray:
     def _unreadable(self, reason: Exception, where: str = "the array") -> InputError:
         # What libraries raise may have no words.
         found = f"{where}: {str(reason) or type(reason).__name__}".split("\n")[0]
-        place = str(self.place)
-        return InputError("cannot be read", file=self.file, field=place, found=found, hint=_AGAIN)
+        return InputError("cannot be read", file=self.file, field=self._where, found=found, hint=_AGAIN)
 
     def _changed(self, found: str, expected: str = "the numbers that were there before") -> InputError:
         return InputError(
             "the file is not what it was",
             file=self.file,
-            field=str(self.place),
+            field=self._where,
             found=found,
             expected=expected,
             hint=_AGAIN,

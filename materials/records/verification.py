@@ -132,7 +132,9 @@ def verify_material(
             return Verified(material_id, None, declared, note=f"declared by another protocol: {declared.protocol}")
         return Verified(material_id, _mismatch(declared, measured, path), declared, measured)
     except InputError as reason:
-        return Verified(material_id, reason)
+        # Of a file that large arrays were left in, nobody else says whose they are.
+        named = reason if reason.file in (None, path) else reason.at(named_in=material_id)
+        return Verified(material_id, named)
     except (MetamerError, ArithmeticError, ValueError, MemoryError) as reason:
         return Verified(material_id, InputError("cannot be measured", file=path, found=str(reason)))
 

@@ -25,6 +25,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from metamer.viewer.headless import GLRenderer
+from metamer.viewer.shaders import ShaderError
 from metamer.viewer.software import SoftwareRenderer
 
 PAGE = Path(__file__).parents[2] / "docs" / "adding_a_surface.md"
@@ -158,3 +159,19 @@ def test_the_catalogue_stores_it_and_the_plan_sees_its_colours(page, texture, tm
     for number, light in enumerate(LIGHTS):
         columns = slice(3 * number, 3 * number + 3)
         assert delta_e_xyz(own[..., columns], shown[..., columns], eye.white(light)).max() < 0.5
+
+
+def test_a_name_that_the_twin_does_not_have_is_refused(page, texture, scenes, gl, monkeypatch):
+    """GL itself says nothing of it, and draws something else."""
+    shader = page.MattTexels.shader
+    wrong = {"texel_count": (WIDTH, HEIGHT)}
+    monkeypatch.setattr(page.MattTexels, "shader", lambda self, *other: replace(shader(self), uniforms=wrong))
+    with GLRenderer(gl) as renderer, pytest.raises(ShaderError, match=r"matt_texture\.glsl: no uniform 'texel_count'"):
+        renderer.render(textured_scene(scenes), None, {"cloth": texture.own_form(), "gloss": scenes.SURFACES["gloss"]})
+
+
+def test_its_average_is_what_lists_show(page, texture):
+    mean = texture.reflectance.mean(axis=(0, 1))
+    for average in (texture.average(), texture.own_form().average()):
+        up = np.array([0.0, 0.0, 1.0])
+        np.testing.assert_allclose(np.pi * average.eval(up, up), mean, rtol=1e-9)

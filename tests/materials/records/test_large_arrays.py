@@ -131,13 +131,20 @@ def test_a_file_that_is_not_what_it_was_is_refused_by_name(tmp_path, outside):
     data[5] ^= 1
     outside.file.write_bytes(data)
     check_large(found, path)
-    with pytest.raises(InputError, match=r"(?s)stack\.raw: 4.*not what it was"):
+    with pytest.raises(InputError, match=r"(?s)stack\.raw: byte 4.*not what it was"):
         found.original["stack"].read(slice(0, 1))
     (one,) = verify_catalogue(tmp_path / "cat", jobs=1).damaged
-    assert "stack.raw" in str(one.problem)
+    assert "stack.raw" in str(one.problem) and "cloth/wool" in str(one.problem)
     outside.file.write_bytes(data + b"x")
-    with pytest.raises(InputError, match=r"(?s)stack\.raw: 4.*not what it was.*bytes"):
+    with pytest.raises(InputError, match=r"(?s)stack\.raw: byte 4.*not what it was.*bytes"):
         check_large(found, path)
+
+
+def test_a_file_that_is_shorter_than_its_array_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "cut.raw"
+    path.write_bytes(bytes(100))
+    with pytest.raises(InputError, match=r"(?s)cut\.raw: byte 8.*shorter.*100 bytes.*120 bytes: 4 x 7 of float32"):
+        StoredArray(path, 8, (4, 7), np.dtype("f4")).sealed()
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
