@@ -27,7 +27,11 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
     """XYZ, Lab and their conditions, rounded to four decimals, for the head; None where there is nothing to look at."""
     light, eye = _conditions()
     if record.fast is not None:
-        xyz, geometry = xyz_at_45_0(record.fast.average(), light, eye), "45a:0"
+        average = record.fast.average()
+        if average.uses_uv:
+            # Here it has one colour, there another.
+            return None
+        xyz, geometry = xyz_at_45_0(average, light, eye), "45a:0"
     else:
         spectrum = record.spectrum()
         if spectrum is None or spectrum.samples.ndim != 1:

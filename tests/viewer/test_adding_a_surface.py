@@ -18,6 +18,7 @@ from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.protocol import measured
 from metamer.materials.records import models, record
 from metamer.materials.records.material import MaterialRecord, Provenance
+from metamer.materials.records.record_head import read_head
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
@@ -175,3 +176,12 @@ def test_its_average_is_what_lists_show(page, texture):
     for average in (texture.average(), texture.own_form().average()):
         up = np.array([0.0, 0.0, 1.0])
         np.testing.assert_allclose(np.pi * average.eval(up, up), mean, rtol=1e-9)
+
+
+def test_a_texture_without_an_average_has_no_colour_in_lists(page, texture, tmp_path, monkeypatch):
+    monkeypatch.setattr(page.MattForm, "average", lambda self: self)
+    said = Provenance("a test", "none", "measured")
+    form = texture.own_form()
+    made = MaterialRecord("cloth/checked", "cloth", "matt_texture", texture.parameters(), said, form)
+    record.write_record(made, tmp_path / "checked.h5")
+    assert read_head(tmp_path / "checked.h5")["colour"] is None
