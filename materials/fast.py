@@ -102,7 +102,8 @@ class Summand(abc.ABC):
 class Fast(Surface):
     """A surface that is a sum of summands: what a catalogue stores beside the original, and renderers draw.
 
-    Subclasses are frozen dataclasses. NAME is the group of a material's file in which `stored` lies.
+    Subclasses are frozen dataclasses. NAME is the group of a material's file in which `stored` lies, WORDS what people
+    call such a form.
 
     Attributes
     ----------
@@ -111,6 +112,7 @@ class Fast(Surface):
     """
 
     NAME: ClassVar[str]
+    WORDS: ClassVar[str] = "terms"
     summands: tuple[Summand, ...]
     error: FitError | None
 

@@ -199,8 +199,8 @@ class GLRenderer(Renderer):
         # Terms that serve one draw call are folded in it; more calls look factors up once. What mixes entries of its
         # palette has no terms of a pixel that could be kept.
         keep = self.keeps_terms or count > MOST_SPECTRA
-        kept = [layer for layer in layers if keep and layer.colours.shape[0] == 1]
-        direct = [layer for layer in layers if not (keep and layer.colours.shape[0] == 1)]
+        kept = [one for one in layers if keep and one.summand.palette.entries == one.summand.mixed == 1]
+        direct = [one for one in layers if one not in kept]
         out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)

@@ -60,11 +60,8 @@ def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[
     display = display_for(scene.viewing)
     picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
     lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
-    words = [
-        f"Factor packs on a {scene.name.lower()} under {lights}, {renderer.made_by}, for {display.display}.",
-        *notes,
-    ]
-    return picture, " ".join(words)
+    drawn = f"{record.drawn().WORDS.capitalize()} on a {scene.name.lower()} under {lights}"
+    return picture, " ".join([f"{drawn}, {renderer.made_by}, for {display.display}.", *notes])
 
 
 def _facts(record: MaterialRecord) -> dict[str, str]:

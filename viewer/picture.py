@@ -152,7 +152,7 @@ def display_pass(renderer: Renderer, display: DisplayTransform) -> DisplayPass |
 def material_picture(
     record: MaterialRecord, scene: Scene, renderer: Renderer, display: DisplayTransform, on: DisplayPass | None
 ) -> tuple[UInt8[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """The scene from its first camera, its reviewed part in the packs of `record`, and what has to be said of it.
+    """The scene from its first camera, its reviewed part in the fast form of `record`, and what has to be said of it.
 
     The picture is in 8-bit codes of `display`; `on` as of `DisplayTransform.encode`.
     """
@@ -165,7 +165,7 @@ def material_picture(
 def picture(
     scene: Scene, catalogue: Catalogue, camera: str | None, renderer: Renderer, warn: Warn = unheard
 ) -> Picture:
-    """Render factor packs.
+    """Render fast forms.
 
     warn : called at once with a line for each reason why the picture may show nothing.
     """

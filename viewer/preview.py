@@ -31,7 +31,7 @@ _PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
 class Thumbnail:
     """One material, small.
 
-    picture : display-encoded sRGB: a sphere that wears the factor packs, or the curve of a spectrum without a surface.
+    picture : display-encoded sRGB: a sphere that wears the fast form, or the curve of a spectrum without a surface.
     reason : why there is no picture, "" where there is one; the picture is then of the page's own grey.
     """
 

@@ -70,7 +70,7 @@ def review(
 
     `materials`, or those of the scene's review, are swept over one part, the review's or the first. Without either, the
     scene is judged as it stands, material by material, each over the pixels that show it. The sample is the renderer's
-    picture from factor packs; the reference is `lighting.reference` from the original data.
+    picture from fast forms; the reference is `lighting.reference` from the original data.
 
     Rows that an earlier review has drawn from the very same things are taken as they are. A review that is broken off
     leaves what it has drawn in the folder `unfinished`, and a report that was there before.

@@ -1,4 +1,4 @@
-"""One case of a review drawn: the sample from factor packs beside the truth from the original data, light by light."""
+"""One case of a review drawn: the sample from fast forms beside the truth from the original data, light by light."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def render(
     catalogue : where the materials are; default: `Catalogue.open()`.
     camera : its name in the scene; default: the first.
     illuminant : in place of every light's own spectrum.
-    reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture of factor packs.
+    reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
     filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
     renderer : by name; or one that is kept for many pictures (`create_renderer` of `metamer.viewer.headless`), which
         keeps `filtering` and `progress`, too.

@@ -182,6 +182,7 @@ class FactoredBrdf(Brdf, Fast):
     """The sum of packs as a BRDF, at the wavelengths of their common basis: the fast form of uniform materials."""
 
     NAME: ClassVar[str] = "packs"
+    WORDS: ClassVar[str] = "factor packs"
 
     packs: tuple[FactorPack, ...]
     error: FitError | None = None

@@ -125,6 +125,7 @@ class TextureForm(Fast):
     """The fast form of a matt texture: exact in every direction, its texels' colours within a budget."""
 
     NAME: ClassVar[str] = "texture"
+    WORDS: ClassVar[str] = "texture"
     isotropic = True
 
     texture: TexturePlanes
