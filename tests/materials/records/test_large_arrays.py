@@ -140,13 +140,6 @@ def test_a_file_that_is_not_what_it_was_is_refused_by_name(tmp_path, outside):
         check_large(found, path)
 
 
-def test_a_file_that_is_shorter_than_its_array_is_refused_before_it_is_read(tmp_path):
-    path = tmp_path / "cut.raw"
-    path.write_bytes(bytes(100))
-    with pytest.raises(InputError, match=r"(?s)cut\.raw: byte 8.*shorter.*100 bytes.*120 bytes: 4 x 7 of float32"):
-        StoredArray(path, 8, (4, 7), np.dtype("f4")).sealed()
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_catalogue_without_the_files_that_it_names_is_whole(tmp_path, outside, jobs, monkeypatch):
     """Pictures need the packs alone: `verify` says what is not here, and refuses nothing."""
