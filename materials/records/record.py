@@ -15,6 +15,7 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
                          [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
     /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians;
                          factors of precision "half" are float16
+    /FORM                in place of packs, what another fast form keeps (`forms`), such as /texture
     /error               attributes of `FitError`; lights, a row a light
     /trials              a table (N,): what the fit tried, one column a field of `Trial`
 """
