@@ -1,4 +1,4 @@
-"""One material on disk: a self-contained HDF5 file with the original data, the factor packs and their measured error.
+"""One material on disk: a self-contained HDF5 file with the original data, the fast form and its measured error.
 
 Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
 
