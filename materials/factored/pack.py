@@ -161,7 +161,10 @@ class FactorPack(Summand):
             }
             for position, (axis, factor) in enumerate(zip(self.axes, self.factors, strict=True))
         }
-        return {"frame": self.frame, "precision": self.precision, **self.palette.stored(), "axes": axes}
+        kept = self.palette.stored()
+        # In this order: equal packs are equal bytes, whoever wrote them.
+        named = {"frame": self.frame, "basis": kept.pop("basis"), "precision": self.precision}
+        return {**named, **kept, "axes": axes}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> FactorPack:

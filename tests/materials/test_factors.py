@@ -182,3 +182,11 @@ def test_packs_that_do_not_fit_together_are_refused():
     grid = SpectralBasis.sampled(WAVELENGTHS_NM + 1.0)
     with pytest.raises(InputError, match="different wavelengths"):
         FactoredBrdf((pack, FactorPack("io", pack.axes, pack.factors, Palette.of(pack.palette.values[0], grid))))
+
+
+def test_what_is_stored_comes_in_the_order_that_files_have():
+    """HDF5 lays attributes down as they come: another order would be other bytes for the same pack."""
+    kept = a_pack("hd", anisotropic=True).stored()
+    assert list(kept) == ["frame", "basis", "precision", "spectral", "wavelengths_nm", "axes"]
+    assert list(kept["axes"]) == ["theta_h", "theta_d", "phi_d", "phi_h"]
+    assert list(kept["axes"]["phi_h"]) == ["position", "maximum", "warp", "periodic", "factor", "nodes"]
