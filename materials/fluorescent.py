@@ -14,14 +14,10 @@ from ..spectral.bispectral import Bispectral
 from ..spectral.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.palette import DonaldsonPalette
-from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
-from .factored.pack import FactoredBrdf, FactorPack
+from .factored.pack import FactoredBrdf, matt_brdf
 from .fast import Fast
 from .points import Points
-
-# Last nodes of theta_h, theta_d and phi_d.
-_ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
 
 
 class FluorescentBrdf(Brdf):
@@ -103,6 +99,4 @@ class FluorescentLambert(FluorescentBrdf):
 
     def own_form(self, budget: float = 0.5) -> FactoredBrdf:
         """Exact factors: one constant term, whose one spectrum folds with the full matrix."""
-        axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
-        factors = (np.full((2, 1), 1.0 / np.pi), np.ones((2, 1)), np.ones((2, 1)))
-        return FactoredBrdf((FactorPack("hd", axes, factors, DonaldsonPalette.of_surface(self.bispectral)),))
+        return matt_brdf(np.array([1.0 / np.pi]), DonaldsonPalette.of_surface(self.bispectral))

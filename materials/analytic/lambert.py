@@ -9,12 +9,8 @@ import numpy as np
 
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from ..axes import Axis
-from ..factored.pack import FactoredBrdf, FactorPack
+from ..factored.pack import FactoredBrdf, matt_brdf
 from .model import AnalyticBrdf
-
-# Last nodes of theta_h, theta_d and phi_d.
-_ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +48,5 @@ class Lambert(AnalyticBrdf):
 
     def own_form(self, budget: float = 0.5) -> FactoredBrdf:
         """One constant term, exact in every direction; its spectrum is on the working wavelengths, projected there."""
-        axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
         shown = self.reflectance.projected(WORKING_WAVELENGTHS_NM).samples[None] / np.pi
-        ones = tuple(np.ones((2, 1)) for _ in axes)
-        return FactoredBrdf((FactorPack("hd", axes, ones, Palette.of(shown), "half"),))
+        return matt_brdf(np.ones(1), Palette.of(shown), "half")

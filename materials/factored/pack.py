@@ -221,3 +221,13 @@ class FactoredBrdf(Brdf, Fast):
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FactoredBrdf:
         """See `Fast.from_stored`."""
         return cls(tuple(FactorPack.from_stored(kept[str(number)]) for number in range(len(kept))), error)
+
+
+def matt_brdf(
+    values: Float[np.ndarray, " R"], palette: Palette, precision: Literal["single", "half"] = "single"
+) -> FactoredBrdf:
+    """A surface that looks alike from everywhere: term r is `values[r]` in every direction, times spectrum r, 1/sr."""
+    ends = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
+    axes = tuple(Axis(name, 2, end) for name, end in ends.items())
+    factors = (np.tile(values, (2, 1)), *(np.ones((2, len(values))) for _ in axes[1:]))
+    return FactoredBrdf((FactorPack("hd", axes, factors, palette, precision),))

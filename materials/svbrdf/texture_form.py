@@ -23,8 +23,8 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
-from ..axes import Axis, Frame
-from ..factored.pack import FactoredBrdf, FactorPack
+from ..axes import Frame
+from ..factored.pack import FactoredBrdf, matt_brdf
 from ..fast import Fast, Summand, TermShader
 from ..fit_error import FitError
 from ..points import Points
@@ -40,8 +40,6 @@ _SHARE = 0.2
 _BLOCK = 1 << 16
 # Along a side of a GL texture.
 _MOST = 16384
-# Last nodes of theta_h, theta_d and phi_d.
-_ENDS = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +138,7 @@ class TextureForm(Fast):
         """One constant term a plane, of its mean."""
         texture = self.texture
         mean = texture.planes.mean(axis=(0, 1), dtype=np.float64)
-        axes = tuple(Axis(name, 2, end) for name, end in _ENDS.items())
-        factors = (np.broadcast_to(mean, (2, len(mean))).copy(), *(np.ones((2, len(mean))) for _ in range(2)))
-        return FactoredBrdf((FactorPack("hd", axes, factors, texture.palette),), self.error)
+        return replace(matt_brdf(mean, texture.palette), error=self.error)
 
     def in_basis(self, basis: SpectralBasis) -> TextureForm:
         """See `Fast.in_basis`; the planes are shared."""
