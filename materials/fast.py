@@ -25,6 +25,9 @@ from .points import Points
 from .surface import Surface
 from .terms import Terms
 
+#: Along a side of a GL texture: what OpenGL 4.1 promises.
+MOST_TEXELS = 16384
+
 
 @dataclass(frozen=True, eq=False)
 class TermShader:

@@ -35,6 +35,9 @@ class Folding:
 
     def coefficients(self, basis: SpectralBasis) -> Float[np.ndarray, "J M3"]:
         """XYZ = coefficients (..., J) @ this, for what keeps its wavelength."""
+        if basis.is_sampled:
+            # A fit makes a basis of samples with each of its packs: they are all one.
+            return self.weights(basis.wavelengths_nm)
         if id(basis) not in self._coefficients:
             each = [self.scale * basis.fold(light, self.observer).T for light in self.lights]
             self._coefficients[id(basis)] = basis, np.hstack(each)

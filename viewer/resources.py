@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from jaxtyping import Float
 
+from ..materials.fast import MOST_TEXELS
 from ..spectral.errors import InputError
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .view import View
@@ -21,8 +22,6 @@ TRIANGLES_A_ROW = ROW_LENGTH // TRIANGLE_TEXELS
 UV_TEXELS = 2
 UVS_A_ROW = ROW_LENGTH // UV_TEXELS
 OCCLUDERS_A_ROW = ROW_LENGTH // 3
-# Along a side of a texture: what OpenGL 4.1 promises.
-MOST_TEXELS = 16384
 # Triangle numbers travel as float32.
 MOST_TRIANGLES = 1 << 24
 

@@ -95,12 +95,13 @@ def prepared(
         material_id: catalogue.surface(material_id)
         for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
     }
-    _check_materials(cases, records)
+    surfaces = {name: record.drawn() for name, record in records.items()}
+    _check_materials(cases, records, surfaces)
     lights = _distinct_lights(scene, spectra)
-    plan = plan_scene([record.drawn() for record in records.values()], lights, scene.observer, budget)
+    plan = plan_scene(list(surfaces.values()), lights, scene.observer, budget)
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)
-    needs_uv = any(record.drawn().uses_uv for record in records.values())
+    needs_uv = any(case.scene.needs_uv(surfaces) for case in cases)
     geometry = visible_geometry(scene, view, with_uv=needs_uv)
     _check_view(scene, view, geometry, warn)
     setting = Setting(
@@ -110,7 +111,7 @@ def prepared(
         names=names,
         spectra=spectra,
         records=records,
-        surfaces={name: record.drawn().in_basis(plan.basis) for name, record in records.items()},
+        surfaces={name: surface.in_basis(plan.basis) for name, surface in surfaces.items()},
         plan=plan,
         display=display,
         gpu=display_pass(renderer, display),
@@ -122,9 +123,10 @@ def prepared(
     return setting, cases
 
 
-def _check_materials(cases: Sequence[Case], records: Mapping[str, MaterialRecord]) -> None:
+def _check_materials(
+    cases: Sequence[Case], records: Mapping[str, MaterialRecord], surfaces: Mapping[str, Fast]
+) -> None:
     """Refuse, before anything is drawn, what a part cannot wear, and what has no reading to be judged by."""
-    surfaces = {name: record.drawn() for name, record in records.items()}
     for case in cases:
         case.scene.check_surfaces(surfaces)
         for name in case.judged:

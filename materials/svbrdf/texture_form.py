@@ -25,7 +25,7 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ..axes import Frame
 from ..factored.pack import FactoredBrdf, matt_brdf
-from ..fast import Fast, Summand, TermShader
+from ..fast import MOST_TEXELS, Fast, Summand, TermShader
 from ..fit_error import FitError
 from ..points import Points
 from ..protocol import LIGHTS
@@ -38,8 +38,6 @@ _JUDGED = 8192
 _SHARE = 0.2
 # Texels that are worked on at once.
 _BLOCK = 1 << 16
-# Along a side of a GL texture.
-_MOST = 16384
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +79,12 @@ class TexturePlanes(Summand):
         levels = self.levels if filtered else [self.planes]
         width, quads = self.planes.shape[1], -(-self.rank // 4)
         heights = [len(level) for level in levels]
-        if width * quads > _MOST or sum(heights) > _MOST:
-            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {_MOST} each way"
+        if width * quads > MOST_TEXELS or sum(heights) > MOST_TEXELS:
+            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {MOST_TEXELS} each way"
             raise InputError("a texture too large for the GPU", field="planes", found=found, expected=expected)
-        texels = np.zeros((sum(heights), quads, width, 4), dtype=self.planes.dtype if not filtered else np.float32)
+        # Means of halves are no halves.
+        dtype = np.float16 if self.planes.dtype == np.float16 and not filtered else np.float32
+        texels = np.zeros((sum(heights), quads, width, 4), dtype=dtype)
         sizes, top = [], 0
         for level in levels:
             height, across, _ = level.shape
@@ -93,8 +93,6 @@ class TexturePlanes(Summand):
             texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
             sizes.append((float(across), float(height), float(top)))
             top += height
-        if texels.dtype == np.float64:
-            texels = texels.astype(np.float32)
         return TermShader(
             Path(__file__).with_name("texture.glsl"),
             {"LEVELS": len(levels)},

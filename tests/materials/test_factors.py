@@ -190,3 +190,10 @@ def test_what_is_stored_comes_in_the_order_that_files_have():
     assert list(kept) == ["frame", "basis", "precision", "spectral", "wavelengths_nm", "axes"]
     assert list(kept["axes"]) == ["theta_h", "theta_d", "phi_d", "phi_h"]
     assert list(kept["axes"]["phi_h"]) == ["position", "maximum", "warp", "periodic", "factor", "nodes"]
+
+
+def test_a_folding_keeps_nothing_of_bases_of_samples_but_their_wavelengths():
+    """A fit makes thousands of packs, each with a basis of samples of its own."""
+    folding = Folding(observer("1931_2"), [illuminant("D65")])
+    one, other = (folding.coefficients(SpectralBasis.sampled(WAVELENGTHS_NM)) for _ in range(2))
+    assert one is other is folding.weights(WAVELENGTHS_NM)
