@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .camera import Camera
-from .lights import Light
+from .lights import DeltaLight
 from .scene import Scene
 from .tangents import seen_handedness
 from .texture_coordinates import uv_footprints, uv_gradients
@@ -140,7 +140,7 @@ class Tracer:
 
     def reaches(
         self,
-        light: Light,
+        light: DeltaLight,
         points: Float[np.ndarray, "n 3"],
         normals: Float[np.ndarray, "n 3"],
     ) -> Bool[np.ndarray, " n"]:
@@ -193,7 +193,7 @@ def visible_geometry(
     frame = orthonormal_frame(shading, tangent, handedness)
 
     lit = []
-    for light in scene.lights:
+    for light in scene.delta_lights:
         arriving = light.arrivals(position)
         to_light, illuminance = arriving.directions, arriving.illuminance_lux
         above = np.flatnonzero((dot(geometric, to_light) > 0.0) & (dot(shading, to_light) > 0.0))

@@ -17,6 +17,8 @@ from ..spectral.errors import InputError
 from ..spectral.spectrum import Spectrum, as_float
 from .vectors import Number, VectorLike, finite_vector
 
+LuminanceByField = Float[np.ndarray, "n K"]
+
 #: A point light nearer to the middle of a scene than this share of its radius counts as if it stood that far off.
 LEAST_SHARE = 0.25
 
@@ -35,7 +37,7 @@ class Arrivals:
 
 
 class Light(ABC):
-    """What every light is: a relative emission `spectrum`, and where and how strongly it arrives.
+    """What every light is: a relative emission `spectrum`, a name, a strength.
 
     KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
     (`scene_keys`), those of them that must be there, and what stands for some that need not.
@@ -56,6 +58,20 @@ class Light(ABC):
         return None
 
     @abstractmethod
+    def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+        """What the light gives a surface that faces it in the middle of the box from `low` to `high`, lx; how far off
+        it stands; and how far off it counts as standing for that (`LEAST_SHARE`).
+        """
+
+    def with_spectrum(self, spectrum: Spectrum, name: str = "") -> Light:
+        """The same light with another spectrum at the same strength."""
+        return replace(cast(Any, self), spectrum=spectrum, spectrum_name=name)
+
+
+class DeltaLight(Light):
+    """A light that reaches each point from one direction."""
+
+    @abstractmethod
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
         """What arrives at each point of the world (..., 3), were nothing in between."""
 
@@ -67,31 +83,57 @@ class Light(ABC):
         faces it E over the squared length of that.
         """
 
+
+class SpreadLight(Light):
+    """A light that reaches each point from many directions: K `spectra`, each times a luminance over directions.
+
+    `spectrum` is the mixture of the spectra as it arrives on a horizontal plane. Points and directions are of the
+    world. Luminance is in cd/m^2, of spectra whose scale does not matter.
+    """
+
+    spectra: tuple[Spectrum, ...]
+
     @abstractmethod
-    def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """What the light gives a surface that faces it in the middle of the box from `low` to `high`, lx; how far off
-        it stands; and how far off it counts as standing for that (`LEAST_SHARE`).
+    def luminance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> LuminanceByField:
+        """(n, K) cd/m^2 that arrives at each point from each unit direction, were nothing in between."""
+
+    @abstractmethod
+    def drawn(
+        self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+        """A unit direction for each point and each pair of numbers in [0, 1), more often where more light comes from,
+        and its density, 1/sr.
         """
 
-    def with_spectrum(self, spectrum: Spectrum, name: str = "") -> Light:
-        """The same light with another spectrum at the same strength."""
-        return replace(cast(Any, self), spectrum=spectrum, spectrum_name=name)
+    @abstractmethod
+    def density(
+        self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
+    ) -> Float[np.ndarray, " n"]:
+        """1/sr with which `drawn` gives these directions."""
+
+    @abstractmethod
+    def distance(
+        self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
+    ) -> Float[np.ndarray, " n"]:
+        """How far off the light is in each direction, world units: what lies beyond shades nothing."""
 
 
-def _strength(value: Number, field: str, unit: str) -> float:
-    strength = as_float(value)
-    if not (0.0 < strength < np.inf):
+def strength(value: Number, field: str, unit: str) -> float:
+    """A light's strength as a float; InputError where it is not above 0 and finite."""
+    found = as_float(value)
+    if not (0.0 < found < np.inf):
         raise InputError("a light of no power", field=field, found=value, expected=f"more than 0 {unit}")
-    return strength
+    return found
 
 
-def _check_spectrum(spectrum: Spectrum) -> None:
+def check_spectrum(spectrum: Spectrum) -> None:
+    """InputError where a spectrum is not an emission."""
     if spectrum.quantity != "emission":
         raise InputError("not the spectrum of a light", field="spectrum", found=spectrum.quantity, expected="emission")
 
 
 @dataclass(frozen=True, eq=False)
-class DirectionalLight(Light):
+class DirectionalLight(DeltaLight):
     """Parallel light, as from the sun.
 
     Parameters
@@ -127,8 +169,8 @@ class DirectionalLight(Light):
                 expected="three numbers that are not all 0",
             )
         object.__setattr__(self, "direction_to_light", direction / length)
-        _check_spectrum(self.spectrum)
-        object.__setattr__(self, "illuminance_lux", _strength(self.illuminance_lux, "illuminance_lux", "lx"))
+        check_spectrum(self.spectrum)
+        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
 
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
         """The same everywhere."""
@@ -149,7 +191,7 @@ class DirectionalLight(Light):
 
 
 @dataclass(frozen=True, eq=False)
-class PointLight(Light):
+class PointLight(DeltaLight):
     """Light from one point, equal in all directions: illuminance falls with the square of the distance (E = I / d^2).
 
     Parameters
@@ -176,8 +218,8 @@ class PointLight(Light):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", finite_vector(self.position, "position"))
-        _check_spectrum(self.spectrum)
-        object.__setattr__(self, "intensity_cd", _strength(self.intensity_cd, "intensity_cd", "cd"))
+        check_spectrum(self.spectrum)
+        object.__setattr__(self, "intensity_cd", strength(self.intensity_cd, "intensity_cd", "cd"))
 
     @property
     def place(self) -> Float[np.ndarray, "3"]:

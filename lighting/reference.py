@@ -79,7 +79,7 @@ def reference_images(
     scene.check_surfaces(surfaces)
     foldings = [
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
-        for light in scene.lights
+        for light in scene.delta_lights
     ]
     if geometry is not None:
         xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)

@@ -16,7 +16,7 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
-from .lights import Light
+from .lights import DeltaLight, Light, SpreadLight
 from .mesh import Mesh
 from .vectors import Number
 
@@ -162,6 +162,16 @@ class Scene:
                     expected="u and v at each vertex",
                     hint="unwrap it in the program that made it and export it again, or choose a uniform material",
                 )
+
+    @cached_property
+    def delta_lights(self) -> tuple[DeltaLight, ...]:
+        """The lights that reach each point from one direction."""
+        return tuple(light for light in self.lights if isinstance(light, DeltaLight))
+
+    @cached_property
+    def spread_lights(self) -> tuple[SpreadLight, ...]:
+        """The lights that reach each point from many directions."""
+        return tuple(light for light in self.lights if isinstance(light, SpreadLight))
 
     @property
     def material_ids(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..lighting.lights import Light
+from ..lighting.lights import DeltaLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.vectors import dot
@@ -84,7 +84,7 @@ def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeo
     """
     same = known is not None and _same_meshes(scene, known)
     bare = known if known is not None and same else _triangles(scene)
-    lights = tuple(_light(scene, light, bare) for light in scene.lights)
+    lights = tuple(_light(scene, light, bare) for light in scene.delta_lights)
     if same and [id(light) for light in lights] == [id(light) for light in bare.lights]:
         return bare
     return replace(bare, lights=lights)
@@ -117,7 +117,7 @@ def _triangles(scene: Scene) -> SceneGeometry:
     )
 
 
-def _light(scene: Scene, light: Light, bare: SceneGeometry) -> LightGeometry:
+def _light(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> LightGeometry:
     vector, lux = light.homogeneous(bare.centre, bare.radius)
     irradiance = np.pi * lux / scene.viewing.reference_illuminance_lux
     for one in bare.lights:

@@ -174,9 +174,9 @@ class Renderer(Keeping):
         scene.check_surfaces(surfaces)
         self._with_uv = scene.needs_uv(surfaces)
         layers = [
-            Layer(number, lights, one, colours(scene.lights[lights[0]], one))
+            Layer(number, lights, one, colours(scene.delta_lights[lights[0]], one))
             for number, part in enumerate(scene.parts)
-            for lights in _by_spectrum(scene.lights)
+            for lights in _by_spectrum(scene.delta_lights)
             for one in surfaces[part.material].summands
         ]
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)

@@ -1,0 +1,1 @@
+"""Light that comes from many directions at once."""

@@ -1,0 +1,58 @@
+"""Latitude-longitude maps of directions: where each texel lies on the sphere, and what lies between texels.
+
+The layout is OpenEXR's (ENVMAP_LATLONG), Mitsuba's and Poly Haven's: row 0 is up (+y); the middle of the picture is +z,
+its left and right edge -z, and +x lies a quarter from the left.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int
+
+
+def directions(rows: Float[np.ndarray, "*n"], columns: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n 3"]:
+    """Unit directions of places in a map: rows from 0 (up) to 1 (down), columns from 0 (left) to 1."""
+    polar, round_ = np.pi * np.asarray(rows), 2.0 * np.pi * np.asarray(columns)
+    sine = np.sin(polar)
+    return np.stack(np.broadcast_arrays(sine * np.sin(round_), np.cos(polar), -sine * np.cos(round_)), axis=-1)
+
+
+def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
+    """Rows and columns, each from 0 to 1, of directions of any length; column 0 at a pole."""
+    rows = np.arctan2(np.hypot(to[..., 0], to[..., 2]), to[..., 1]) / np.pi
+    return rows, np.arctan2(to[..., 0], -to[..., 2]) / (2.0 * np.pi) % 1.0
+
+
+def texel_directions(height: int, width: int) -> Float[np.ndarray, "height width 3"]:
+    """Unit directions of the middles of texels."""
+    rows, columns = (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width
+    return directions(rows[:, None], columns[None])
+
+
+def solid_angles(height: int, width: int) -> Float[np.ndarray, " height"]:
+    """Solid angle of a texel in each row, sr; exact."""
+    edges = np.cos(np.pi * np.arange(height + 1) / height)
+    return (edges[:-1] - edges[1:]) * 2.0 * np.pi / width
+
+
+def texel_at(to: Float[np.ndarray, "*n 3"], height: int, width: int) -> tuple[Int[np.ndarray, "*n"], ...]:
+    """The row and the column of the texel in which each direction lies."""
+    rows, columns = places(to)
+    return (
+        np.minimum((rows * height).astype(np.int64), height - 1),
+        np.minimum((columns * width).astype(np.int64), width - 1),
+    )
+
+
+def between_texels(fields: Float[np.ndarray, "K H W"], to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n K"]:
+    """The fields in directions (of any length), linear between the middles of texels; rows end at the poles."""
+    height, width = fields.shape[1:]
+    rows, columns = places(to)
+    rows = np.clip(rows * height - 0.5, 0.0, height - 1.0)
+    columns = columns * width - 0.5
+    row, column = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)
+    down, right = rows - row, columns - column
+    below, column, after = np.minimum(row + 1, height - 1), column % width, (column + 1) % width
+    above = fields[:, row, column] * (1.0 - right) + fields[:, row, after] * right
+    under = fields[:, below, column] * (1.0 - right) + fields[:, below, after] * right
+    return (above * (1.0 - down) + under * down).T
