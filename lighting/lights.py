@@ -37,7 +37,9 @@ class Arrivals:
 
 
 class Light(ABC):
-    """What every light is: a relative emission `spectrum`, a name, a strength.
+    """What every light is: a relative emission, a name, a strength.
+
+    spectra : all that it sends; several where they arrive from different directions. spectrum : their mixture.
 
     KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
     (`scene_keys`), those of them that must be there, and what stands for some that need not.
@@ -49,6 +51,7 @@ class Light(ABC):
     DEFAULTS: ClassVar[Mapping[str, Any]] = {}
 
     spectrum: Spectrum
+    spectra: tuple[Spectrum, ...]
     name: str
     spectrum_name: str
 
@@ -71,6 +74,11 @@ class Light(ABC):
 class DeltaLight(Light):
     """A light that reaches each point from one direction."""
 
+    @property
+    def spectra(self) -> tuple[Spectrum, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Its one spectrum."""
+        return (self.spectrum,)
+
     @abstractmethod
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
         """What arrives at each point of the world (..., 3), were nothing in between."""
@@ -90,8 +98,6 @@ class SpreadLight(Light):
     `spectrum` is the mixture of the spectra as it arrives on a horizontal plane. Points and directions are of the
     world. Luminance is in cd/m^2, of spectra whose scale does not matter.
     """
-
-    spectra: tuple[Spectrum, ...]
 
     @abstractmethod
     def luminance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> LuminanceByField:

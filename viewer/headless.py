@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..lighting.environment.gathering import GatheredLight
+from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand, TermShader
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
 from .geometry import LightGeometry
-from .keeping import KeptTerms, Layer, Piece, Tile
+from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .renderer import Filtering, Renderer
@@ -21,7 +23,9 @@ from .resources import (
     MOST_TRIANGLES,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
+    LightTables,
     Owner,
+    light_tables,
     palette_texels,
     triangle_texels,
 )
@@ -55,6 +59,7 @@ class GLTile(Tile):
     parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
     None where there are none.
     uv : texture coordinates and footprints, where they were asked for.
+    frames : of lights that spread, where there are any.
     lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
     """
 
@@ -62,6 +67,7 @@ class GLTile(Tile):
     samples: int
     seen: moderngl.Texture
     uv: tuple[moderngl.Texture, ...]
+    frames: tuple[moderngl.Texture, ...]
     lights: tuple[tuple[moderngl.Texture, ...], ...]
     owner: Owner
 
@@ -99,10 +105,12 @@ class GLRenderer(Renderer):
         self.context = create_context() if context is None else context
         self.name = describe(self.context)
         self._passes = Passes(self.context)
+        self._tables: dict[tuple[int, int], tuple[GatheredLight, LightTables]] = {}
 
     def close(self) -> None:
         """Release everything, programs and (if it made it) the context included."""
         self.release()
+        self._forget_lights(all_of_them=True)
         self._passes.release()
         if self._owns_context:
             self.context.release()
@@ -125,6 +133,7 @@ class GLRenderer(Renderer):
                 for light in scene.lights
             )
             uv = self._passes.uv(owner, view, seen, table, triangles) if self._with_uv else ()
+            frames = self._passes.frames(owner, view, seen, table) if self._with_frames else ()
             coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
@@ -132,7 +141,7 @@ class GLRenderer(Renderer):
         finally:
             scratch.release()
         parts = _places(triangles, scene.first_face, side, coverage.shape[::-1])
-        return GLTile(coverage, self._with_uv, parts, side, seen, uv, lights, owner)
+        return GLTile(coverage, self._with_uv, self._with_frames, parts, side, seen, uv, frames, lights, owner)
 
     def _discard(self, tile: GLTile) -> None:
         tile.owner.release()
@@ -173,7 +182,9 @@ class GLRenderer(Renderer):
             given = {"part": numbers, "samples": tile.samples, **values}
             self._passes.shade(target, None if palette is None else box, written, made, samplers, given)
 
-    def _terms(self, tile: GLTile, layer: Layer) -> GLTerms | None:
+    def _terms(self, tile: GLTile, layer: Layer | SpreadLayer) -> GLTerms | None:
+        if isinstance(layer, SpreadLayer):
+            return self._gathered_terms(tile, layer)
         place = tile.parts[layer.part]
         if place is None:
             return None
@@ -193,14 +204,72 @@ class GLRenderer(Renderer):
             raise
         finally:
             scratch.release()
-        return GLTerms(layer.summand, 16 * box[2] * box[3] * len(quads), box, quads, owner)
+        return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
 
-    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+    def _gathered_terms(self, tile: GLTile, layer: SpreadLayer) -> GLTerms | None:
+        place = tile.parts[layer.part]
+        if place is None:
+            return None
+        numbers, box = place
+        owner, scratch = Owner(self.context), Owner(self.context)
+        try:
+            made, textures = self._form_uploaded(scratch, layer.form)
+            quads = tuple(owner.texture(box[2:], 4) for _ in range(layer.rank // 4))
+            names = ("tangent", "bitangent", "normal")
+            samplers = {"seen": tile.seen, **dict(zip(names, tile.frames, strict=True)), **textures}
+            samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
+            values = {
+                "map_from_world": tuple(layer.world_from_map.reshape(-1)),
+                "scale": layer.scale,
+                "part": numbers,
+                "samples": tile.samples,
+                "origin": box[:2],
+                "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
+            }
+            tables = self._light_tables(layer)
+            for start in range(0, len(quads), MOST_QUADS):
+                target = scratch.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
+                target.clear()
+                self._passes.gather(target, made, tables, samplers, {**values, "first_row": start})
+        except BaseException:
+            owner.release()
+            raise
+        finally:
+            scratch.release()
+        return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
+
+    def _form_uploaded(self, owner: Owner, form: EnvironmentForm) -> Uploaded:
+        made = form.shader(self.filtering == "mipmapped")
+        sizes = {"LOBES": form.count, **made.sizes}
+        sizes |= {"MIPMAPPED": 1} if self.filtering == "mipmapped" else {}
+        sizes |= {"USES_UV": 1} if form.uses_uv else {}
+        return replace(made, sizes=sizes), {name: owner.texels(values) for name, values in made.textures.items()}
+
+    def _light_tables(self, layer: SpreadLayer) -> LightTables:
+        """Kept for as long as what the light sends is."""
+        key = id(layer.gathered), layer.fields.start
+        if key not in self._tables:
+            self._forget_lights()
+            tables = light_tables(self.context, layer.gathered, layer.fields)
+            self._tables[key] = layer.gathered, tables
+        return self._tables[key][1]
+
+    def _forget_lights(self, all_of_them: bool = False) -> None:
+        """Free what is kept on the GPU of lights that are forgotten."""
+        known = set() if all_of_them else {id(gathered) for _, gathered in self._gathered.values()}
+        for key in [key for key in self._tables if key[0] not in known]:
+            self._tables.pop(key)[1].owner.release()
+
+    def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
         # Terms that serve one draw call are folded in it; more calls look factors up once. What mixes entries of its
         # palette has no terms of a pixel that could be kept.
         keep = self.keeps_terms or count > MOST_SPECTRA
-        kept = [one for one in layers if keep and one.summand.palette.entries == one.summand.mixed == 1]
-        direct = [one for one in layers if one not in kept]
+        kept = [
+            one
+            for one in layers
+            if isinstance(one, SpreadLayer) or (keep and one.summand.palette.entries == one.summand.mixed == 1)
+        ]
+        direct = [one for one in layers if isinstance(one, Layer) and one not in kept]
         out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)
@@ -210,7 +279,7 @@ class GLRenderer(Renderer):
         return out
 
     def _drawn_by(
-        self, piece: Piece, kept: Sequence[Layer], direct: Sequence[Layer], columns: slice
+        self, piece: Piece, kept: Sequence[Layer | SpreadLayer], direct: Sequence[Layer], columns: slice
     ) -> Float[np.ndarray, "m h w 3"]:
         """Pictures of the spectra that `columns` of the layers' colours are of, from kept terms or directly."""
         height, width = self._coverage_of(piece).shape
@@ -242,7 +311,12 @@ class GLRenderer(Renderer):
             self._add(target, tile, layer, known[id(layer.summand)], written, values, {"palette": palette})
 
     def _add_folded(
-        self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
+        self,
+        target: moderngl.Framebuffer,
+        owner: Owner,
+        piece: Piece,
+        layers: Sequence[Layer | SpreadLayer],
+        columns: slice,
     ) -> None:
         for layer, terms in self._with_terms(piece, layers, True):
             palette, shape = _palette(owner, layer, columns)
@@ -251,7 +325,7 @@ class GLRenderer(Renderer):
                 self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
 
 
-def _palette(owner: Owner, layer: Layer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+def _palette(owner: Owner, layer: Layer | SpreadLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape
 

@@ -30,7 +30,8 @@ class EnvironmentLight(SpreadLight):
     fields : (K, H, W) luminance, relative, finite, not negative, latitude-longitude (`latlong`); field k is that of
         spectrum k alone. Between the middles of texels it is linear.
     spectra : K emissions; their scale does not matter.
-    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields.
+    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields. None leaves
+        them as they are, in cd/m^2, even if nothing comes from above.
     rotation_deg : turns the map about the vertical (+y), right-handed.
     origin : of the spectra; reports say so.
     spectrum_name : what reports call the spectra.
@@ -47,7 +48,7 @@ class EnvironmentLight(SpreadLight):
 
     fields: Float[np.ndarray, "K H W"]
     spectra: tuple[Spectrum, ...]
-    illuminance_lux: Number = 1000.0
+    illuminance_lux: Number | None = 1000.0
     rotation_deg: Number = 0.0
     name: str = "light"
     spectrum_name: str = ""
@@ -76,8 +77,12 @@ class EnvironmentLight(SpreadLight):
             raise InputError(
                 "unknown origin", field="origin", found=repr(self.origin), expected=", ".join(get_args(Origin))
             )
-        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         arrives = self._relative_illuminances(fields)
+        if self.illuminance_lux is None:
+            object.__setattr__(self, "illuminance_lux", float(arrives.sum()))
+            object.__setattr__(self, "fields", fields)
+            return
+        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         if not arrives.sum() > 0.0:
             raise InputError(
                 "an environment that sends nothing from above",
@@ -86,7 +91,9 @@ class EnvironmentLight(SpreadLight):
                 expected="some light in the upper half of the map",
                 hint="look whether the map is upside down, or black",
             )
-        object.__setattr__(self, "fields", fields * (self.illuminance_lux / arrives.sum()))
+        scale = self.illuminance_lux / arrives.sum()
+        # As it is where it fits: what is made of an array is known by it, also when the light is turned.
+        object.__setattr__(self, "fields", fields if abs(scale - 1.0) < 1e-12 else fields * scale)
 
     @staticmethod
     def _relative_illuminances(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, " K"]:
@@ -103,7 +110,7 @@ class EnvironmentLight(SpreadLight):
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
         """All fields together, of one spectrum."""
-        total = self.fields.sum(axis=0, keepdims=True)
+        total = self.fields if len(self.fields) == 1 else self.fields.sum(axis=0, keepdims=True)
         return replace(self, fields=total, spectra=(spectrum,), spectrum_name=name, origin="stated")
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
