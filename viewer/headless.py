@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..lighting.environment.gathering import GatheredLight
-from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand, TermShader
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
 from .geometry import LightGeometry
+from .gl_gathering import FRAMES, GLGathering
 from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
@@ -23,9 +22,7 @@ from .resources import (
     MOST_TRIANGLES,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
-    LightTables,
     Owner,
-    light_tables,
     palette_texels,
     triangle_texels,
 )
@@ -105,12 +102,12 @@ class GLRenderer(Renderer):
         self.context = create_context() if context is None else context
         self.name = describe(self.context)
         self._passes = Passes(self.context)
-        self._tables: dict[tuple[int, int], tuple[GatheredLight, LightTables]] = {}
+        self._gathering = GLGathering(self.context, self._passes)
 
     def close(self) -> None:
         """Release everything, programs and (if it made it) the context included."""
         self.release()
-        self._forget_lights(all_of_them=True)
+        self._gathering.release()
         self._passes.release()
         if self._owns_context:
             self.context.release()
@@ -211,54 +208,17 @@ class GLRenderer(Renderer):
         if place is None:
             return None
         numbers, box = place
-        owner, scratch = Owner(self.context), Owner(self.context)
+        samplers: dict[str, moderngl.Texture] = {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True))}
+        samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
+        values = {"part": numbers, "samples": tile.samples, "origin": box[:2]}
+        owner = Owner(self.context)
         try:
-            made, textures = self._form_uploaded(scratch, layer.form)
             quads = tuple(owner.texture(box[2:], 4) for _ in range(layer.rank // 4))
-            names = ("tangent", "bitangent", "normal")
-            samplers = {"seen": tile.seen, **dict(zip(names, tile.frames, strict=True)), **textures}
-            samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
-            values = {
-                "map_from_world": tuple(layer.world_from_map.reshape(-1)),
-                "scale": layer.scale,
-                "part": numbers,
-                "samples": tile.samples,
-                "origin": box[:2],
-                "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
-            }
-            tables = self._light_tables(layer)
-            for start in range(0, len(quads), MOST_QUADS):
-                target = scratch.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
-                target.clear()
-                self._passes.gather(target, made, tables, samplers, {**values, "first_row": start})
+            self._gathering.add(quads, layer, self.filtering == "mipmapped", samplers, values)
         except BaseException:
             owner.release()
             raise
-        finally:
-            scratch.release()
         return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
-
-    def _form_uploaded(self, owner: Owner, form: EnvironmentForm) -> Uploaded:
-        made = form.shader(self.filtering == "mipmapped")
-        sizes = {"LOBES": form.count, **made.sizes}
-        sizes |= {"MIPMAPPED": 1} if self.filtering == "mipmapped" else {}
-        sizes |= {"USES_UV": 1} if form.uses_uv else {}
-        return replace(made, sizes=sizes), {name: owner.texels(values) for name, values in made.textures.items()}
-
-    def _light_tables(self, layer: SpreadLayer) -> LightTables:
-        """Kept for as long as what the light sends is."""
-        key = id(layer.gathered), layer.fields.start
-        if key not in self._tables:
-            self._forget_lights()
-            tables = light_tables(self.context, layer.gathered, layer.fields)
-            self._tables[key] = layer.gathered, tables
-        return self._tables[key][1]
-
-    def _forget_lights(self, all_of_them: bool = False) -> None:
-        """Free what is kept on the GPU of lights that are forgotten."""
-        known = set() if all_of_them else {id(gathered) for _, gathered in self._gathered.values()}
-        for key in [key for key in self._tables if key[0] not in known]:
-            self._tables.pop(key)[1].owner.release()
 
     def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
         # Terms that serve one draw call are folded in it; more calls look factors up once. What mixes entries of its

@@ -194,16 +194,16 @@ class Passes:
         self,
         target: moderngl.Framebuffer,
         terms: TermShader,
+        sizes: Mapping[str, int],
         light: resources.LightTables,
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
         """Four terms in each attachment of `target`: what a material gathers of a light that spreads."""
         self._check_names(terms)
-        sizes = {**terms.sizes, **light.sizes, "QUADS": len(target.color_attachments)}
-        made, everywhere = self._full_screen("gather.frag", terms.file, **sizes)
-        given = {**terms.uniforms, **light.uniforms, **values}
-        self.draw_layer(made, everywhere, target, None, {**samplers, **light.textures}, given)
+        whole = {**sizes, **light.sizes, "QUADS": len(target.color_attachments)}
+        made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
+        self.draw_layer(made, everywhere, target, None, {**samplers, **light.textures}, {**light.uniforms, **values})
 
     def shade(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -48,7 +48,7 @@ class EnvironmentLight(SpreadLight):
 
     fields: Float[np.ndarray, "K H W"]
     spectra: tuple[Spectrum, ...]
-    illuminance_lux: Number | None = 1000.0
+    illuminance_lux: Any = 1000.0
     rotation_deg: Number = 0.0
     name: str = "light"
     spectrum_name: str = ""

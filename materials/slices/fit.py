@@ -91,11 +91,13 @@ def _in_few(
     truth = spectra @ weights
     whole = np.abs(truth.sum(axis=2, keepdims=True))
     allowed = _OFF * np.maximum(whole, _OFF * whole.max())
-    for size in range(1, full.size + 1):
+
+    def within(size: int) -> bool:
         basis = full.truncated(size)
         off = np.abs((rows @ basis.analysis) @ (basis.synthesis.T @ weights) - rows @ weights).reshape(truth.shape)
-        if size == full.size or (off.sum(axis=2, keepdims=True) <= allowed).all():
-            break
+        return bool((off.sum(axis=2, keepdims=True) <= allowed).all())
+
+    basis = full.truncated(next((size for size in range(1, full.size) if within(size)), full.size))
     value = (rows @ basis.analysis).reshape(*spectra.shape[:3], -1)
     return value, Palette.of(basis.synthesis.T, SpectralBasis.sampled(wavelengths_nm))
 

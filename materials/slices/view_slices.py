@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -88,9 +89,9 @@ class ViewSlices(EnvironmentForm):
             share = around - first
             sides = ((first % azimuths, 1.0 - share), ((first + 1) % azimuths, share))
             corners = [(t, a, w * v) for t, w in weights for a, v in sides]
-        directions = sum(w[:, None, None] * self.directions[t, a] for t, a, w in corners)
-        width = sum(w[:, None] / self.sharpness[t, a] for t, a, w in corners)
-        value = sum(w[:, None, None] * self.value[t, a] for t, a, w in corners)
+        directions = _mixed(w[:, None, None] * self.directions[t, a] for t, a, w in corners)
+        width = _mixed(w[:, None] / self.sharpness[t, a] for t, a, w in corners)
+        value = _mixed(w[:, None, None] * self.value[t, a] for t, a, w in corners)
         directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
         if self.isotropic:
             # From the plane of +x into that of the viewer; straight above every plane is as good.
@@ -135,5 +136,11 @@ class ViewSlices(EnvironmentForm):
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> ViewSlices:
         """The form whose `stored()` this is; KeyError where something is missing."""
-        arrays = (np.asarray(kept[name], dtype=np.float64) for name in ("directions", "sharpness", "value"))
-        return cls(*arrays, Palette.from_stored(kept["palette"]))
+        directions, sharpness, value = (
+            np.asarray(kept[name], dtype=np.float64) for name in ("directions", "sharpness", "value")
+        )
+        return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]))
+
+
+def _mixed(parts: Iterable[np.ndarray]) -> np.ndarray:
+    return reduce(np.add, parts)
