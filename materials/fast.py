@@ -133,9 +133,16 @@ class Fast(Surface):
     def in_basis(self, basis: SpectralBasis) -> Fast:
         """The same with all palettes in another basis."""
 
-    @abc.abstractmethod
     def environment_form(self) -> EnvironmentForm:
-        """How it gathers light from all around, its palette at the wavelengths of the surface's own."""
+        """How it gathers light from all around.
+
+        Raises
+        ------
+        InputError : the form does not say.
+        """
+        expected = "`environment_form` of its class, or lights that shine from one direction each"
+        problem = "this fast form cannot be lit from all around"
+        raise InputError(problem, field=self.NAME, found="no environment form", expected=expected)
 
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
