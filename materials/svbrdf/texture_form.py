@@ -25,12 +25,12 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ..axes import Frame
 from ..factored.pack import FactoredBrdf, matt_brdf
-from ..fast import MOST_TEXELS, Fast, Summand, TermShader
+from ..fast import Fast, Summand, TermShader
 from ..fit_error import FitError
 from ..points import Points
 from ..protocol import LIGHTS
 from ..terms import Terms
-from .texels import filtered, levels_of, look_up
+from .texels import filtered, levels_of, look_up, packed
 
 # Texels that the number of terms is judged on.
 _JUDGED = 8192
@@ -75,30 +75,11 @@ class TexturePlanes(Summand):
         return Terms(value * points.angles(self.frame).scale[:, None])
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Planes four to a texel, one four beside the other, levels one below the other."""
+        """See `texels.packed`."""
         levels = self.levels if filtered else [self.planes]
-        width, quads = self.planes.shape[1], -(-self.rank // 4)
-        heights = [len(level) for level in levels]
-        if width * quads > MOST_TEXELS or sum(heights) > MOST_TEXELS:
-            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {MOST_TEXELS} each way"
-            raise InputError("a texture too large for the GPU", field="planes", found=found, expected=expected)
         # Means of halves are no halves.
-        dtype = np.float16 if self.planes.dtype == np.float16 and not filtered else np.float32
-        texels = np.zeros((sum(heights), quads, width, 4), dtype=dtype)
-        sizes, top = [], 0
-        for level in levels:
-            height, across, _ = level.shape
-            padded = np.zeros((height, across, quads * 4))
-            padded[..., : self.rank] = level
-            texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
-            sizes.append((float(across), float(height), float(top)))
-            top += height
-        return TermShader(
-            Path(__file__).with_name("texture.glsl"),
-            {"LEVELS": len(levels)},
-            {"planes": texels.reshape(sum(heights), quads * width, 4)},
-            {"levels": sizes if len(sizes) > 1 else sizes[0]},
-        )
+        texels, sizes, places = packed(levels, self.planes.dtype == np.float16 and not filtered)
+        return TermShader(Path(__file__).with_name("texture.glsl"), sizes, {"planes": texels}, {"levels": places})
 
     @property
     def key(self) -> tuple:
@@ -169,7 +150,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
     truth, whites = judged @ weights, weights.sum(axis=0)
 
     def within(coefficients: np.ndarray, basis: SpectralBasis) -> bool:
-        off = _differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
+        off = differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
         return bool(np.percentile(off, 99, axis=1).max() <= _SHARE * budget and off.max() <= budget)
 
     size = next((j for j in range(1, full.size) if within(judged @ full.analysis[:, :j], full.truncated(j))), full.size)
@@ -191,7 +172,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
     return TextureForm(TexturePlanes(shaped, palette, "half" if half else "single"))
 
 
-def _differences(
+def differences(
     reference: Float[np.ndarray, "n M3"], sample: Float[np.ndarray, "n M3"], whites: Float[np.ndarray, " M3"]
 ) -> Float[np.ndarray, "M n"]:
     """ΔE94 of each texel under each light."""
