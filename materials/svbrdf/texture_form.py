@@ -92,7 +92,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
     truth, whites = judged @ weights, weights.sum(axis=0)
 
     def within(coefficients: np.ndarray, basis: SpectralBasis) -> bool:
-        off = _differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
+        off = differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
         return bool(np.percentile(off, 99, axis=1).max() <= _SHARE * budget and off.max() <= budget)
 
     size = next((j for j in range(1, full.size) if within(judged @ full.analysis[:, :j], full.truncated(j))), full.size)
@@ -114,7 +114,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
     return TextureForm(TexturePlanes(shaped, palette, "half" if half else "single"))
 
 
-def _differences(
+def differences(
     reference: Float[np.ndarray, "n M3"], sample: Float[np.ndarray, "n M3"], whites: Float[np.ndarray, " M3"]
 ) -> Float[np.ndarray, "M n"]:
     """ΔE94 of each texel under each light."""

@@ -13,10 +13,10 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ..axes import Frame
-from ..fast import MOST_TEXELS, Summand, TermShader
+from ..fast import Summand, TermShader
 from ..points import Points
 from ..terms import Terms
-from .texels import filtered, levels_of, look_up
+from .texels import filtered, levels_of, look_up, packed
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,30 +56,11 @@ class TexturePlanes(Summand):
         return filtered(self.levels, points.uv, points.footprint)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Planes four to a texel, one four beside the other, levels one below the other."""
+        """See `texels.packed`."""
         levels = self.levels if filtered else [self.planes]
-        width, quads = self.planes.shape[1], -(-self.rank // 4)
-        heights = [len(level) for level in levels]
-        if width * quads > MOST_TEXELS or sum(heights) > MOST_TEXELS:
-            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {MOST_TEXELS} each way"
-            raise InputError("a texture too large for the GPU", field="planes", found=found, expected=expected)
         # Means of halves are no halves.
-        dtype = np.float16 if self.planes.dtype == np.float16 and not filtered else np.float32
-        texels = np.zeros((sum(heights), quads, width, 4), dtype=dtype)
-        sizes, top = [], 0
-        for level in levels:
-            height, across, _ = level.shape
-            padded = np.zeros((height, across, quads * 4))
-            padded[..., : self.rank] = level
-            texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
-            sizes.append((float(across), float(height), float(top)))
-            top += height
-        return TermShader(
-            Path(__file__).with_name("texture.glsl"),
-            {"LEVELS": len(levels)},
-            {"planes": texels.reshape(sum(heights), quads * width, 4)},
-            {"levels": sizes if len(sizes) > 1 else sizes[0]},
-        )
+        texels, sizes, places = packed(levels, self.planes.dtype == np.float16 and not filtered)
+        return TermShader(Path(__file__).with_name("texture.glsl"), sizes, {"planes": texels}, {"levels": places})
 
     @property
     def key(self) -> tuple:

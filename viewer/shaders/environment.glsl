@@ -16,7 +16,7 @@ vec2 octahedral(vec3 to) {
     return on.y < 0.0 ? folded : on.xz;
 }
 
-vec4 between(sampler2D map, vec2 place, int first_row, int side) {
+vec4 between_octahedral(sampler2D map, vec2 place, int first_row, int side) {
     vec2 at = 0.5 * (place + 1.0) * float(side) + 0.5;
     ivec2 corner = clamp(ivec2(floor(at)), ivec2(0), ivec2(side));
     vec2 part = at - vec2(corner);
@@ -26,8 +26,8 @@ vec4 between(sampler2D map, vec2 place, int first_row, int side) {
     return mix(above, below, part.y);
 }
 
-vec4 level_at(vec2 place, int level) {
-    return between(pyramid, place, int(environment_levels[level].x), int(environment_levels[level].y));
+vec4 pyramid_at(vec2 place, int level) {
+    return between_octahedral(pyramid, place, int(environment_levels[level].x), int(environment_levels[level].y));
 }
 
 // The map itself, linear between the middles of texels.
@@ -51,15 +51,15 @@ vec4 under_gaussian(vec3 to, float width) {
     int low = 0;
     while (low + 1 < ENVIRONMENT_LEVELS && environment_sharpness[low + 1] <= lambda) ++low;
     vec2 place = octahedral(to);
-    vec4 found = level_at(place, low);
+    vec4 found = pyramid_at(place, low);
     float below = 1.0 / (environment_sharpness[low] + SOFTENING), wanted = 1.0 / (lambda + SOFTENING);
     if (low + 1 < ENVIRONMENT_LEVELS) {
         float above = 1.0 / (environment_sharpness[low + 1] + SOFTENING);
-        return mix(found, level_at(place, low + 1), (below - wanted) / (below - above));
+        return mix(found, pyramid_at(place, low + 1), (below - wanted) / (below - above));
     }
     return lambda > environment_sharpness[low] ? mix(found, map_at(to), 1.0 - wanted / below) : found;
 }
 
 vec4 on_surface(vec3 normal) {
-    return between(irradiance, octahedral(normal), 0, IRRADIANCE_SIDE);
+    return between_octahedral(irradiance, octahedral(normal), 0, IRRADIANCE_SIDE);
 }
