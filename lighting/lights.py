@@ -38,9 +38,10 @@ class Arrivals:
 
 
 class Light(ABC):
-    """What every light is: a relative emission `spectrum`, a name, a strength.
+    """What every light is: a relative emission, a name, a strength.
 
-    `spectra` are those that the light sends, of which `spectrum` is the mixture; `notes` say what was assumed of it.
+    spectra : all that it sends; several where they arrive from different directions. spectrum : their mixture.
+    notes : what was assumed or left out where it was made.
 
     KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
     (`scene_keys`), those of them that must be there, and what stands for some that need not.
@@ -82,7 +83,7 @@ class DeltaLight(Light):
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """`spectrum` alone."""
+        """Its one spectrum."""
         return (self.spectrum,)
 
     @abstractmethod

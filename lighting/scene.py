@@ -253,9 +253,9 @@ def check_lit(illuminances: Float[np.ndarray, "_"], path: Path | None) -> None:
             "no light falls on the middle of the scene",
             file=path,
             field="lights",
-            found="it is behind every softbox",
-            expected="a light that the middle of the box around all parts has before it",
-            hint="turn a softbox round, or add another light",
+            found="an illuminance of 0: it lies behind a softbox, or an environment sends nothing from above",
+            expected="some light in the middle of the box around all parts",
+            hint="turn the light round, or add another one",
         )
 
 

@@ -54,6 +54,7 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
         "uv.frag",
         {"UV_TEXELS": resources.UV_TEXELS, "UVS_A_ROW": resources.UVS_A_ROW, **_GEOMETRY_SIZES},
     ),
+    ("fullscreen.vert", "frames.frag", _GEOMETRY_SIZES),
     *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
 )
 
@@ -169,6 +170,40 @@ class Passes:
         finally:
             scratch.release()
         return outputs
+
+    def frames(
+        self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: moderngl.Texture
+    ) -> tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture]:
+        """Tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to the
+        viewer, kept by `owner`. For lights that spread: no other pass needs it.
+        """
+        outputs = (owner.texture(seen.size, 4), owner.texture(seen.size, 4), owner.texture(seen.size, 4))
+        scratch = resources.Owner(self.context)
+        try:
+            self._begin(scratch.keep(self.context.framebuffer(outputs)), seen.size)
+            self.context.enable_only(self.context.NOTHING)
+            made, everywhere = self._full_screen("frames.frag")
+            values = {"eye": tuple(view.eye), "perspective": view.perspective}
+            _set(made, values, {"seen": seen, "triangles": triangles})
+            everywhere.render(self.context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return outputs
+
+    def gather(
+        self,
+        target: moderngl.Framebuffer,
+        terms: TermShader,
+        sizes: Mapping[str, int],
+        light: resources.LightTables,
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Four terms in each attachment of `target`: what a material gathers of a light that spreads."""
+        self._check_names(terms)
+        whole = {**sizes, **light.sizes, "QUADS": len(target.color_attachments)}
+        made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
+        self.draw_layer(made, everywhere, target, None, {**samplers, **light.textures}, {**light.uniforms, **values})
 
     def shade(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -35,7 +35,8 @@ class EnvironmentLight(SpreadLight):
     fields : (K, H, W) luminance, relative, finite, not negative, latitude-longitude (`latlong`); field k is that of
         spectrum k alone. Between the middles of texels it is linear.
     spectra : K emissions; their scale does not matter.
-    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields.
+    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields. None leaves
+        them as they are, in cd/m^2, even if nothing comes from above.
     rotation_deg : turns the map about the vertical (+y), right-handed.
     origin : of the spectra; reports say so.
     spectrum_name : what reports call the spectra.
@@ -52,7 +53,7 @@ class EnvironmentLight(SpreadLight):
 
     fields: Float[np.ndarray, "K H W"]
     spectra: tuple[Spectrum, ...]
-    illuminance_lux: Number = 1000.0
+    illuminance_lux: Any = 1000.0
     rotation_deg: Number = 0.0
     name: str = "light"
     spectrum_name: str = ""
@@ -83,8 +84,12 @@ class EnvironmentLight(SpreadLight):
             raise InputError(
                 "unknown origin", field="origin", found=repr(self.origin), expected=", ".join(get_args(Origin))
             )
-        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         arrives = self._relative_illuminances(fields)
+        if self.illuminance_lux is None:
+            object.__setattr__(self, "illuminance_lux", float(arrives.sum()))
+            object.__setattr__(self, "fields", fields)
+            return
+        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         if not arrives.sum() > 0.0:
             raise InputError(
                 "an environment that sends nothing from above",
@@ -93,7 +98,9 @@ class EnvironmentLight(SpreadLight):
                 expected="some light in the upper half of the map",
                 hint="look whether the map is upside down, or black",
             )
-        object.__setattr__(self, "fields", fields * (self.illuminance_lux / arrives.sum()))
+        scale = self.illuminance_lux / arrives.sum()
+        # As it is where it fits: what is made of an array is known by it, also when the light is turned.
+        object.__setattr__(self, "fields", fields if abs(scale - 1.0) < 1e-12 else fields * scale)
 
     def __repr__(self) -> str:
         count, height, width = self.fields.shape
@@ -115,18 +122,20 @@ class EnvironmentLight(SpreadLight):
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
         """All fields together, of one spectrum."""
-        total = self.fields.sum(axis=0, keepdims=True)
-        return replace(self, fields=total, spectra=(spectrum,), spectrum_name=name, origin="stated")
+        total = self.fields if len(self.fields) == 1 else self.fields.sum(axis=0, keepdims=True)
+        changes: dict[str, Any] = {"spectra": (spectrum,), "spectrum_name": name, "origin": "stated"}
+        return replace(self, fields=total, illuminance_lux=self.illuminance_lux or None, **changes)
 
     def for_observer(self, seen_by: Observer) -> EnvironmentLight:
         """The same light, its fields the luminance that this observer sees: spectra weigh as much as they do to it."""
         if seen_by.name == self.observer.name:
             return self
         if len(self.spectra) == 1:
-            return replace(self, observer=seen_by)
+            return replace(self, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
         seen = np.array([[one.luminous(spectrum) for spectrum in self.spectra] for one in (self.observer, seen_by)])
         ratio = np.divide(seen[1], seen[0], out=np.ones(len(self.spectra)), where=seen[0] > 0.0)
-        return replace(self, fields=self.fields * ratio[:, None, None], observer=seen_by)
+        fields = self.fields * ratio[:, None, None]
+        return replace(self, fields=fields, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
         """Its illuminance on a horizontal plane, from infinitely far off."""

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 
-def directions(rows: Float[np.ndarray, "*n"], columns: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n 3"]:
+def directions(rows: Float[np.ndarray, "*#n"], columns: Float[np.ndarray, "*#n"]) -> Float[np.ndarray, "*n 3"]:
     """Unit directions of places in a map: rows from 0 (up) to 1 (down), columns from 0 (left) to 1."""
     polar, round_ = np.pi * np.asarray(rows), 2.0 * np.pi * np.asarray(columns)
     sine = np.sin(polar)
