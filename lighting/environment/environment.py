@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal, get_args
 
@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
-from ...spectral.observers import observer
+from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number
@@ -21,7 +21,12 @@ from . import latlong
 Origin = Literal["stated", "made", "measured"]
 
 
-@dataclass(frozen=True, eq=False)
+def _photometric() -> Observer:
+    """The observer by whom luminance is defined."""
+    return observer("1931_2")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class EnvironmentLight(SpreadLight):
     """An environment: K fields of luminance over directions, each of one spectrum.
 
@@ -35,6 +40,8 @@ class EnvironmentLight(SpreadLight):
     rotation_deg : turns the map about the vertical (+y), right-handed.
     origin : of the spectra; reports say so.
     spectrum_name : what reports call the spectra.
+    observer : whose luminance the fields are: that by which renderers weigh the spectra. A `Scene` makes it its own.
+    notes : what was assumed or left out where the light was made.
 
     Raises
     ------
@@ -43,8 +50,6 @@ class EnvironmentLight(SpreadLight):
     """
 
     KIND: ClassVar = "environment"
-    KEYS: ClassVar = {"map": "text", "rotation_deg": "number", "illuminance_lux": "number", "uplift": "text"}
-    REQUIRED: ClassVar = ("map",)
 
     fields: Float[np.ndarray, "K H W"]
     spectra: tuple[Spectrum, ...]
@@ -53,6 +58,8 @@ class EnvironmentLight(SpreadLight):
     name: str = "light"
     spectrum_name: str = ""
     origin: Origin = "stated"
+    observer: Observer = field(default_factory=_photometric)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         fields = np.asarray(self.fields, dtype=np.float64)
@@ -95,6 +102,11 @@ class EnvironmentLight(SpreadLight):
         # As it is where it fits: what is made of an array is known by it, also when the light is turned.
         object.__setattr__(self, "fields", fields if abs(scale - 1.0) < 1e-12 else fields * scale)
 
+    def __repr__(self) -> str:
+        count, height, width = self.fields.shape
+        spectra = "1 spectrum" if count == 1 else f"{count} spectra"
+        return f"<Environment {self.name}: {width} x {height}, {spectra} {self.origin}, {self.illuminance_lux:g} lx>"
+
     @staticmethod
     def _relative_illuminances(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, " K"]:
         """Of each field on a horizontal plane, lit from above."""
@@ -106,12 +118,24 @@ class EnvironmentLight(SpreadLight):
     @cached_property
     def spectrum(self) -> Spectrum:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The mixture of the spectra that arrives on a horizontal plane."""
-        return mixture(self.spectra, self._relative_illuminances(self.fields))
+        return mixture(self.spectra, self._relative_illuminances(self.fields), self.observer)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
         """All fields together, of one spectrum."""
         total = self.fields if len(self.fields) == 1 else self.fields.sum(axis=0, keepdims=True)
-        return replace(self, fields=total, spectra=(spectrum,), spectrum_name=name, origin="stated")
+        changes: dict[str, Any] = {"spectra": (spectrum,), "spectrum_name": name, "origin": "stated"}
+        return replace(self, fields=total, illuminance_lux=self.illuminance_lux or None, **changes)
+
+    def for_observer(self, seen_by: Observer) -> EnvironmentLight:
+        """The same light, its fields the luminance that this observer sees: spectra weigh as much as they do to it."""
+        if seen_by.name == self.observer.name:
+            return self
+        if len(self.spectra) == 1:
+            return replace(self, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
+        seen = np.array([[one.luminous(spectrum) for spectrum in self.spectra] for one in (self.observer, seen_by)])
+        ratio = np.divide(seen[1], seen[0], out=np.ones(len(self.spectra)), where=seen[0] > 0.0)
+        fields = self.fields * ratio[:, None, None]
+        return replace(self, fields=fields, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
         """Its illuminance on a horizontal plane, from infinitely far off."""
@@ -138,7 +162,9 @@ class EnvironmentLight(SpreadLight):
         # Linear between texels, light may come from any texel beside one that is bright.
         padded = np.pad(total, 1, mode="edge")
         padded[:, 0], padded[:, -1] = padded[:, -2], padded[:, 1]
-        near = np.max([padded[i : i + height, j : j + width] for i in range(3) for j in range(3)], axis=0)
+        near = total.copy()
+        for down, right in np.ndindex(3, 3):
+            np.maximum(near, padded[down : down + height, right : right + width], out=near)
         power = np.maximum(total, 0.25 * near) * latlong.solid_angles(height, width)[:, None]
         power /= power.sum()
         rows = power.sum(axis=1)
@@ -174,18 +200,17 @@ class EnvironmentLight(SpreadLight):
         return np.full(len(directions), np.inf)
 
 
-def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"]) -> Spectrum:
-    """The emission of K spectra mixed by luminance, in shares of any scale, on all their wavelengths.
+def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_by: Observer) -> Spectrum:
+    """The emission of K spectra mixed by this observer's luminance, in shares of any scale, on all their wavelengths.
 
-    Luminance is that of the CIE 1931 2 degree observer; a spectrum without any counts by its power.
+    A spectrum without any luminance counts by its power.
     """
     if len(spectra) == 1:
         return spectra[0]
-    seen_by = observer("1931_2")
     wavelengths_nm = np.unique(np.concatenate([one.wavelengths_nm for one in spectra]))
     total = np.zeros(len(wavelengths_nm))
     for spectrum, share in zip(spectra, shares, strict=True):
-        samples = np.interp(wavelengths_nm, spectrum.wavelengths_nm, spectrum.samples, left=0.0, right=0.0)
+        samples = np.interp(wavelengths_nm, spectrum.wavelengths_nm, spectrum.samples)
         luminous = seen_by.luminous(spectrum)
         scale = luminous if luminous > 0.0 else float(np.trapezoid(samples, wavelengths_nm))
         total += samples * (share / scale if scale > 0.0 else 0.0)
