@@ -295,7 +295,7 @@ class Passes:
         return self._shadows[id(light)][2]
 
     def _full_screen(
-        self, fragment: str, terms: Path | None = None, /, **sizes: int
+        self, fragment: str, terms: Path | None = None, /, **sizes: int | float
     ) -> tuple[moderngl.Program, moderngl.VertexArray]:
         """A program that runs at every pixel of its target, and its vertex array without buffers."""
         made = self._program("fullscreen.vert", fragment, terms, **sizes)
@@ -303,7 +303,7 @@ class Passes:
             self._everywhere[made] = self.owner.keep(self.context.vertex_array(made, []))
         return made, self._everywhere[made]
 
-    def _compiled(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int) -> moderngl.Program:
+    def _compiled(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> moderngl.Program:
         if terms is not None:
             return self.owner.keep(program(self.context, vertex, fragment, sizes, terms))
         # What is linear stands first, so that it is found where nothing is said of mip-mapping.

@@ -38,7 +38,7 @@ class SoftwareTile(Tile):
     """
 
     lit: dict[tuple[int, int], tuple[Int[np.ndarray, " K"], Points]]
-    seen: tuple[tuple[Int[np.ndarray, " K"], Points, Float[np.ndarray, "K 3 3"]], ...]
+    seen: tuple[tuple[Int[np.ndarray, "_"], Points, Float[np.ndarray, "_ 3 3"]], ...]
 
 
 class SoftwareRenderer(Renderer):
