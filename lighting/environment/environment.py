@@ -111,7 +111,8 @@ class EnvironmentLight(SpreadLight):
     def _relative_illuminances(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, " K"]:
         """Of each field on a horizontal plane, lit from above."""
         height, width = fields.shape[1:]
-        edges = np.clip(np.cos(np.pi * np.arange(height + 1) / height), 0.0, None)
+        # The sine of the elevation, which is exactly 0 on the horizon: light from below must not come to 1e-33 lx.
+        edges = np.clip(np.sin(np.pi * (0.5 - np.arange(height + 1) / height)), 0.0, None)
         # The cosine over a texel, exact: half the difference of its squares at the texel's edges.
         return fields.sum(axis=2) @ ((edges[:-1] ** 2 - edges[1:] ** 2) * np.pi / width)
 

@@ -19,7 +19,7 @@ from . import latlong
 from .environment import EnvironmentLight, Origin
 from .light_map import LightMap
 from .map_file import read_map
-from .reduction import MOST_SPECTRA, Reduction, reduced
+from .reduction import BUDGET_DELTA_E94, MOST_SPECTRA, Reduction, reduced
 
 #: What scene files may say of such a light, beside what they say of every one.
 KEYS = {
@@ -199,8 +199,9 @@ def _made(
         between = reflectances[..., low] * (1.0 - (index - low)) + reflectances[..., high] * (index - low)
         return between * lamp.samples
 
-    few = reduced(lit(uplifting.spectra(rgb(found.at(_looked_at(luminance))))), grid)
-    if len(few.spectra) >= len(uplifting.corners):
+    corners = len(uplifting.corners)
+    few = reduced(lit(uplifting.spectra(rgb(found.at(_looked_at(luminance))))), grid, most=min(corners, MOST_SPECTRA))
+    if len(few.spectra) == corners or (few.delta_e94[0] > BUDGET_DELTA_E94 and corners <= MOST_SPECTRA):
         # A method of so few corners is exact in them.
         few = Reduction(lit(uplifting.corners), grid)
     few = few.at_peak_one()

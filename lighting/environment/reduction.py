@@ -28,7 +28,10 @@ _RANK = 1e-6
 # The non-negative fit: exchanges a spectrum at the most, exchanges that may fail in a row, and what is 0.
 _EXCHANGES, _FULL_EXCHANGES, _ROUNDING = 20, 3, 1e-10
 # How often the spectra and their shares are improved in turn.
-_TURNS = 40
+_TURNS = 30
+# How much farther from the mean than any sample a spectrum may begin.
+_REACH = 4.0
+_OBSERVERS = ("1931_2", "1964_10")
 # A white without some tristimulus value has none to compare; this share of its Y stands in for it.
 _LEAST_WHITE = 1e-6
 
@@ -84,8 +87,8 @@ class Reduction:
 
     def shares(self, samples: Float[np.ndarray, "n L"]) -> Float[np.ndarray, "n K"]:
         """Numbers, not negative, with samples ≈ shares @ spectra, nearest in tristimulus values of reflectances."""
-        metric = _metric(self.wavelengths_nm)
-        return _non_negative(samples @ metric.T, self.spectra @ metric.T)
+        towards = _metric(self.wavelengths_nm).towards
+        return _non_negative(samples @ towards.T, self.spectra @ towards.T)
 
     def at_peak_one(self) -> Reduction:
         """The same spectra, the largest sample of each 1."""
@@ -100,9 +103,9 @@ def reduced(
 ) -> Reduction:
     """The fewest spectra that show all of `samples`, each of which counts the same, within the budget.
 
-    The mean alone where that will do; else one more at a time, the sample that is farthest from what those before it
-    can mix, and all of them improved. The error is ΔE94 of each of the `reflectances` under one sample's light and
-    what stands for it, in Lab relative to the mean light's white at that sample's luminance; of each sample the worst.
+    The mean alone where that will do; else as many as the budget needs if they might be negative, and more until they
+    do that are not. The error is ΔE94 of each of the `reflectances` under one sample's light and what stands for it, in
+    Lab relative to the mean light's white at that sample's luminance; of each sample the worst.
 
     Parameters
     ----------
@@ -112,19 +115,47 @@ def reduced(
     luminance = samples @ xyz_of_samples(observer("1931_2"), wavelengths_nm)[0, 1]
     seen = samples[luminance > 0.0] / luminance[luminance > 0.0, None]
     metric = _metric(wavelengths_nm)
-    wanted = seen @ metric.T
+    wanted = seen @ metric.towards.T
     found = _judged(Reduction(seen.mean(axis=0)[None], wavelengths_nm), seen)
-    spectra, rest = np.empty((0, seen.shape[1])), wanted
-    while found.delta_e94[0] > budget_delta_e94 and len(spectra) < min(most, len(seen)):
-        farthest = int(np.argmax(np.sum(rest**2, axis=1)))
-        spectra = np.concatenate([spectra, seen[farthest, None]])
-        tried = Reduction(spectra, wavelengths_nm)
-        if len(spectra) > 1:
-            tried = _judged(_improved(tried, seen), seen)
+    if found.delta_e94[0] <= budget_delta_e94:
+        return found
+    most = min(most, len(seen))
+    for count in range(min(_fewest(metric, wanted, budget_delta_e94), most), most + 1):
+        for begun in _corners(seen, wanted, count):
+            tried = _judged(_improved(Reduction(begun, wavelengths_nm), seen), seen)
             found = tried if tried.delta_e94 < found.delta_e94 else found
-        spectra = tried.spectra
-        rest = wanted - tried.shares(seen) @ (spectra @ metric.T)
+            if found.delta_e94[0] <= budget_delta_e94:
+                return found
     return found
+
+
+def _fewest(metric: _Metric, wanted: np.ndarray, budget_delta_e94: float) -> int:
+    """How many spectra the budget needs if they may be negative: fewer that may not never do."""
+    left, singular, right = np.linalg.svd(wanted, full_matrices=False)
+    for count in range(2, singular.size):
+        shown = (left[:, :count] * singular[:count]) @ right[:count]
+        if np.percentile(metric.delta_e94(wanted, shown), 99.0) <= budget_delta_e94:
+            return count
+    return max(2, singular.size)
+
+
+def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where spectra may begin: the sample farthest from the mean, then always the one farthest from the flat through
+    those before it; these pushed away from the mean until somewhere nothing is left of them, and as they are.
+    """
+    chosen = [int(np.argmax(np.sum((wanted - wanted.mean(axis=0)) ** 2, axis=1)))]
+    rest = wanted - wanted[chosen[0]]
+    while len(chosen) < count:
+        farthest = int(np.argmax(np.sum(rest**2, axis=1)))
+        chosen.append(farthest)
+        away = rest[farthest]
+        squared = float(away @ away)
+        if squared > 0.0:
+            rest = rest - np.outer(rest @ away / squared, away)
+    corners, middle = seen[chosen], seen.mean(axis=0)
+    inward = middle - corners
+    reach = np.divide(middle, inward, out=np.full_like(inward, _REACH), where=inward > 0.0).min(axis=1)
+    return np.maximum(middle + np.clip(reach, 1.0, _REACH)[:, None] * (corners - middle), 0.0), corners
 
 
 def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
@@ -140,43 +171,45 @@ def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
     return Reduction(spectra, found.wavelengths_nm)
 
 
-def _judged(found: Reduction, seen: np.ndarray, shares: np.ndarray | None = None) -> Reduction:
-    errors = delta_e94(seen, found, found.shares(seen) if shares is None else shares)
+def _judged(found: Reduction, seen: np.ndarray) -> Reduction:
+    metric = _metric(found.wavelengths_nm)
+    errors = metric.delta_e94(seen @ metric.towards.T, found.shares(seen) @ (found.spectra @ metric.towards.T))
     return replace(found, delta_e94=(float(np.percentile(errors, 99.0)), float(errors.max())))
 
 
-def delta_e94(
-    samples: Float[np.ndarray, "n L"], found: Reduction, shares: Float[np.ndarray, "n K"]
-) -> Float[np.ndarray, " n"]:
-    """For each sample the worst of the reflectances and observers; samples of one luminance."""
-    worst = np.zeros(len(samples))
-    for name in ("1931_2", "1964_10"):
-        matrices = xyz_of_samples(observer(name), found.wavelengths_nm, *reflectances())
-        white = matrices[0] @ samples.mean(axis=0)
-        white = np.maximum(white, _LEAST_WHITE * white[1])
-        truth = np.einsum("rcl,nl->nrc", matrices, samples, optimize=True)
-        shown = np.einsum("nk,rck->nrc", shares, matrices @ found.spectra.T, optimize=True)
-        worst = np.maximum(worst, delta_e_xyz(truth, shown, white).max(axis=1))
-    return worst
+@dataclass(frozen=True, eq=False)
+class _Metric:
+    """All that the reflectances show of a light, as few numbers as there can be.
+
+    towards (Q,L) : those numbers of a light. rows (O, 3 R, Q) : of them, its tristimulus values, for each observer.
+    """
+
+    towards: Float[np.ndarray, "Q L"]
+    rows: Float[np.ndarray, "O V Q"]
+
+    def delta_e94(self, truth: Float[np.ndarray, "n Q"], shown: Float[np.ndarray, "n Q"]) -> Float[np.ndarray, " n"]:
+        """For each light, given by its numbers, the worst of the reflectances and observers."""
+        worst = np.zeros(len(truth))
+        for rows in self.rows:
+            pair = [(numbers @ rows.T).reshape(len(numbers), -1, 3) for numbers in (truth, shown)]
+            white = pair[0][:, 0].mean(axis=0)
+            white = np.maximum(white, _LEAST_WHITE * white[1])
+            worst = np.maximum(worst, delta_e_xyz(*pair, white).max(axis=1))
+        return worst
 
 
-def _metric(wavelengths_nm: Wavelengths) -> Float[np.ndarray, "Q L"]:
-    """Rows whose scalar products with light are all that the reflectances show of it, as few as there can be."""
+def _metric(wavelengths_nm: Wavelengths) -> _Metric:
     return _metric_of(wavelengths_nm.tobytes())
 
 
 @cache
-def _metric_of(key: bytes) -> Float[np.ndarray, "Q L"]:
+def _metric_of(key: bytes) -> _Metric:
     wavelengths_nm = np.frombuffer(key)
-    rows = np.concatenate(
-        [
-            xyz_of_samples(observer(name), wavelengths_nm, *reflectances()).reshape(-1, wavelengths_nm.size)
-            for name in ("1931_2", "1964_10")
-        ]
-    )
-    _, singular, directions = np.linalg.svd(rows, full_matrices=False)
+    matrices = [xyz_of_samples(observer(name), wavelengths_nm, *reflectances()) for name in _OBSERVERS]
+    rows = np.concatenate([one.reshape(-1, wavelengths_nm.size) for one in matrices])
+    left, singular, right = np.linalg.svd(rows, full_matrices=False)
     kept = singular > _RANK * singular[0]
-    return singular[kept, None] * directions[kept]
+    return _Metric(singular[kept, None] * right[kept], left[:, kept].reshape(len(_OBSERVERS), -1, int(kept.sum())))
 
 
 def _non_negative(wanted: Float[np.ndarray, "n Q"], parts: Float[np.ndarray, "K Q"]) -> Float[np.ndarray, "n K"]:
@@ -189,28 +222,25 @@ def _non_negative(wanted: Float[np.ndarray, "n Q"], parts: Float[np.ndarray, "K 
     parts = parts / lengths[:, None]
     gram, towards = parts @ parts.T, wanted @ parts.T
     rows, count = towards.shape
+    # What solves for the numbers that are free, for each choice of them.
+    choices = (np.arange(1 << count)[:, None] >> np.arange(count) & 1).astype(bool)
+    both = choices[:, :, None] & choices[:, None]
+    solving = np.linalg.pinv(np.where(both, gram, 0.0), hermitian=True) * both
     found, free = np.zeros((rows, count)), towards > 0.0
     rounding = _ROUNDING * np.abs(towards).max(axis=1, initial=0.0, keepdims=True)
     fewest, tries = np.full(rows, count + 1), np.full(rows, _FULL_EXCHANGES)
     left = np.arange(rows)
     for _ in range(_EXCHANGES * count):
-        codes = free[left] @ (1 << np.arange(count))
-        slopes = np.empty((left.size, count))
-        for code in np.unique(codes):
-            here = codes == code
-            some = (code >> np.arange(count) & 1).astype(bool)
-            at = np.zeros((int(here.sum()), count))
-            at[:, some] = np.linalg.lstsq(gram[np.ix_(some, some)], towards[left[here]][:, some].T, rcond=None)[0].T
-            found[left[here]] = at
-            slopes[here] = at @ gram - towards[left[here]]
-        wrong = np.where(free[left], found[left] < -rounding[left], slopes < -rounding[left])
+        now, at = free[left], towards[left]
+        found[left] = solved = (solving[now @ (1 << np.arange(count))] @ at[:, :, None])[:, :, 0]
+        wrong = np.where(now, solved < -rounding[left], solved @ gram - at < -rounding[left])
         number = wrong.sum(axis=1)
         fewer = number < fewest[left]
         fewest[left] = np.minimum(fewest[left], number)
         tries[left] = np.where(fewer, _FULL_EXCHANGES, tries[left] - 1)
         last = np.zeros_like(wrong)
         last[np.arange(left.size), count - 1 - np.argmax(wrong[:, ::-1], axis=1)] = True
-        free[left] ^= np.where((tries[left] > 0)[:, None], wrong, wrong & last)
+        free[left] = now ^ np.where((tries[left] > 0)[:, None], wrong, wrong & last)
         left = left[number > 0]
         if not left.size:
             break
