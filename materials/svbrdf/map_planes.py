@@ -162,7 +162,7 @@ class MapPlanes(Summand):
                 for down in _TAPS:
                     place = uv[here] + across * spanned[here, 0] + down * spanned[here, 1]
                     texels = look_up(levels[number], place, self.placement.wrap)
-                    found = self._shown(texels, layout, chosen, number > 0)
+                    found = self._shown(texels, layout, chosen, bool(number > 0))
                     if part.any():
                         coarser = look_up(levels[number + 1], place, self.placement.wrap)
                         found += part * (self._shown(coarser, layout, chosen, True) - found)
@@ -213,7 +213,9 @@ class MapPlanes(Summand):
                 sizes |= {f"SPREAD_{axes}": layout.columns[start + k] for k, axes in enumerate(("XX", "XY", "YY"))}
             elif start < len(layout.columns):
                 sizes[name] = layout.columns[start]
-        constants = tuple(layout.constants)
+        # Compilers cut what is never read off the end of an array.
+        read = [number for number, column in enumerate(layout.columns) if column < 0]
+        constants = tuple(layout.constants[: max(read, default=0) + 1])
         uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff}
         uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
         return TermShader(
