@@ -63,7 +63,9 @@ class TexelMap:
         found = self._decoded[codes] if codes.dtype.kind == "u" else codes.astype(np.float64)
         return found * np.asarray(self.scale) + np.asarray(self.offset)
 
-    def at(self, rows: Int[np.ndarray, "*texels"], columns: Int[np.ndarray, "*texels"]) -> Float[np.ndarray, "*texels C"]:
+    def at(
+        self, rows: Int[np.ndarray, "*texels"], columns: Int[np.ndarray, "*texels"]
+    ) -> Float[np.ndarray, "*texels C"]:
         """The numbers of texels."""
         if self.size == (1, 1):
             return np.broadcast_to(self.decoded(self.values[0, 0]), (*rows.shape, self.values.shape[2]))

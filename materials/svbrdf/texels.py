@@ -120,7 +120,11 @@ def packed(
         texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
         places.append((float(across), float(height), float(top)))
         top += height
-    return texels.reshape(sum(heights), quads * width, 4), {"LEVELS": len(levels)}, places if len(places) > 1 else places[0]
+    return (
+        texels.reshape(sum(heights), quads * width, 4),
+        {"LEVELS": len(levels)},
+        places if len(places) > 1 else places[0],
+    )
 
 
 def _halved(rows: Float[np.ndarray, "n k C"]) -> Float[np.ndarray, "m k C"]:
