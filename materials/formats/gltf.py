@@ -40,6 +40,7 @@ DRAWS_MAPS = True
 SUFFIXES = (".gltf", ".glb")
 # Text beyond this does not fit into an attribute of HDF5.
 _LONGEST_TEXT = 32000
+_UNLIT = "unlit in the file: taken to be perfectly diffuse"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -128,10 +129,10 @@ class _Material:
         if answer.maps != "mean":
             try:
                 more = self._more(answer)
-                surface, said = drawn_maps(maps, more, uplift)
+                surface, said = drawn_maps(_unlit(maps) if more.matt else maps, more, uplift)
                 if surface is not None:
                     self.bumps, self.stretched = more.normal is not None, more.strength.scale > 0.0
-                    return "maps", surface.parameters(), said
+                    return "maps", surface.parameters(), [*said, *([_UNLIT] if more.matt else [])]
             except NotDrawn as reason:
                 why = [f"not drawn texel by texel: {reason}"]
         model, parameters, notes = self._mean(maps, uplift)
@@ -141,9 +142,9 @@ class _Material:
         if not self.extensions.has("KHR_materials_unlit"):
             parameters, notes = model_of(maps, uplift)
             return "metallic_roughness", dict(parameters), notes
-        parameters, notes = model_of(SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff), uplift)
+        parameters, notes = model_of(_unlit(maps), uplift)
         lambert = {"wavelengths_nm": parameters["wavelengths_nm"], "reflectance": parameters["diffuse"]}
-        return "lambert", lambert, [*notes, "unlit in the file: taken to be perfectly diffuse"]
+        return "lambert", lambert, [*notes, _UNLIT]
 
     def _maps(self) -> SurfaceMaps:
         coverage, cutoff = self._coverage()
@@ -290,6 +291,11 @@ def _licence(asset: Node) -> str:
     added = extras.get("license") if isinstance(extras, dict) else None
     said = (asset.text("copyright"), added if isinstance(added, str) else "")
     return "; ".join(printable(text.strip()) for text in said if text.strip())
+
+
+def _unlit(maps: SurfaceMaps) -> SurfaceMaps:
+    """The body alone."""
+    return SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff)
 
 
 def _factor(node: Node, name: str) -> list[float]:

@@ -56,9 +56,7 @@ def off(surface, form, points):
     truth, shown = surface.xyz(points, folding) * points.wi[:, 2:], form.shaded_xyz(points, folding)
     each = enumerate(folding.lights)
     whites = [folding.observer.white(light) for light in folding.lights]
-    return np.array(
-        [delta_e_xyz(truth[:, 3 * k : 3 * k + 3], shown[:, 3 * k : 3 * k + 3], whites[k]) for k, _ in each]
-    )
+    return np.array([delta_e_xyz(truth[:, 3 * k : 3 * k + 3], shown[:, 3 * k : 3 * k + 3], whites[k]) for k, _ in each])
 
 
 @pytest.mark.parametrize("metal", [0.0, 1.0])
@@ -142,7 +140,10 @@ def test_mirrored_and_overlapping_coordinates_show_the_same_texels():
     surface = surface_of(base=coloured(), normal=dents())
     points = points_of(300)
     np.testing.assert_allclose(
-        surface.at(replace(points, uv=points.uv + (3.0, -2.0), _angles={})), surface.at(points), rtol=1e-7, atol=1e-12
+        surface.at(replace(points, uv=points.uv + np.array([3.0, -2.0]), _angles={})),
+        surface.at(points),
+        rtol=1e-7,
+        atol=1e-12,
     )
     mirrored = replace(surface, placement=Placement((-1.0, 1.0), (1.0, 0.0)))
     there = replace(points, uv=1.0 * np.stack([1.0 - points.uv[:, 0], points.uv[:, 1]], axis=1), _angles={})
