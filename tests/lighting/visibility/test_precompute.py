@@ -28,10 +28,10 @@ import sys
 sys.path.insert(0, {folder!r})
 from conftest import scene_of
 from metamer.lighting.shapes import cloth, speed_shape
-from metamer.lighting.visibility import precompute
+from metamer.lighting.visibility import precompute, refinement
 from metamer.spectral.fingerprint import fingerprint
 
-precompute._TRAINING, precompute._TILE = 150, 40
+precompute._TRAINING, precompute._TILE, refinement.MOST_VERTICES = 150, 40, 100
 scene = scene_of.__wrapped__()(speed_shape(2), cloth(8).placed(translate=(0.0, -1.0, 0.0)))
 for jobs in (1, 2):
     found = precompute.computed_visibility(scene, jobs)
