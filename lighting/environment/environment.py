@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
-from ...spectral.observers import observer
+from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number
@@ -22,7 +22,12 @@ from .drawing import MapDrawing
 Origin = Literal["stated", "made", "measured"]
 
 
-@dataclass(frozen=True, eq=False)
+def _photometric() -> Observer:
+    """The observer by whom luminance is defined."""
+    return observer("1931_2")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class EnvironmentLight(SpreadLight):
     """An environment: K fields of luminance over directions, each of one spectrum.
 
@@ -31,10 +36,13 @@ class EnvironmentLight(SpreadLight):
     fields : (K, H, W) luminance, relative, finite, not negative, latitude-longitude (`latlong`); field k is that of
         spectrum k alone. Between the middles of texels it is linear.
     spectra : K emissions; their scale does not matter.
-    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields.
+    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields. None leaves
+        them as they are, in cd/m^2, even if nothing comes from above.
     rotation_deg : turns the map about the vertical (+y), right-handed.
     origin : of the spectra; reports say so.
     spectrum_name : what reports call the spectra.
+    observer : whose luminance the fields are: that by which renderers weigh the spectra. A `Scene` makes it its own.
+    notes : what was assumed or left out where the light was made.
 
     Raises
     ------
@@ -43,16 +51,16 @@ class EnvironmentLight(SpreadLight):
     """
 
     KIND: ClassVar = "environment"
-    KEYS: ClassVar = {"map": "text", "rotation_deg": "number", "illuminance_lux": "number", "uplift": "text"}
-    REQUIRED: ClassVar = ("map",)
 
     fields: Float[np.ndarray, "K H W"]
     spectra: tuple[Spectrum, ...]
-    illuminance_lux: Number = 1000.0
+    illuminance_lux: Any = 1000.0
     rotation_deg: Number = 0.0
     name: str = "light"
     spectrum_name: str = ""
     origin: Origin = "stated"
+    observer: Observer = field(default_factory=_photometric)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         fields = np.asarray(self.fields, dtype=np.float64)
@@ -77,8 +85,12 @@ class EnvironmentLight(SpreadLight):
             raise InputError(
                 "unknown origin", field="origin", found=repr(self.origin), expected=", ".join(get_args(Origin))
             )
-        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         arrives = self._relative_illuminances(fields)
+        if self.illuminance_lux is None:
+            object.__setattr__(self, "illuminance_lux", float(arrives.sum()))
+            object.__setattr__(self, "fields", fields)
+            return
+        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         if not arrives.sum() > 0.0:
             raise InputError(
                 "an environment that sends nothing from above",
@@ -87,25 +99,45 @@ class EnvironmentLight(SpreadLight):
                 expected="some light in the upper half of the map",
                 hint="look whether the map is upside down, or black",
             )
-        object.__setattr__(self, "fields", fields * (self.illuminance_lux / arrives.sum()))
+        scale = self.illuminance_lux / arrives.sum()
+        # As it is where it fits: what is made of an array is known by it, also when the light is turned.
+        object.__setattr__(self, "fields", fields if abs(scale - 1.0) < 1e-12 else fields * scale)
+
+    def __repr__(self) -> str:
+        count, height, width = self.fields.shape
+        spectra = "1 spectrum" if count == 1 else f"{count} spectra"
+        return f"<Environment {self.name}: {width} x {height}, {spectra} {self.origin}, {self.illuminance_lux:g} lx>"
 
     @staticmethod
     def _relative_illuminances(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, " K"]:
         """Of each field on a horizontal plane, lit from above."""
         height, width = fields.shape[1:]
-        edges = np.clip(np.cos(np.pi * np.arange(height + 1) / height), 0.0, None)
+        # The sine of the elevation, which is exactly 0 on the horizon: light from below must not come to 1e-33 lx.
+        edges = np.clip(np.sin(np.pi * (0.5 - np.arange(height + 1) / height)), 0.0, None)
         # The cosine over a texel, exact: half the difference of its squares at the texel's edges.
         return fields.sum(axis=2) @ ((edges[:-1] ** 2 - edges[1:] ** 2) * np.pi / width)
 
     @cached_property
     def spectrum(self) -> Spectrum:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The mixture of the spectra that arrives on a horizontal plane."""
-        return mixture(self.spectra, self._relative_illuminances(self.fields))
+        return mixture(self.spectra, self._relative_illuminances(self.fields), self.observer)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
         """All fields together, of one spectrum."""
-        total = self.fields.sum(axis=0, keepdims=True)
-        return replace(self, fields=total, spectra=(spectrum,), spectrum_name=name, origin="stated")
+        total = self.fields if len(self.fields) == 1 else self.fields.sum(axis=0, keepdims=True)
+        changes: dict[str, Any] = {"spectra": (spectrum,), "spectrum_name": name, "origin": "stated"}
+        return replace(self, fields=total, illuminance_lux=self.illuminance_lux or None, **changes)
+
+    def for_observer(self, seen_by: Observer) -> EnvironmentLight:
+        """The same light, its fields the luminance that this observer sees: spectra weigh as much as they do to it."""
+        if seen_by.name == self.observer.name:
+            return self
+        if len(self.spectra) == 1:
+            return replace(self, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
+        seen = np.array([[one.luminous(spectrum) for spectrum in self.spectra] for one in (self.observer, seen_by)])
+        ratio = np.divide(seen[1], seen[0], out=np.ones(len(self.spectra)), where=seen[0] > 0.0)
+        fields = self.fields * ratio[:, None, None]
+        return replace(self, fields=fields, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
         """Its illuminance on a horizontal plane, from infinitely far off."""
@@ -140,18 +172,17 @@ class EnvironmentLight(SpreadLight):
         return np.full(len(directions), np.inf)
 
 
-def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"]) -> Spectrum:
-    """The emission of K spectra mixed by luminance, in shares of any scale, on all their wavelengths.
+def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_by: Observer) -> Spectrum:
+    """The emission of K spectra mixed by this observer's luminance, in shares of any scale, on all their wavelengths.
 
-    Luminance is that of the CIE 1931 2 degree observer; a spectrum without any counts by its power.
+    A spectrum without any luminance counts by its power.
     """
     if len(spectra) == 1:
         return spectra[0]
-    seen_by = observer("1931_2")
     wavelengths_nm = np.unique(np.concatenate([one.wavelengths_nm for one in spectra]))
     total = np.zeros(len(wavelengths_nm))
     for spectrum, share in zip(spectra, shares, strict=True):
-        samples = np.interp(wavelengths_nm, spectrum.wavelengths_nm, spectrum.samples, left=0.0, right=0.0)
+        samples = np.interp(wavelengths_nm, spectrum.wavelengths_nm, spectrum.samples)
         luminous = seen_by.luminous(spectrum)
         scale = luminous if luminous > 0.0 else float(np.trapezoid(samples, wavelengths_nm))
         total += samples * (share / scale if scale > 0.0 else 0.0)

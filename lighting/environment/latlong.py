@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 
-def directions(rows: Float[np.ndarray, "*n"], columns: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n 3"]:
+def directions(rows: Float[np.ndarray, "*#n"], columns: Float[np.ndarray, "*#n"]) -> Float[np.ndarray, "*n 3"]:
     """Unit directions of places in a map: rows from 0 (up) to 1 (down), columns from 0 (left) to 1."""
     polar, round_ = np.pi * np.asarray(rows), 2.0 * np.pi * np.asarray(columns)
     sine = np.sin(polar)
@@ -26,7 +26,7 @@ def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Floa
 def texel_directions(height: int, width: int) -> Float[np.ndarray, "height width 3"]:
     """Unit directions of the middles of texels."""
     rows, columns = (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width
-    return directions(rows[:, None], columns[None])
+    return directions(*np.meshgrid(rows, columns, indexing="ij"))
 
 
 def solid_angles(height: int, width: int) -> Float[np.ndarray, " height"]:

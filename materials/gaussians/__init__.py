@@ -1,0 +1,1 @@
+"""Reflectance as a few spherical Gaussians: Wang, Ren, Gong, Snyder and Guo 2009."""

@@ -1,0 +1,58 @@
+"""How much of a spherical Gaussian lies on one side of a plane: exact, quick, and as the paper prints it.
+
+A hemisphere whose edge passes the lobe's axis at an angle theta_d (positive: the axis is inside). Turning the edge by
+d theta_d sweeps, at psi along it, cos(psi) d theta_d, so that with the modified Bessel function I_1
+
+    d/d theta_d  of the integral  =  2 pi I_1(lambda cos theta_d) exp(-lambda),
+
+which is smooth, and one short quadrature from the half at theta_d = 0 gives any of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from scipy.special import erf, ive
+
+# Beyond so many standard deviations 1 / sqrt(lambda) nothing is added to the 16th digit.
+_FAR = 9.0
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
+
+
+def share_in_hemisphere(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.ndarray, "..."]) -> np.ndarray:
+    """The share of a Gaussian's integral over the sphere that lies inside, exact to 1e-12.
+
+    theta_d : of the lobe's axis above the edge, rad, from -pi/2 to pi/2. sharpness : lambda >= 0.
+    """
+    theta_d, sharpness = np.broadcast_arrays(np.asarray(theta_d, dtype=float), np.asarray(sharpness, dtype=float))
+    safe = np.maximum(sharpness, 1e-12)
+    to = np.minimum(np.abs(theta_d), _FAR / np.sqrt(safe))
+    angle = 0.5 * to[..., None] * (_NODES + 1.0)
+    cosine = np.cos(angle)
+    fall = np.exp(-2.0 * sharpness[..., None] * np.sin(0.5 * angle) ** 2)
+    swept = 0.5 * to * np.sum(_WEIGHTS * ive(1, sharpness[..., None] * cosine) * fall, axis=-1)
+    # Over the whole, 2 pi (1 - exp(-2 lambda)) / lambda.
+    share = swept * safe / -np.expm1(-2.0 * safe)
+    # The constant has no lobe: its share is that of a hemisphere, however it is turned.
+    return 0.5 + np.copysign(share, theta_d)
+
+
+def quick_share(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.ndarray, "..."]) -> np.ndarray:
+    """The same within 0.012 from lambda = 10 on, 0.002 from 100: 1/2 + erf(sqrt(lambda / 2) theta_d) / 2.
+
+    It stands where the paper has f_h / f_h(pi/2) by its eqs. 46 to 49. Eq. 48, a cubic in lambda as printed, misses by a
+    half. Read as one in ln(lambda), which it must have been, it misses by 0.025 from lambda = 10 to 1000, and by 0.17
+    at 100 000.
+    """
+    return 0.5 + 0.5 * erf(np.sqrt(0.5 * np.asarray(sharpness, dtype=float)) * theta_d)
+
+
+def printed_slope(argument: Float[np.ndarray, "..."]) -> np.ndarray:
+    """k of eq. 48, of its argument: printed as lambda."""
+    return 0.204 * argument**3 - 0.892 * argument**2 + 2.995 * argument + 0.067
+
+
+def printed_sigmoid(theta_d: Float[np.ndarray, "..."], slope: Float[np.ndarray, "..."]) -> np.ndarray:
+    """Eq. 47 with a = 1.05, its exponent's sign such that it rises with theta_d."""
+    with np.errstate(over="ignore"):
+        return 1.05 / (1.0 + np.exp(-slope * theta_d)) - 0.025
