@@ -5,8 +5,10 @@ import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.geometry import Tracer, visible_geometry
 from metamer.lighting.mesh import Mesh
+from metamer.lighting.placement import why_black
 from metamer.lighting.reference import reference_images
 from metamer.lighting.scene import Part, Scene, Viewing
 from metamer.lighting.shapes import plane, sphere
@@ -234,3 +236,22 @@ def test_where_a_ball_stands_on_a_floor_no_light_leaks_under_it():
     assert distance.min() < 0.03 < 0.15 < distance.max()
     expected = 1.0 - (1.0 + (distance / 0.5) ** 2) ** -1.5
     np.testing.assert_allclose(xyz.ravel()[geometry.pixel[floor]], expected, atol=0.002, rtol=0.03)
+
+
+def test_a_softbox_gives_what_it_is_said_to_give_and_adds_to_a_sky():
+    camera = Camera(position=(0, 2, 0.01), target=(0, 0, 0), vertical_fov_deg=0.5, width=2, height_px=2, samples=1)
+    box_light = SoftboxLight((0.8, 3, 0), (0, 0, 0), 1.0, 0.6, A, 600.0)
+    facing = 3 / np.hypot(0.8, 3)
+    found = []
+    for lights in ([box_light], [environment(np.ones((2, 4)))], [box_light, environment(np.ones((2, 4)))]):
+        found.append(reference_images(scene_of([Part("floor", plane(6, 6), "white")], lights, camera), None, SURFACES))
+    np.testing.assert_allclose(found[0].xyz[0, ..., 1], 0.6 * facing, rtol=0.01)
+    np.testing.assert_allclose(found[2].xyz[0], found[0].xyz[0] + found[1].xyz[0], rtol=0.01)
+
+
+def test_a_picture_that_a_sky_lights_is_not_called_black_and_a_closed_room_is():
+    assert why_black(scene_of(floor_and_ball("ramp"), [environment(SUN)])) == ()
+    inside = Camera(position=(0.3, 0.2, 0.4), target=(-1, -1, -1), vertical_fov_deg=100, width=24, height_px=24)
+    room = scene_of([Part("room", box((-1, -1, -1), (1, 1, 1)), "white")], [environment(SUN)], inside)
+    (line,) = why_black(room)
+    assert "is black" in line
