@@ -8,7 +8,8 @@ import numpy as np
 
 from ....spectral.errors import InputError
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...svbrdf.maps import WHOLE, MappedSurface, Placement
+from ...svbrdf.map_set import WHOLE, Placement
+from ...svbrdf.maps import MappedSurface
 from ...svbrdf.texel_map import TexelMap
 from ...svbrdf.texels import look_up
 from .normal_maps import Green, is_level, mended, normals_of
