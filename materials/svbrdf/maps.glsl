@@ -61,7 +61,7 @@ float facets(vec3 wi, vec3 wo, vec3 spread) {
 }
 
 // With what a level shows at a point, `share` of it; `coarse`: of means of texels.
-Here with(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
+Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     float numbers[PLANES];
     for (int row = 0; row < PLANES / 4; ++row) {
         vec4 four = between(at, row);
@@ -114,14 +114,14 @@ Here here_at(Sample s) {
     for (int n = 0; n < TAPS * TAPS; ++n) {
         vec2 tap = (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
         vec2 place = uv + tap.x * spanned[0] + tap.y * spanned[1];
-        here = with(here, four_about(place, LEVEL(fine)), fine > 0, wi, wo, (1.0 - part) * share);
-        if (part > 0.0) here = with(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
+        here = added(here, four_about(place, LEVEL(fine)), fine > 0, wi, wo, (1.0 - part) * share);
+        if (part > 0.0) here = added(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
     }
 #else
-    here = with(here, four_about(uv, LEVEL(0)), false, wi, wo, s.angles.w);
+    here = added(here, four_about(uv, LEVEL(0)), false, wi, wo, s.angles.w);
 #endif
 #else
-    here = with(here, four_about(vec2(0.5), LEVEL(0)), false, wi, wo, s.angles.w);
+    here = added(here, four_about(vec2(0.5), LEVEL(0)), false, wi, wo, s.angles.w);
 #endif
     return here;
 }

@@ -33,7 +33,7 @@ _BLOCK = 4096
 
 
 @dataclass(frozen=True, eq=False)
-class MappedSurface(MapSet, Surface):
+class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVariableOverride]
     """glTF 2.0's material (Khronos 2021, appendix B) with the extensions specular, ior and anisotropy, by texels.
 
         dielectric = (1 - F_d) base / pi + F_d D G / (4 cos cos),   F_d = w (c + (1 - c) (1 - h.wi)^5)
