@@ -231,7 +231,7 @@ def check_normals(normal: TexelMap) -> None:
                 field=f"normal, row {start + row}, column {column}",
                 found=f"({found}), and {int((short | below).sum()) - 1} more in {vectors.size // 3} texels about it",
                 expected="x, y and z of a vector that points up",
-                hint="export the normal map again, or mend those texels; --maps mean does without it",
+                hint="export the normal map again, or mend those texels",
             )
 
 

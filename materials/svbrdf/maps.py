@@ -87,20 +87,22 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         InputError : a mean that is no reflectance.
         """
         total: Any = 0.0
+        # What is linear in red, green and blue is made into a spectrum once.
+        linear = self.uplift == "mallett-yuksel"
+        made = (lambda colours: colours) if linear else self.spectra
         for _, found in self.blocks():
             share = (found.covers >= self.cutoff - ROUNDING).astype(float)
             alpha = np.sqrt(np.sqrt(found.spread[:, 0] * found.spread[:, 2] - found.spread[:, 1] ** 2))
             numbers = np.stack([np.ones(len(share)), found.edge, alpha], axis=1)
-            each = np.concatenate([numbers, self.spectra(found.body), self.spectra(found.facets)], axis=1)
-            total = total + share @ each
+            total = total + share @ np.concatenate([numbers, made(found.body), made(found.facets)], axis=1)
         if not total[0] > 0:
             raise InputError("no texel is there", field="coverage", expected=f"opacity of {self.cutoff:g} somewhere")
-        mean, count = total[1:] / total[0], len(self.wavelengths_nm)
+        mean = total[1:] / total[0]
+        colours = mean[2:].reshape(2, -1)
+        colours = self.spectra(colours) if linear else colours
         # Rounding, and Mallett and Yuksel's white of 1.00000001.
-        colours = np.where((mean[2:] > 1.0) & (mean[2:] < 1.0 + 1e-6), 1.0, mean[2:])
-        body, shine = (
-            Spectrum.sampled(self.wavelengths_nm, part, "reflectance") for part in (colours[:count], colours[count:])
-        )
+        colours = np.where((colours > 1.0) & (colours < 1.0 + 1e-6), 1.0, colours)
+        body, shine = (Spectrum.sampled(self.wavelengths_nm, part, "reflectance") for part in colours)
         return MetallicRoughness(body, shine, min(float(mean[0]), 1.0), min(float(mean[1]), 1.0))
 
     def own_form(self, budget: float = 0.5) -> Fast:
