@@ -16,7 +16,7 @@ from ...lighting.lights import DirectionalLight
 from ...spectral.difference import delta_e_xyz
 from .cases import FILES, WALL, cases, lights
 from .light import PreparedLight
-from .methods import DELTA_METHODS, METHODS, Task
+from .methods import DELTA_METHODS, METHODS, Method, Task
 from .surface import ShadedPoints
 from .truth import truth
 
@@ -30,10 +30,11 @@ def run(full: bool = False, data: Path | None = None, progress: Callable[[str], 
 
     Returns
     -------
-    dict for JSON: `points`, `missing` (lights whose files are not there) and `rows`. A row has `case`, `method`, `light`,
-    `lobes`, `delta_e94` (`mean`, `p95`, `p99` over the points, against the truth), `reference_noise` (mean ΔE94 of a
-    third of the difference to the truth from texels twice as wide), `cpu_seconds_per_1000_vertices` and `bytes_per_vertex` (of visibility, None where the
-    case needs none or it is closed) and `ms_per_megapixel` (in numpy, on one core, without what is made once a light).
+    dict for JSON: `points`, `missing` (lights whose files are not there) and `rows`. A row has `case`, `method`,
+    `light`, `lobes`, `delta_e94` (`mean`, `p95`, `p99` over the points, against the truth), `reference_noise` (mean
+    ΔE94 of a third of the difference to the truth from texels twice as wide), `cpu_seconds_per_1000_vertices` and
+    `bytes_per_vertex` (of visibility, None where the case needs none or it is closed) and `ms_per_megapixel` (in
+    numpy, on one core, without what is made once a light).
     """
     points = ShadedPoints.of_sphere(_ACROSS[full])
     made = lights(data)
@@ -54,7 +55,7 @@ def run(full: bool = False, data: Path | None = None, progress: Callable[[str], 
             for name, method in methods.items():
                 task = Task(case.surface, points, light, wall, lobes)
                 terms = method(task)
-                milliseconds = 1e9 / len(points) * min(_seconds(lambda: method(task)) for _ in range(_REPEATS))
+                milliseconds = 1e9 / len(points) * min(_seconds(method, task) for _ in range(_REPEATS))
                 found = delta_e_xyz(reference, light.folded(terms, case.surface.spectra), light.white)
                 p95, p99 = np.percentile(found, [95, 99])
                 rows.append(
@@ -76,9 +77,9 @@ def _reduced(light: EnvironmentLight | DirectionalLight, rows: int) -> Environme
     return light
 
 
-def _seconds(call: Callable[[], object]) -> float:
+def _seconds(method: Method, task: Task) -> float:
     start = time.process_time()
-    call()
+    method(task)
     return time.process_time() - start
 
 

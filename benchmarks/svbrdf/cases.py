@@ -78,7 +78,10 @@ def _analytic() -> Iterator[tuple[GlossySurface, tuple[int, ...]]]:
 
         masked = partial(_smith, smith_beckmann, roughness)
         yield of(f"Cook-Torrance {roughness:g}", facets, masked, _one(ndf.beckmann(roughness))), (1,)
-    yield of("Blinn-Phong 100", lambda half: _phong(half, 100.0), _over_larger_cosine, _one(ndf.blinn_phong(100.0))), (1,)
+    yield (
+        of("Blinn-Phong 100", lambda half: _phong(half, 100.0), _over_larger_cosine, _one(ndf.blinn_phong(100.0))),
+        (1,),
+    )
     yield of("Ward 0.15", lambda half: _ward(half, 0.15, 0.15), _over_root, _one(ndf.ward(0.15))), (1,)
     wide = (0.3, 0.1)
     yield of("Ward 0.3, 0.1", lambda half: _ward(half, *wide), _over_root, lambda count: ndf.ward(*wide, count)), (1, 7)

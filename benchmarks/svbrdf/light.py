@@ -23,7 +23,7 @@ from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 LOBES = 8
 #: The sun's radius, which the paper gives a distant light, rad.
 RADIUS = 0.00465
-#: gamma(directions (n, 3) of the world, sharpness (n,)) -> (n, K): the mean luminance under a normalised Gaussian, cd/m^2.
+#: gamma(directions (n, 3) of the world, sharpness (n,)) -> (n, K) cd/m^2: the mean under a normalised Gaussian.
 Gamma = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 

@@ -60,7 +60,7 @@ def without_visibility(task: Task) -> np.ndarray:
 def with_ambient_occlusion(task: Task) -> np.ndarray:
     """The same, and all of it times the share of the clamped cosine that is free."""
     found = _with(task, None)
-    return found if task.wall is None else found * _occlusion(task)
+    return found * _occlusion(task)
 
 
 def by_harmonics(task: Task) -> np.ndarray:
@@ -68,7 +68,7 @@ def by_harmonics(task: Task) -> np.ndarray:
     body = (harmonics(task.points.normals) * cosine_factors()) @ task.light.kept_harmonics.T / np.pi
     facets = _facets(task, task.light.smooth_gamma, None)
     found = np.concatenate([body[:, :, None], facets], axis=2)
-    return found if task.wall is None else found * _occlusion(task)
+    return found * _occlusion(task)
 
 
 def at_half_vectors(task: Task) -> np.ndarray:
@@ -88,7 +88,9 @@ def at_half_vectors(task: Task) -> np.ndarray:
 
 
 def _occlusion(task: Task) -> Float[np.ndarray, "N 1 1"]:
-    """The share of the clamped cosine that is in front of the wall, which is closed."""
+    """The share of the clamped cosine that is in front of the wall, which is closed; 1 in the open."""
+    if task.wall is None:
+        return np.ones((len(task.points), 1, 1))
     return (0.5 + 0.5 * task.points.normals @ task.wall)[:, None, None]
 
 

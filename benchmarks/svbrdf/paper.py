@@ -33,7 +33,7 @@ def specular(
     smooth = surface.smooth(turned.axis, viewer)
     seen = turned.product(_cosine(np.array([0.0, 0.0, 1.0])))
     to, sharpness = points.world(seen.axis).reshape(-1, 3), seen.sharpness.ravel()
-    number = np.repeat(np.arange(len(points)), seen.sharpness.shape[1])
+    number = np.repeat(np.arange(len(points)), len(sharpness) // len(points))
     weight = seen.integral.ravel()
     if free_share is not None:
         weight = weight * free_share(number, to, sharpness)
@@ -41,9 +41,7 @@ def specular(
     return np.einsum("nlk,nlr->nkr", arrives, smooth)
 
 
-def diffuse(
-    points: ShadedPoints, lights: BrightParts, free_share: FreeShare | None
-) -> Float[np.ndarray, "N K"]:
+def diffuse(points: ShadedPoints, lights: BrightParts, free_share: FreeShare | None) -> Float[np.ndarray, "N K"]:
     """R_d (eq. 39): the cosine's lobe times each of the light's, times what is free of the product; over pi."""
     cosine = _cosine(points.normals[:, None, :])
     product = cosine.product(Gaussians(lights.axis, lights.sharpness, np.ones(len(lights.sharpness))))
