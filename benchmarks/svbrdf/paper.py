@@ -54,5 +54,5 @@ def diffuse(points: ShadedPoints, lights: BrightParts, free_share: FreeShare | N
 
 
 def _cosine(normal: np.ndarray) -> Gaussians:
-    one = np.ones(normal.shape[:-1])
-    return Gaussians(normal, COSINE_SHARPNESS * one, COSINE_AMPLITUDE * one)
+    shape = normal.shape[:-1]
+    return Gaussians(normal, np.full(shape, COSINE_SHARPNESS), np.full(shape, COSINE_AMPLITUDE))

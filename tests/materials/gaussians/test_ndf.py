@@ -69,7 +69,15 @@ def test_an_anisotropic_ward_with_equal_axes_is_the_isotropic_one():
 
 
 # Mean ΔE94 of a gold sphere under the protocol's lights, by roughness and number of lobes.
-GGX_ERROR = {(0.1, 4): 0.7, (0.1, 6): 0.08, (0.3, 4): 0.12, (0.3, 6): 0.06, (0.02, 6): 0.35, (1.0, 2): 0.01, (0.14, 6): 0.12}
+GGX_ERROR = {
+    (0.1, 4): 0.7,
+    (0.1, 6): 0.08,
+    (0.3, 4): 0.12,
+    (0.3, 6): 0.06,
+    (0.02, 6): 0.35,
+    (1.0, 2): 0.01,
+    (0.14, 6): 0.12,
+}
 
 
 @pytest.mark.parametrize(("roughness", "count"), GGX_ERROR)
