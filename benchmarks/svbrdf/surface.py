@@ -94,6 +94,11 @@ class ShadedPoints:
         return np.einsum("nji,n...j->n...i", self.world_from_local, world)
 
     @property
+    def positions(self) -> Float[np.ndarray, "N 3"]:
+        """In the world: the sphere's radius is 1, its middle the origin."""
+        return self.normals
+
+    @property
     def normals(self) -> Float[np.ndarray, "N 3"]:
         """In the world."""
         return self.world_from_local[:, :, 2]

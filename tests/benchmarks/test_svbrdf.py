@@ -55,8 +55,17 @@ def test_a_directional_light_is_exact_and_lobes_at_the_half_vector_near_it(point
     assert exact is same
     found = methods.at_half_vectors(task)
     np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-3 * exact.max())
-    warped = methods.by_paper(task)
+    warped = methods.by_paper_locally(task)
     assert np.abs(warped - exact).sum() > 5.0 * np.abs(found - exact).sum()
+
+
+def test_a_lamp_nearby_is_a_lobe_as_wide_as_its_ball_and_as_bright(points):
+    light = PreparedLight(cases.lights(None)["lamp"]())
+    lobes, at = light.local_lobes(points), light.arrivals(points)
+    np.testing.assert_allclose(lobes.integral, at.illuminance_lux)
+    # A tenth of its top at the radius of a disc of twice the solid angle that the ball has (eq. 32).
+    edge = np.arccos(1.0 + np.log(0.1) / lobes.sharpness)
+    np.testing.assert_allclose(edge * at.distance, np.sqrt(2.0) * 0.01, rtol=1e-3)
 
 
 def test_the_paper_knows_a_wall_that_others_do_not(points, uniform):
