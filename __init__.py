@@ -27,6 +27,10 @@ from __future__ import annotations
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .lighting.camera import Camera as Camera
+    from .lighting.environment.booth import light_booth as light_booth
+    from .lighting.environment.environment import EnvironmentLight as EnvironmentLight
+    from .lighting.environment.map_light import load_environment as load_environment
+    from .lighting.environment.softbox import SoftboxLight as SoftboxLight
     from .lighting.lights import DirectionalLight as DirectionalLight
     from .lighting.lights import PointLight as PointLight
     from .lighting.scene import Part as Part
@@ -53,6 +57,7 @@ _HOMES = {
     "Camera": "lighting.camera.Camera",
     "Catalogue": "materials.catalogue.Catalogue",
     "DirectionalLight": "lighting.lights.DirectionalLight",
+    "EnvironmentLight": "lighting.environment.environment.EnvironmentLight",
     "Material": "materials.material.Material",
     "MetamerError": "spectral.errors.MetamerError",
     "Part": "lighting.scene.Part",
@@ -60,10 +65,13 @@ _HOMES = {
     "PointLight": "lighting.lights.PointLight",
     "Query": "materials.records.query.Query",
     "Scene": "lighting.scene.Scene",
+    "SoftboxLight": "lighting.environment.softbox.SoftboxLight",
     "Spectrum": "spectral.spectrum.Spectrum",
     "delta_e": "spectral.difference.delta_e",
     "illuminant": "spectral.illuminants.illuminant",
     "import_sources": "materials.intake.importing.import_sources",
+    "light_booth": "lighting.environment.booth.light_booth",
+    "load_environment": "lighting.environment.map_light.load_environment",
     "load_scene": "lighting.scene_files.load_scene",
     "observer": "spectral.observers.observer",
     "render": "viewer.script.render",

@@ -1,6 +1,6 @@
 """Lights: what arrives from them where, each a spectrum and a photometric strength.
 
-A new light is a class here and a line in `LIGHTS`; scene files, rays and both renderers take it as it is.
+A new light is a class, here or in `environment/`, and a line in `light_tables.LIGHTS`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..spectral.errors import InputError
+from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum, as_float
 from .vectors import Number, VectorLike, finite_vector
 
@@ -37,7 +38,10 @@ class Arrivals:
 
 
 class Light(ABC):
-    """What every light is: a relative emission `spectrum`, a name, a strength.
+    """What every light is: a relative emission, a name, a strength.
+
+    spectra : all that it sends; several where they arrive from different directions. spectrum : their mixture.
+    notes : what was assumed or left out where it was made.
 
     KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
     (`scene_keys`), those of them that must be there, and what stands for some that need not.
@@ -49,8 +53,10 @@ class Light(ABC):
     DEFAULTS: ClassVar[Mapping[str, Any]] = {}
 
     spectrum: Spectrum
+    spectra: tuple[Spectrum, ...]
     name: str
     spectrum_name: str
+    notes: tuple[str, ...] = ()
 
     @property
     def place(self) -> Float[np.ndarray, "3"] | None:
@@ -67,9 +73,18 @@ class Light(ABC):
         """The same light with another spectrum at the same strength."""
         return replace(cast(Any, self), spectrum=spectrum, spectrum_name=name)
 
+    def for_observer(self, seen_by: Observer) -> Light:
+        """The same light as this observer is to see it: another object only where several spectra are weighed."""
+        return self
+
 
 class DeltaLight(Light):
     """A light that reaches each point from one direction."""
+
+    @property
+    def spectra(self) -> tuple[Spectrum, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Its one spectrum."""
+        return (self.spectrum,)
 
     @abstractmethod
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
@@ -90,8 +105,6 @@ class SpreadLight(Light):
     `spectrum` is the mixture of the spectra as it arrives on a horizontal plane. Points and directions are of the
     world. Luminance is in cd/m^2, of spectra whose scale does not matter.
     """
-
-    spectra: tuple[Spectrum, ...]
 
     @abstractmethod
     def luminance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> LuminanceByField:
@@ -247,9 +260,3 @@ class PointLight(DeltaLight):
         distance = float(np.linalg.norm(self.position - 0.5 * (low + high)))
         counted = max(distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low)))
         return self.intensity_cd / counted**2, distance, counted
-
-
-#: Every kind of light by the name that scene files give it.
-LIGHTS: dict[str, type[DirectionalLight] | type[PointLight]] = {
-    light.KIND: light for light in (DirectionalLight, PointLight)
-}

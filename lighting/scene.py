@@ -82,7 +82,8 @@ class Scene:
 
     Parameters
     ----------
-    parts, lights, cameras : at least one of each; the names of parts and of cameras are unique.
+    parts, lights, cameras : at least one of each; the names of parts and of cameras are unique. Lights of several
+        spectra become those that `observer` sees (`Light.for_observer`).
     observer : whose colour-matching functions fold the light.
     viewing : the luminance scale and the display.
     review : what `metamer review` sweeps, or None.
@@ -119,6 +120,7 @@ class Scene:
                     found=repeated[0],
                     hint="give each a name of its own, with the key `name`",
                 )
+        object.__setattr__(self, "lights", tuple(light.for_observer(self.observer) for light in self.lights))
         if self.review is not None:
             self.part(self.review.on)
 
@@ -203,7 +205,9 @@ class Scene:
 
         The one rule for the scene's white and for every colour that is shown beside it.
         """
-        return np.average(under_each, axis=0, weights=illuminances_lux(self.lights, *self.bounds))
+        weights = illuminances_lux(self.lights, *self.bounds)
+        check_lit(weights, self.path)
+        return np.average(under_each, axis=0, weights=weights)
 
     def adopted_white(self) -> Float[np.ndarray, "3"]:
         """XYZ, Y = 1, of a perfect diffuser in the mixture (`mixed`) of all lights; adaptation refers to it."""
@@ -240,6 +244,19 @@ def illuminances_lux(
     A light that stands near the middle counts from farther off (`Light.counted_from`); `held_off_notes` says which.
     """
     return np.array([light.counted_from(low, high)[0] for light in lights])
+
+
+def check_lit(illuminances: Float[np.ndarray, "_"], path: Path | None) -> None:
+    """InputError where no light falls on the middle of a scene: there is nothing that its white could be."""
+    if not illuminances.sum() > 0.0:
+        raise InputError(
+            "no light falls on the middle of the scene",
+            file=path,
+            field="lights",
+            found="an illuminance of 0: it lies behind a softbox, or an environment sends nothing from above",
+            expected="some light in the middle of the box around all parts",
+            hint="turn the light round, or add another one",
+        )
 
 
 def held_off_notes(

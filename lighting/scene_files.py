@@ -15,19 +15,17 @@ from ..spectral.adaptation import CONE_FROM_XYZ
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.files import read_text
 from ..spectral.illuminants import illuminant
-from ..spectral.observers import Observer, observer
+from ..spectral.observers import observer
 from . import shapes
 from .camera import Camera
-from .lamps import lamp
-from .lights import LIGHTS, DirectionalLight, Light
+from .light_tables import light_of
+from .lights import DirectionalLight, Light
 from .mesh import Mesh
 from .mesh_cost import SAID_FROM_SECONDS, MeshCost, file_cost
 from .mesh_files import SUFFIXES, load_mesh
-from .scene import Part, Review, Scene, Viewing, bounds_of, framing_camera, held_off_notes, illuminances_lux
+from .scene import Part, Review, Scene, Viewing, bounds_of, check_lit, framing_camera, held_off_notes, illuminances_lux
 from .scene_keys import (
     CAMERA,
-    EXPECTED,
-    LIGHT,
     PART,
     REVIEW,
     SCENE,
@@ -82,7 +80,11 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     parts = [part for k, table in enumerate(document["part"], 1) for part in _parts(table, k, path, known_ids, say)]
     low, high = bounds_of(part.mesh for part in parts)
     notes = [note for part in parts for note in part.mesh.notes]
-    lights = [_light(table, k, path, seen_by, notes, catalogue) for k, table in enumerate(document.get("light", []), 1)]
+    lights: list[Light] = []
+    for k, table in enumerate(document.get("light", []), 1):
+        light, said = light_of(table, _where("light", k, table), k, path, seen_by, catalogue, say)
+        lights.append(light)
+        notes += said
     if not lights:
         lights = [DirectionalLight(**DirectionalLight.DEFAULTS, spectrum=illuminant("D65"), spectrum_name="D65")]
         notes.append("no light given: one directional light, D65, 1000 lx, from the upper left front")
@@ -91,7 +93,9 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     if not cameras:
         cameras = [framing_camera(low, high)]
         notes.append("no camera given: one from the front that frames the scene")
-    viewing = _viewing(document.get("viewing", {}), path, illuminances_lux(lights, low, high))
+    illuminances = illuminances_lux(lights, low, high)
+    check_lit(illuminances, path)
+    viewing = _viewing(document.get("viewing", {}), path, illuminances)
     review = None
     if "review" in document:
         review = _review(document["review"], path, [part.name for part in parts], known_ids)
@@ -165,45 +169,6 @@ def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None]
 
 def _file_mesh(file: Path, got: Mapping[str, Any]) -> Mesh:
     return load_mesh(file, float(got.get("crease_deg", 40.0)), got.get("mesh_part"))
-
-
-def _light(table: dict, number: int, path: Path, seen_by: Observer, notes: list[str], catalogue: Any) -> Light:
-    """One light, usable by this observer; what its spectrum leaves to be assumed is added to `notes`."""
-    where = _where("light", number, table)
-    kind = table.get("kind", "point" if "position" in table else "directional")
-    if kind not in LIGHTS:
-        raise UnknownNameError("kind of light", str(kind), LIGHTS, file=path, field=f"{where}.kind")
-    made = LIGHTS[kind]
-    got = taken(table, LIGHT | dict(made.KEYS), path, where)
-    named = got.get("spectrum", "D65")
-    if "entry" in got and "spectrum_column" in got:
-        field = f"{where}.spectrum_column"
-        raise InputError("entry and spectrum_column say the same", file=path, field=field, expected="one of the two")
-    key = "spectrum_column" if "spectrum_column" in got else "entry"
-    try:
-        spectrum, called, said = lamp(named, got.get(key), path.parent, catalogue)
-    except InputError as error:
-        field = f"{where}.{key if error.field == 'entry' else 'spectrum'}"
-        if error.file is not None:
-            raise error.at(named_in=f"{path}, {field}") from error
-        raise error.at(file=path, field=field) from error
-    notes += [f"{where}: {one}" for one in said]
-    common = {"name": got.get("name", f"light {number}"), "spectrum_name": called}
-    with placed(path, where):
-        for key in made.REQUIRED:
-            if key not in got:
-                raise InputError(f"a {kind} light needs this key", field=key, expected=EXPECTED[made.KEYS[key]])
-        own = {key: got[key] for key in made.KEYS if key in got}
-        light = made(**{**made.DEFAULTS, **own}, spectrum=spectrum, **common)
-    if not (spectrum.samples > 0.0).any():
-        raise InputError(
-            "a light of no power", file=path, field=f"{where}.spectrum", found=named, expected="some power"
-        )
-    try:
-        seen_by.white(spectrum)
-    except InputError as error:
-        raise error.at(file=path, field=f"{where}.spectrum") from error
-    return light
 
 
 def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndarray) -> Camera:

@@ -62,6 +62,7 @@ REVIEW = {"on": "text", "materials": "texts", "illuminants": "texts"}
 
 EXPECTED = {
     "text": "text in quotes",
+    "file": "the name of a file, in quotes",
     "texts": "a list of texts",
     "number": "a finite number",
     "entry": "a name in quotes, or a number from 1",
@@ -90,7 +91,7 @@ def taken(table: Mapping[str, Any], kinds: Mapping[str, str], path: Path, where:
 
 def _fits(value: Any, kind: str) -> bool:
     number = type(value) in (int, float) and bool(np.isfinite(value))
-    if kind == "text":
+    if kind in ("text", "file"):
         return isinstance(value, str) and bool(value)
     if kind == "entry":
         return _fits(value, "text") or _fits(value, "count")

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any, ClassVar, Literal, TypeVar
 
 import numpy as np
@@ -20,28 +19,15 @@ from ..spectral.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.palette import Palette
 from .axes import Frame
+from .environment_form import EnvironmentForm
 from .fit_error import FitError
 from .points import Points
 from .surface import Surface
+from .term_shader import TermShader
 from .terms import Terms
 
 #: Along a side of a GL texture: what OpenGL 4.1 promises.
 MOST_TEXELS = 16384
-
-
-@dataclass(frozen=True, eq=False)
-class TermShader:
-    """The terms of a summand on the GPU.
-
-    file : GLSL that defines, as `docs/adding_a_surface.md` says, `Here`, `here_at`, `entry` and `term`.
-    sizes : what is written into it as `#define`s; with each combination of them a program is compiled once.
-    textures : (h, w, 4) float32 or float16 arrays by the names of their samplers; uniforms : numbers by name.
-    """
-
-    file: Path
-    sizes: Mapping[str, int] = field(default_factory=dict)
-    textures: Mapping[str, np.ndarray] = field(default_factory=dict)
-    uniforms: Mapping[str, Any] = field(default_factory=dict)
 
 
 AnySummand = TypeVar("AnySummand", bound="Summand")
@@ -146,6 +132,17 @@ class Fast(Surface):
     @abc.abstractmethod
     def in_basis(self, basis: SpectralBasis) -> Fast:
         """The same with all palettes in another basis."""
+
+    def environment_form(self) -> EnvironmentForm:
+        """How it gathers light from all around.
+
+        Raises
+        ------
+        InputError : the form does not say.
+        """
+        expected = "`environment_form` of its class, or lights that shine from one direction each"
+        problem = "this fast form cannot be lit from all around"
+        raise InputError(problem, field=self.NAME, found="no environment form", expected=expected)
 
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:

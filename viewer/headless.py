@@ -13,12 +13,14 @@ from ..materials.fast import Summand, TermShader
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
 from .geometry import LightGeometry
-from .keeping import KeptTerms, Layer, Piece, Tile
+from .gl_gathering import FRAMES, GLGathering
+from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .renderer import Filtering, Renderer
 from .resources import (
     MOST_TRIANGLES,
+    ROW_LENGTH,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
     Owner,
@@ -55,6 +57,7 @@ class GLTile(Tile):
     parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
     None where there are none.
     uv : texture coordinates and footprints, where they were asked for.
+    frames : of lights that spread, where there are any.
     lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
     """
 
@@ -62,6 +65,7 @@ class GLTile(Tile):
     samples: int
     seen: moderngl.Texture
     uv: tuple[moderngl.Texture, ...]
+    frames: tuple[moderngl.Texture, ...]
     lights: tuple[tuple[moderngl.Texture, ...], ...]
     owner: Owner
 
@@ -99,10 +103,12 @@ class GLRenderer(Renderer):
         self.context = create_context() if context is None else context
         self.name = describe(self.context)
         self._passes = Passes(self.context)
+        self._gathering = GLGathering(self.context, self._passes)
 
     def close(self) -> None:
         """Release everything, programs and (if it made it) the context included."""
         self.release()
+        self._gathering.release()
         self._passes.release()
         if self._owns_context:
             self.context.release()
@@ -124,7 +130,13 @@ class GLRenderer(Renderer):
                 self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped)
                 for light in scene.lights
             )
-            uv = self._passes.uv(owner, view, seen, table, triangles) if self._with_uv else ()
+            uv = self._passes.uv(owner, view.uv(triangles), seen, table) if self._with_uv else ()
+            frames: tuple[moderngl.Texture, ...] = ()
+            if self._with_frames:
+                frames = (
+                    *self._passes.frames(owner, view, seen, table),
+                    *self._standing(owner, view, seen, table, triangles),
+                )
             coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
@@ -132,7 +144,20 @@ class GLRenderer(Renderer):
         finally:
             scratch.release()
         parts = _places(triangles, scene.first_face, side, coverage.shape[::-1])
-        return GLTile(coverage, self._with_uv, parts, side, seen, uv, lights, owner)
+        return GLTile(coverage, self._with_uv, self._with_frames, parts, side, seen, uv, frames, lights, owner)
+
+    def _standing(
+        self, owner: Owner, view: View, seen: moderngl.Texture, table: moderngl.Texture, triangles: WindowTriangles
+    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """The weights of the second and third corner at every sample, and each triangle's number and side."""
+        scratch = Owner(self.context)
+        try:
+            weights, _ = self._passes.uv(scratch, triangles.weights[:, :, 1:], seen, table)
+            kept = owner.texture(weights.size, 2, weights.read())
+        finally:
+            scratch.release()
+        faces = np.stack([triangles.parent, view.side[triangles.parent] < 0.0], axis=1).astype(np.float32)
+        return kept, owner.table(faces, ROW_LENGTH)
 
     def _discard(self, tile: GLTile) -> None:
         tile.owner.release()
@@ -173,7 +198,9 @@ class GLRenderer(Renderer):
             given = {"part": numbers, "samples": tile.samples, **values}
             self._passes.shade(target, None if palette is None else box, written, made, samplers, given)
 
-    def _terms(self, tile: GLTile, layer: Layer) -> GLTerms | None:
+    def _terms(self, tile: GLTile, layer: Layer | SpreadLayer) -> GLTerms | None:
+        if isinstance(layer, SpreadLayer):
+            return self._gathered_terms(tile, layer)
         place = tile.parts[layer.part]
         if place is None:
             return None
@@ -193,14 +220,35 @@ class GLRenderer(Renderer):
             raise
         finally:
             scratch.release()
-        return GLTerms(layer.summand, 16 * box[2] * box[3] * len(quads), box, quads, owner)
+        return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
 
-    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+    def _gathered_terms(self, tile: GLTile, layer: SpreadLayer) -> GLTerms | None:
+        place = tile.parts[layer.part]
+        if place is None:
+            return None
+        numbers, box = place
+        samplers: dict[str, moderngl.Texture] = {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True))}
+        samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
+        values = {"part": numbers, "samples": tile.samples, "origin": box[:2]}
+        owner = Owner(self.context)
+        try:
+            quads = tuple(owner.texture(box[2:], 4) for _ in range(layer.rank // 4))
+            self._gathering.add(quads, layer, self.filtering == "mipmapped", samplers, values)
+        except BaseException:
+            owner.release()
+            raise
+        return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
+
+    def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
         # Terms that serve one draw call are folded in it; more calls look factors up once. What mixes entries of its
         # palette has no terms of a pixel that could be kept.
         keep = self.keeps_terms or count > MOST_SPECTRA
-        kept = [one for one in layers if keep and one.summand.palette.entries == one.summand.mixed == 1]
-        direct = [one for one in layers if one not in kept]
+        kept = [
+            one
+            for one in layers
+            if isinstance(one, SpreadLayer) or (keep and one.summand.palette.entries == one.summand.mixed == 1)
+        ]
+        direct = [one for one in layers if isinstance(one, Layer) and one not in kept]
         out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)
@@ -210,7 +258,7 @@ class GLRenderer(Renderer):
         return out
 
     def _drawn_by(
-        self, piece: Piece, kept: Sequence[Layer], direct: Sequence[Layer], columns: slice
+        self, piece: Piece, kept: Sequence[Layer | SpreadLayer], direct: Sequence[Layer], columns: slice
     ) -> Float[np.ndarray, "m h w 3"]:
         """Pictures of the spectra that `columns` of the layers' colours are of, from kept terms or directly."""
         height, width = self._coverage_of(piece).shape
@@ -242,7 +290,12 @@ class GLRenderer(Renderer):
             self._add(target, tile, layer, known[id(layer.summand)], written, values, {"palette": palette})
 
     def _add_folded(
-        self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
+        self,
+        target: moderngl.Framebuffer,
+        owner: Owner,
+        piece: Piece,
+        layers: Sequence[Layer | SpreadLayer],
+        columns: slice,
     ) -> None:
         for layer, terms in self._with_terms(piece, layers, True):
             palette, shape = _palette(owner, layer, columns)
@@ -251,7 +304,7 @@ class GLRenderer(Renderer):
                 self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
 
 
-def _palette(owner: Owner, layer: Layer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+def _palette(owner: Owner, layer: Layer | SpreadLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape
 

@@ -5,16 +5,26 @@ Each outlives what it does not depend on: geometry another camera, tiles other m
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ..lighting.camera import Camera
+from ..lighting.environment.bright_light import BrightLight
+from ..lighting.environment.gathering import GatheredLight
+from ..lighting.environment.seen_from import seen_from
+from ..lighting.lights import SpreadLight
+from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
+from ..lighting.visibility.cache import scene_visibility
+from ..lighting.visibility.visibility import SceneVisibility
+from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand
 from .geometry import LightGeometry, SceneGeometry, scene_geometry
 from .raster import Window, WindowTriangles
@@ -24,6 +34,8 @@ from .view import View, view_key, view_of
 KEPT_SAMPLES = 8_000_000
 # Bytes of terms that are kept between calls: beyond, they are worked out for each picture.
 KEPT_TERMS = 1 << 28
+# Prefiltered environments, some 20 MB each.
+KEPT_ENVIRONMENTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +55,52 @@ class Layer:
         return self.part, self.lights, self.summand.key
 
 
+@dataclass(frozen=True, eq=False)
+class Shadows:
+    """What hides a light that spreads: the visibility of the scene, and the light's bright parts."""
+
+    visibility: SceneVisibility
+    bright: BrightLight
+
+
+@dataclass(frozen=True, eq=False)
+class SpreadLayer:
+    """One part's material under some of the fields of a light that spreads, at most four.
+
+    light, fields : which of its fields. gathered : what it sends. world_from_map (3, 3) : turns that.
+    scale : pi / E_ref, of a sample's share. colours (1, F R, 3 M) : for each field, the form's palette in XYZ under M
+    spectra in place of the field's, R rounded up to fours.
+    """
+
+    part: int
+    light: SpreadLight
+    fields: slice
+    form: EnvironmentForm
+    gathered: GatheredLight
+    world_from_map: Float[np.ndarray, "3 3"]
+    scale: float
+    colours: Float[np.ndarray, "1 FR M3"]
+    shadows: Shadows | None = None
+
+    @property
+    def terms_key(self) -> tuple:
+        """As of `Layer`."""
+        return "spread", self.part, id(self.light), self.fields.start, self.scale, self.form.key
+
+    @property
+    def rank(self) -> int:
+        """F R."""
+        return self.colours.shape[1]
+
+
 @dataclass(eq=False)
 class KeptTerms:
     """The terms of a layer at every pixel, light and visibility included: all of a picture but its spectra.
 
-    summand : whose they are. nbytes : what they take.
+    of : whose they are, kept alive with them. nbytes : what they take.
     """
 
-    summand: Summand
+    of: Layer | SpreadLayer
     nbytes: int
 
 
@@ -58,11 +108,13 @@ class KeptTerms:
 class Tile:
     """What is worked out at every sample of a window of the picture: renderers add to it.
 
-    coverage (h, w) : float32, of its pixels. with_uv : whether it knows texture coordinates.
+    coverage (h, w) : float32, of its pixels. with_uv : whether it knows texture coordinates; with_frames : and the
+    frames of what is seen, which lights that spread ask for.
     """
 
     coverage: Float[np.ndarray, "h w"]
     with_uv: bool
+    with_frames: bool
 
 
 @dataclass(eq=False)
@@ -81,6 +133,11 @@ class Piece:
     terms: dict[tuple, Any] = field(default_factory=dict)
 
 
+def visibility_folder() -> Path:
+    """Where the visibility of scenes is kept from run to run: `metamer/visibility` in the user's cache."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / "visibility"
+
+
 class Keeping(ABC):
     """Works geometry, tiles and terms out when they are asked for, and keeps them where there is room."""
 
@@ -91,6 +148,10 @@ class Keeping(ABC):
         self._terms_bytes = 0
         # Whether what is drawn needs texture coordinates: nobody pays for them otherwise.
         self._with_uv = False
+        self._with_frames = False
+        self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
+        self._visibility: tuple[tuple[Mesh, ...], SceneVisibility | None] | None = None
+        self._bright: dict[int, tuple[SpreadLight, BrightLight]] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -106,7 +167,8 @@ class Keeping(ABC):
             self._geometry, self._view = geometry, view_of(geometry, camera)
             side = camera.samples
             self._kept = [Piece(one, one.left // side, one.top // side) for one in self._view.windows()]
-        keep = self._view.size[0] * self._view.size[1] * len(geometry.lights) <= KEPT_SAMPLES
+        layers = len(geometry.lights) + len(scene.spread_lights)
+        keep = self._view.size[0] * self._view.size[1] * layers <= KEPT_SAMPLES
         for piece in self._kept:
             whole = False
             try:
@@ -119,7 +181,8 @@ class Keeping(ABC):
 
     def _tile_of(self, piece: Piece) -> Any:
         """The tile of a piece, worked out anew where it is not kept."""
-        if self._with_uv and piece.tile is not None and not piece.tile.with_uv:
+        tile = piece.tile
+        if tile is not None and (self._with_uv > tile.with_uv or self._with_frames > tile.with_frames):
             self._forget_tile(piece)
         if piece.tile is None:
             assert self._view is not None
@@ -135,6 +198,9 @@ class Keeping(ABC):
         """Forget everything that is kept and free what it holds on a GPU."""
         self._forget_view()
         self._keep_lights(())
+        self._gathered.clear()
+        self._bright.clear()
+        self._visibility = None
         self._geometry = None
 
     def _forget_view(self) -> None:
@@ -150,7 +216,39 @@ class Keeping(ABC):
             self._discard(piece.tile)
             piece.tile = None
 
-    def _with_terms(self, piece: Piece, layers: Sequence[Layer], keep: bool) -> Iterator[tuple[Layer, Any]]:
+    def _shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
+        """What hides a light; None where nothing hides anything. Visibility is kept while the meshes are the same, the
+        light's parts while the light is.
+        """
+        meshes = tuple(part.mesh for part in scene.parts)
+        if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
+            found = scene_visibility(scene, visibility_folder(), progress=self._say)
+            self._visibility, self._bright = (meshes, found), {}
+        visibility = self._visibility[1]
+        if visibility is None:
+            return None
+        if id(light) not in self._bright:
+            low, high = scene.bounds
+            self._bright[id(light)] = light, BrightLight.of(seen_from(light, 0.5 * (low + high)))
+        return Shadows(visibility, self._bright[id(light)][1])
+
+    def _say(self, done: int, total: int, what: str) -> None:  # noqa: B027
+        """Progress of what takes long."""
+
+    def _light_gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight, np.ndarray]:
+        """What a light that spreads sends, and how it is turned; kept for other rotations and spectra."""
+        low, high = scene.bounds
+        environment = seen_from(light, 0.5 * (low + high))
+        key = id(environment.fields)
+        if key not in self._gathered:
+            if len(self._gathered) >= KEPT_ENVIRONMENTS:
+                self._gathered.clear()
+            self._gathered[key] = environment.fields, GatheredLight.of(environment)
+        return self._gathered[key][1], environment.world_from_map
+
+    def _with_terms(
+        self, piece: Piece, layers: Sequence[Layer | SpreadLayer], keep: bool
+    ) -> Iterator[tuple[Layer | SpreadLayer, Any]]:
         """Each layer that shows in a piece, and its terms, which with `keep` are kept where there is room."""
         self._keep_terms(piece, {layer.terms_key for layer in layers})
         for layer in layers:
@@ -181,7 +279,7 @@ class Keeping(ABC):
         """Everything in a window that does not depend on materials and spectra, as a kind of `Tile`."""
 
     @abstractmethod
-    def _terms(self, tile: Any, layer: Layer) -> Any:
+    def _terms(self, tile: Any, layer: Layer | SpreadLayer) -> Any:
         """The terms of a layer at every pixel, as a kind of `KeptTerms`; None where the tile does not show them."""
 
     def _discard_terms(self, terms: Any) -> None:  # noqa: B027

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from ..materials.fast import TermShader
 from . import resources, shadows
 from .geometry import LightGeometry
+from .light_tables import LightTables
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .shaders import ShaderError, program
 from .view import View
@@ -54,6 +55,7 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
         "uv.frag",
         {"UV_TEXELS": resources.UV_TEXELS, "UVS_A_ROW": resources.UVS_A_ROW, **_GEOMETRY_SIZES},
     ),
+    ("fullscreen.vert", "frames.frag", _GEOMETRY_SIZES),
     *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
 )
 
@@ -145,22 +147,21 @@ class Passes:
     def uv(
         self,
         owner: resources.Owner,
-        view: View,
+        corners: Float[np.ndarray, "T 3 2"],
         seen: moderngl.Texture,
         triangles: moderngl.Texture,
-        of: WindowTriangles,
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
         """Texture coordinates (RG32F) and what samples span of them (RGBA32F: their change to the next column of
         samples, then to the next row) at every sample, kept by `owner`; 0 where nothing is seen or a part has none.
         For materials that vary with them: no other pass needs it.
 
-        triangles, of : `triangle_texels`, and what they are of.
+        corners : of the window's triangles, whatever is linear on them. triangles : `triangle_texels`.
         """
         context = self.context
         outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
         scratch = resources.Owner(context)
         try:
-            uvs = scratch.table(resources.uv_texels(view, of), resources.UVS_A_ROW, resources.UV_TEXELS)
+            uvs = scratch.table(resources.uv_texels(corners), resources.UVS_A_ROW, resources.UV_TEXELS)
             self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
             context.enable_only(context.NOTHING)
             made, everywhere = self._full_screen("uv.frag")
@@ -169,6 +170,45 @@ class Passes:
         finally:
             scratch.release()
         return outputs
+
+    def frames(
+        self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: moderngl.Texture
+    ) -> tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture]:
+        """Tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to the
+        viewer, kept by `owner`. For lights that spread: no other pass needs it.
+        """
+        outputs = (owner.texture(seen.size, 4), owner.texture(seen.size, 4), owner.texture(seen.size, 4))
+        scratch = resources.Owner(self.context)
+        try:
+            self._begin(scratch.keep(self.context.framebuffer(outputs)), seen.size)
+            self.context.enable_only(self.context.NOTHING)
+            made, everywhere = self._full_screen("frames.frag")
+            values = {"eye": tuple(view.eye), "perspective": view.perspective}
+            _set(made, values, {"seen": seen, "triangles": triangles})
+            everywhere.render(self.context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return outputs
+
+    def gather(
+        self,
+        target: moderngl.Framebuffer,
+        terms: TermShader,
+        sizes: Mapping[str, int],
+        light: Sequence[LightTables],
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Four terms in each attachment of `target`: what a material gathers of a light that spreads."""
+        self._check_names(terms)
+        whole = {**sizes, "QUADS": len(target.color_attachments), "ROW_LENGTH": resources.ROW_LENGTH}
+        textures, uniforms = dict(samplers), dict(values)
+        for one in light:
+            whole |= one.sizes
+            textures |= one.textures
+            uniforms |= one.uniforms
+        made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
+        self.draw_layer(made, everywhere, target, None, textures, uniforms)
 
     def shade(
         self,
@@ -260,7 +300,7 @@ class Passes:
         return self._shadows[id(light)][2]
 
     def _full_screen(
-        self, fragment: str, terms: Path | None = None, /, **sizes: int
+        self, fragment: str, terms: Path | None = None, /, **sizes: int | float
     ) -> tuple[moderngl.Program, moderngl.VertexArray]:
         """A program that runs at every pixel of its target, and its vertex array without buffers."""
         made = self._program("fullscreen.vert", fragment, terms, **sizes)
@@ -268,7 +308,9 @@ class Passes:
             self._everywhere[made] = self.owner.keep(self.context.vertex_array(made, []))
         return made, self._everywhere[made]
 
-    def _compiled(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int) -> moderngl.Program:
+    def _compiled(
+        self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float
+    ) -> moderngl.Program:
         if terms is not None:
             return self.owner.keep(program(self.context, vertex, fragment, sizes, terms))
         # What is linear stands first, so that it is found where nothing is said of mip-mapping.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, cast, get_args
 
@@ -13,13 +13,14 @@ from jaxtyping import Float
 from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
-from ..materials.fast import Fast, Summand
+from ..materials.fast import Fast
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.folding import Folding
 from ..spectral.observers import Observer
+from ..spectral.palette import Palette
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
-from .keeping import Keeping, Layer, Piece
+from .keeping import Keeping, Layer, Piece, SpreadLayer
 from .view import window_count
 
 #: How factors are looked up between samples: as they are, or averaged over what a sample spans.
@@ -29,6 +30,8 @@ Picture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
 _KEPT_FOLDINGS = 64
 # Wavelengths that are drawn at once, a multiple of three: bounds the memory of spectral pictures.
 _SPECTRAL_CHUNK = 24
+# Fields of a light that are looked up at once: a texel holds four.
+MOST_FIELDS = 4
 
 
 class Renderer(Keeping):
@@ -133,22 +136,23 @@ class Renderer(Keeping):
         luminous = radiance_weights(scene.observer, wavelengths_nm)[1]
         powers = {}
         for light in scene.lights:
-            power = light.spectrum.averaged(wavelengths_nm).samples
-            if not luminous @ power > 0:
-                raise InputError(
-                    "the light sends nothing at these wavelengths",
-                    field=f"light {light.name}",
-                    found=light.spectrum_name or None,
-                    expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
-                )
-            powers[id(light)] = float(luminous @ power)
+            for spectrum in light.spectra:
+                power = spectrum.averaged(wavelengths_nm).samples
+                if not luminous @ power > 0:
+                    raise InputError(
+                        "the light sends nothing at these wavelengths",
+                        field=f"light {light.name}",
+                        found=light.spectrum_name or None,
+                        expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
+                    )
+                powers[id(spectrum)] = float(luminous @ power)
         values = np.empty((camera.height_px, camera.width, len(wavelengths_nm)), dtype=np.float32)
         for start in range(0, len(wavelengths_nm), _SPECTRAL_CHUNK):
             chosen = slice(start, min(start + _SPECTRAL_CHUNK, len(wavelengths_nm)))
             count = -(-(chosen.stop - start) // 3)
 
-            def sent(light: Light, summand: Summand, chosen: slice = chosen, count: int = count) -> np.ndarray:
-                radiance = summand.palette.radiance(light.spectrum, wavelengths_nm)[..., chosen] / powers[id(light)]
+            def sent(spectrum: Spectrum, palette: Palette, chosen: slice = chosen, count: int = count) -> np.ndarray:
+                radiance = palette.radiance(spectrum, wavelengths_nm)[..., chosen] / powers[id(spectrum)]
                 return np.pad(radiance, ((0, 0), (0, 0), (0, 3 * count - radiance.shape[2])))
 
             # Three wavelengths take the places of X, Y and Z.
@@ -164,21 +168,22 @@ class Renderer(Keeping):
         camera: Camera,
         surfaces: Mapping[str, Fast],
         count: int,
-        colours: Callable[[Light, Summand], Float[np.ndarray, "P R M3"]],
+        colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
         step: tuple[int, int] = (0, 1),
     ) -> tuple[Float[np.ndarray, "M H W 3"], Float[np.ndarray, "H W"]]:
-        """`count` pictures whose terms have the `colours` (P, R, 3 count) of each light and summand, and the coverage.
+        """`count` pictures, and the coverage; `colours` (P, R, 3 count) are those of a palette under a spectrum.
 
         step : which of how many such rounds this is, for `progress`.
         """
         scene.check_surfaces(surfaces)
-        self._with_uv = scene.needs_uv(surfaces)
-        layers = [
-            Layer(number, lights, one, colours(scene.delta_lights[lights[0]], one))
+        self._with_uv, self._with_frames = scene.needs_uv(surfaces), bool(scene.spread_lights)
+        layers: list[Layer | SpreadLayer] = [
+            Layer(number, lights, one, colours(scene.delta_lights[lights[0]].spectrum, one.palette))
             for number, part in enumerate(scene.parts)
             for lights in _by_spectrum(scene.delta_lights)
             for one in surfaces[part.material].summands
         ]
+        layers += self._spread_layers(scene, camera, surfaces, colours)
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
         tiles = window_count(camera)
@@ -193,6 +198,26 @@ class Renderer(Keeping):
             coverage[place] = covered
             self._say(step[0] * tiles + number, step[1] * tiles, "drawing")
         return xyz, coverage
+
+    def _spread_layers(
+        self,
+        scene: Scene,
+        camera: Camera,
+        surfaces: Mapping[str, Fast],
+        colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
+    ) -> Iterator[SpreadLayer]:
+        """The layers of all lights that spread, four of a light's fields each."""
+        scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
+        for light in scene.spread_lights:
+            gathered, world_from_map = self._light_gathered(light, scene)
+            shadows = self._shadows(light, scene)
+            for number, part in enumerate(scene.parts):
+                form = surfaces[part.material].environment_form()
+                for start in range(0, len(light.spectra), MOST_FIELDS):
+                    fields = slice(start, min(start + MOST_FIELDS, len(light.spectra)))
+                    each = [colours(one, form.palette)[0] for one in light.spectra[fields]]
+                    rounded = np.concatenate([np.pad(one, ((0, -len(one) % 4), (0, 0))) for one in each])[None]
+                    yield SpreadLayer(number, light, fields, form, gathered, world_from_map, scale, rounded, shadows)
 
     def _say(self, done: int, total: int, what: str) -> None:
         if self.progress is not None:
@@ -218,21 +243,21 @@ class Renderer(Keeping):
         self.close()
 
     @abstractmethod
-    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+    def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
         """The sum of all layers for each of `count` spectra: terms times colours."""
 
     def _colours(
-        self, scene: Scene, light: Light, summand: Summand, illuminants: Sequence[Spectrum | None]
+        self, scene: Scene, spectrum: Spectrum, palette: Palette, illuminants: Sequence[Spectrum | None]
     ) -> Float[np.ndarray, "P R M3"]:
-        """The palette of a summand in XYZ under each illuminant; foldings are kept, because one basis serves every
-        material of a review."""
-        spectra = tuple(light.spectrum if other is None else other for other in illuminants)
+        """A palette in XYZ under each illuminant; foldings are kept, because one basis serves every material of a
+        review."""
+        spectra = tuple(spectrum if other is None else other for other in illuminants)
         key = (id(scene.observer), *(id(spectrum) for spectrum in spectra))
         if key not in self._foldings:
             if len(self._foldings) >= _KEPT_FOLDINGS:
                 self._foldings.clear()
             self._foldings[key] = Folding(scene.observer, spectra)
-        return summand.palette.folded(self._foldings[key])
+        return palette.folded(self._foldings[key])
 
 
 def _known(filtering: str) -> Filtering:

@@ -87,10 +87,10 @@ def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray,
     return texels
 
 
-def uv_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 2 4"]:
+def uv_texels(corners: Float[np.ndarray, "T 3 2"]) -> Float[np.ndarray, "T 2 4"]:
     """Per triangle the texture coordinates of its corners: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
-    texels = np.zeros((len(triangles.parent), UV_TEXELS, 4), dtype=np.float32)
-    texels.reshape(-1, 8)[:, :6] = view.uv(triangles).reshape(-1, 6)
+    texels = np.zeros((len(corners), UV_TEXELS, 4), dtype=np.float32)
+    texels.reshape(-1, 8)[:, :6] = corners.reshape(-1, 6)
     return texels
 
 

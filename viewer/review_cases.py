@@ -143,7 +143,8 @@ def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) 
 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
     """Every light spectrum that the review shows, each once."""
-    found = [s for other in spectra for s in ([light.spectrum for light in scene.lights] if other is None else [other])]
+    own = [spectrum for light in scene.lights for spectrum in light.spectra]
+    found = [s for other in spectra for s in (own if other is None else [other])]
     return list({spectrum.key: spectrum for spectrum in found}.values())
 
 

@@ -31,7 +31,8 @@ def source(
     """Text of shader file `name`, includes put in, and the file names that its `#line` numbers refer to.
 
     Each file is included once, the first time it is asked for. `defines` come right after the version. `terms` is what
-    `#include "terms.glsl"` includes: the terms of a fast form, whose file lies beside it.
+    `#include "terms.glsl"` includes: the terms of a fast form, whose file lies beside it; what that includes may lie
+    beside itself.
 
     Raises
     ------
@@ -41,7 +42,9 @@ def source(
     names: list[str] = []
 
     def lines_of(file: str, wanted_by: str) -> list[str]:
-        path = terms if file == TERMS and terms is not None else _folder().joinpath(file)
+        beside = terms.with_name(file) if terms is not None else None
+        path = _folder().joinpath(file) if beside is None or not beside.is_file() else beside
+        path = terms if file == TERMS and terms is not None else path
         if not path.is_file():
             raise ShaderError(f"{wanted_by}: there is no shader file {str(path if file == TERMS else file)!r}")
         number = len(seen)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,9 @@ from ..lighting.vectors import dot, unit
 from ..materials.points import Points
 from ..materials.terms import Terms
 from .footprints import footprints
+from .gathering import SeenSamples, gathered_terms
 from .geometry import LightGeometry
-from .keeping import KeptTerms, Layer, Piece, Tile
+from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
 from .raster import Window, WindowTriangles
 from .renderer import Filtering, Renderer
 from .shadows import visibility
@@ -33,10 +34,11 @@ class SoftwareTile(Tile):
     """A tile and, by part and light, the samples that are lit: the pixel (K,) of each, and what is shaded there.
 
     What arrives at a point is pi E / E_ref on a surface that faces the light, times visibility, over the samples of a
-    pixel.
+    pixel. seen : by part, all samples, for lights that spread.
     """
 
     lit: dict[tuple[int, int], tuple[Int[np.ndarray, " K"], Points]]
+    seen: tuple[SeenSamples, ...]
 
 
 class SoftwareRenderer(Renderer):
@@ -63,9 +65,28 @@ class SoftwareRenderer(Renderer):
                 mine = part_of == part
                 lit[part, number] = surface.pixel[which[mine]], points.chosen(mine)
         coverage = (hits / side**2).astype(np.float32)
-        return SoftwareTile(coverage, self._with_uv, lit)
+        seen = tuple(self._seen(view, surface)) if self._with_frames else ()
+        return SoftwareTile(coverage, self._with_uv, self._with_frames, lit, seen)
 
-    def _terms(self, tile: SoftwareTile, layer: Layer) -> SoftwareTerms | None:
+    def _seen(self, view: View, surface: Surface) -> Iterator[SeenSamples]:
+        """Part by part."""
+        first_face, face = view.scene.first_face, surface.face
+        part_of = np.searchsorted(first_face, surface.face, side="right") - 1
+        wo = np.einsum("nij,nj->ni", surface.frame, surface.to_viewer)
+        # Textures are filtered where there are spans, whatever of.
+        spans = {} if self.filtering == "mipmapped" else None
+        points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
+        samples = SeenSamples(surface.pixel, points, surface.frame, face, surface.weights, view.side[face] < 0.0)
+        for part in range(len(first_face) - 1):
+            yield samples.chosen(np.flatnonzero(part_of == part))
+
+    def _terms(self, tile: SoftwareTile, layer: Layer | SpreadLayer) -> SoftwareTerms | None:
+        if isinstance(layer, SpreadLayer):
+            samples = tile.seen[layer.part]
+            if not len(samples.pixel):
+                return None
+            terms = gathered_terms(layer, samples).summed(samples.pixel)
+            return SoftwareTerms(layer, terms.nbytes, terms)
         found = []
         for light in layer.lights:
             pixel, points = tile.lit[layer.part, light]
@@ -74,9 +95,9 @@ class SoftwareRenderer(Renderer):
         if not found:
             return None
         terms = Terms.sum_of(found)
-        return SoftwareTerms(layer.summand, terms.nbytes, terms)
+        return SoftwareTerms(layer, terms.nbytes, terms)
 
-    def _shade(self, piece: Piece, layers: Sequence[Layer], count: int) -> Float[np.ndarray, "M h w 3"]:
+    def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
         height, width = self._coverage_of(piece).shape
         total = np.zeros((height * width, 3 * count))
         for layer, kept in self._with_terms(piece, layers, self.keeps_terms):

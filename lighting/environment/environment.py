@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
-from ...spectral.observers import observer
+from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number
 from . import latlong
+from .drawing import MapDrawing
 
 #: Where an environment's spectra come from: named by whoever made the scene, made from a colour, or measured.
 Origin = Literal["stated", "made", "measured"]
 
 
-@dataclass(frozen=True, eq=False)
+def _photometric() -> Observer:
+    """The observer by whom luminance is defined."""
+    return observer("1931_2")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class EnvironmentLight(SpreadLight):
     """An environment: K fields of luminance over directions, each of one spectrum.
 
@@ -30,10 +36,13 @@ class EnvironmentLight(SpreadLight):
     fields : (K, H, W) luminance, relative, finite, not negative, latitude-longitude (`latlong`); field k is that of
         spectrum k alone. Between the middles of texels it is linear.
     spectra : K emissions; their scale does not matter.
-    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields.
+    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields. None leaves
+        them as they are, in cd/m^2, even if nothing comes from above.
     rotation_deg : turns the map about the vertical (+y), right-handed.
     origin : of the spectra; reports say so.
     spectrum_name : what reports call the spectra.
+    observer : whose luminance the fields are: that by which renderers weigh the spectra. A `Scene` makes it its own.
+    notes : what was assumed or left out where the light was made.
 
     Raises
     ------
@@ -42,16 +51,16 @@ class EnvironmentLight(SpreadLight):
     """
 
     KIND: ClassVar = "environment"
-    KEYS: ClassVar = {"map": "text", "rotation_deg": "number", "illuminance_lux": "number", "uplift": "text"}
-    REQUIRED: ClassVar = ("map",)
 
     fields: Float[np.ndarray, "K H W"]
     spectra: tuple[Spectrum, ...]
-    illuminance_lux: Number = 1000.0
+    illuminance_lux: Any = 1000.0
     rotation_deg: Number = 0.0
     name: str = "light"
     spectrum_name: str = ""
     origin: Origin = "stated"
+    observer: Observer = field(default_factory=_photometric)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         fields = np.asarray(self.fields, dtype=np.float64)
@@ -76,8 +85,12 @@ class EnvironmentLight(SpreadLight):
             raise InputError(
                 "unknown origin", field="origin", found=repr(self.origin), expected=", ".join(get_args(Origin))
             )
-        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         arrives = self._relative_illuminances(fields)
+        if self.illuminance_lux is None:
+            object.__setattr__(self, "illuminance_lux", float(arrives.sum()))
+            object.__setattr__(self, "fields", fields)
+            return
+        object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         if not arrives.sum() > 0.0:
             raise InputError(
                 "an environment that sends nothing from above",
@@ -86,25 +99,45 @@ class EnvironmentLight(SpreadLight):
                 expected="some light in the upper half of the map",
                 hint="look whether the map is upside down, or black",
             )
-        object.__setattr__(self, "fields", fields * (self.illuminance_lux / arrives.sum()))
+        scale = self.illuminance_lux / arrives.sum()
+        # As it is where it fits: what is made of an array is known by it, also when the light is turned.
+        object.__setattr__(self, "fields", fields if abs(scale - 1.0) < 1e-12 else fields * scale)
+
+    def __repr__(self) -> str:
+        count, height, width = self.fields.shape
+        spectra = "1 spectrum" if count == 1 else f"{count} spectra"
+        return f"<Environment {self.name}: {width} x {height}, {spectra} {self.origin}, {self.illuminance_lux:g} lx>"
 
     @staticmethod
     def _relative_illuminances(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, " K"]:
         """Of each field on a horizontal plane, lit from above."""
         height, width = fields.shape[1:]
-        edges = np.clip(np.cos(np.pi * np.arange(height + 1) / height), 0.0, None)
+        # The sine of the elevation, which is exactly 0 on the horizon: light from below must not come to 1e-33 lx.
+        edges = np.clip(np.sin(np.pi * (0.5 - np.arange(height + 1) / height)), 0.0, None)
         # The cosine over a texel, exact: half the difference of its squares at the texel's edges.
         return fields.sum(axis=2) @ ((edges[:-1] ** 2 - edges[1:] ** 2) * np.pi / width)
 
     @cached_property
     def spectrum(self) -> Spectrum:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The mixture of the spectra that arrives on a horizontal plane."""
-        return mixture(self.spectra, self._relative_illuminances(self.fields))
+        return mixture(self.spectra, self._relative_illuminances(self.fields), self.observer)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
         """All fields together, of one spectrum."""
-        total = self.fields.sum(axis=0, keepdims=True)
-        return replace(self, fields=total, spectra=(spectrum,), spectrum_name=name, origin="stated")
+        total = self.fields if len(self.fields) == 1 else self.fields.sum(axis=0, keepdims=True)
+        changes: dict[str, Any] = {"spectra": (spectrum,), "spectrum_name": name, "origin": "stated"}
+        return replace(self, fields=total, illuminance_lux=self.illuminance_lux or None, **changes)
+
+    def for_observer(self, seen_by: Observer) -> EnvironmentLight:
+        """The same light, its fields the luminance that this observer sees: spectra weigh as much as they do to it."""
+        if seen_by.name == self.observer.name:
+            return self
+        if len(self.spectra) == 1:
+            return replace(self, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
+        seen = np.array([[one.luminous(spectrum) for spectrum in self.spectra] for one in (self.observer, seen_by)])
+        ratio = np.divide(seen[1], seen[0], out=np.ones(len(self.spectra)), where=seen[0] > 0.0)
+        fields = self.fields * ratio[:, None, None]
+        return replace(self, fields=fields, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
         """Its illuminance on a horizontal plane, from infinitely far off."""
@@ -122,63 +155,34 @@ class EnvironmentLight(SpreadLight):
         return latlong.between_texels(self.fields, directions @ self.world_from_map)
 
     @cached_property
-    def _shares(self) -> tuple[Float[np.ndarray, " H"], Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]]:
-        """What `drawn` chooses by: the sums of the rows' shares up to each row's end, those of the columns' in each row
-        up to each column's end, and each texel's density, 1/sr.
-        """
-        height, width = self.fields.shape[1:]
-        total = self.fields.sum(axis=0)
-        # Linear between texels, light may come from any texel beside one that is bright.
-        padded = np.pad(total, 1, mode="edge")
-        padded[:, 0], padded[:, -1] = padded[:, -2], padded[:, 1]
-        near = np.max([padded[i : i + height, j : j + width] for i in range(3) for j in range(3)], axis=0)
-        power = np.maximum(total, 0.25 * near) * latlong.solid_angles(height, width)[:, None]
-        power /= power.sum()
-        rows = power.sum(axis=1)
-        columns = np.cumsum(power, axis=1) / np.where(rows > 0.0, rows, 1.0)[:, None]
-        return np.cumsum(rows), columns, power / latlong.solid_angles(height, width)[:, None]
+    def _drawing(self) -> MapDrawing:
+        return MapDrawing(self.fields.sum(axis=0))
 
     def drawn(self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]):
-        """Texels by what they send, evenly by solid angle within each."""
-        rows, columns, density = self._shares
-        height, width = density.shape
-        row = np.minimum(np.searchsorted(rows, uniform[:, 0] * rows[-1], side="right"), height - 1)
-        before = np.where(row > 0, rows[row - 1], 0.0)
-        down = (uniform[:, 0] * rows[-1] - before) / np.maximum(rows[row] - before, np.finfo(float).tiny)
-        # One row's shares after the other's, so that one search finds all columns.
-        flat = (columns + 2.0 * np.arange(height)[:, None]).ravel()
-        last = columns[row, -1]
-        sought = uniform[:, 1] * last
-        column = np.clip(np.searchsorted(flat, sought + 2.0 * row, side="right") - row * width, 0, width - 1)
-        before = np.where(column > 0, columns[row, column - 1], 0.0)
-        right = (sought - before) / np.maximum(columns[row, column] - before, np.finfo(float).tiny)
-        top, bottom = np.cos(np.pi * row / height), np.cos(np.pi * (row + 1) / height)
-        polar = np.arccos(np.clip(top + np.clip(down, 0.0, 1.0) * (bottom - top), -1.0, 1.0)) / np.pi
-        to = latlong.directions(polar, (column + np.clip(right, 0.0, 1.0)) / width)
-        return to @ self.world_from_map.T, density[row, column]
+        """As bright as all fields together are."""
+        to = self._drawing.drawn(uniform)
+        return to @ self.world_from_map.T, self._drawing.density(to)
 
     def density(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
         """1/sr with which `drawn` gives these directions."""
-        density = self._shares[2]
-        return density[latlong.texel_at(directions @ self.world_from_map, *density.shape)]
+        return self._drawing.density(directions @ self.world_from_map)
 
     def distance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
         """Infinite."""
         return np.full(len(directions), np.inf)
 
 
-def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"]) -> Spectrum:
-    """The emission of K spectra mixed by luminance, in shares of any scale, on all their wavelengths.
+def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_by: Observer) -> Spectrum:
+    """The emission of K spectra mixed by this observer's luminance, in shares of any scale, on all their wavelengths.
 
-    Luminance is that of the CIE 1931 2 degree observer; a spectrum without any counts by its power.
+    A spectrum without any luminance counts by its power.
     """
     if len(spectra) == 1:
         return spectra[0]
-    seen_by = observer("1931_2")
     wavelengths_nm = np.unique(np.concatenate([one.wavelengths_nm for one in spectra]))
     total = np.zeros(len(wavelengths_nm))
     for spectrum, share in zip(spectra, shares, strict=True):
-        samples = np.interp(wavelengths_nm, spectrum.wavelengths_nm, spectrum.samples, left=0.0, right=0.0)
+        samples = np.interp(wavelengths_nm, spectrum.wavelengths_nm, spectrum.samples)
         luminous = seen_by.luminous(spectrum)
         scale = luminous if luminous > 0.0 else float(np.trapezoid(samples, wavelengths_nm))
         total += samples * (share / scale if scale > 0.0 else 0.0)

@@ -26,7 +26,7 @@ def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Floa
 def texel_directions(height: int, width: int) -> Float[np.ndarray, "height width 3"]:
     """Unit directions of the middles of texels."""
     rows, columns = (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width
-    return directions(rows[:, None], columns[None])
+    return directions(*np.meshgrid(rows, columns, indexing="ij"))
 
 
 def solid_angles(height: int, width: int) -> Float[np.ndarray, " height"]:

@@ -88,15 +88,15 @@ class MetallicRoughness(AnalyticBrdf):
         return out
 
     def _body(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        fall = _schlick(wi, wo)
+        fall = schlick(wi, wo)
         return _outer(self._through(fall), fall, self._under)
 
     def _facets(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        fall = _schlick(wi, wo)
+        fall = schlick(wi, wo)
         return _outer(self._through(fall) * _facet_geometry(wi, wo, self.alpha), fall, self._facet)
 
     def _coat(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        reflected = self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * _schlick(wi, wo))
+        reflected = self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * schlick(wi, wo))
         reflected *= _facet_geometry(wi, wo, self.coat_alpha)
         return np.repeat(reflected[:, None], len(self.wavelengths_nm), axis=1)
 
@@ -105,7 +105,7 @@ class MetallicRoughness(AnalyticBrdf):
         return 1.0 - self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * fall)
 
 
-def _schlick(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+def schlick(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     """(1 - h.wi)^5, (N,); from |wi - wo| = 2 sin, so that it does not cancel near retro-reflection."""
     h, d = wi + wo, wi - wo
     cos = 0.5 * np.sqrt(np.sum(h * h, axis=-1))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -23,6 +24,8 @@ from ..fast import Fast, Summand, TermShader, check_summands
 from ..fit_error import FitError
 from ..frame_angles import Direction, FrameAngles, frame_angles
 from ..points import Points
+from ..slices.fit import mixtures, view_slices
+from ..slices.view_slices import ViewSlices
 from ..terms import Terms
 from .pyramids import filtered_values
 from .texels import factor_shader, halved
@@ -182,13 +185,19 @@ class FactorPack(Summand):
 
 @dataclass(frozen=True, eq=False)
 class FactoredBrdf(Brdf, Fast):
-    """The sum of packs as a BRDF, at the wavelengths of their common basis: the fast form of uniform materials."""
+    """The sum of packs as a BRDF, at the wavelengths of their common basis: the fast form of uniform materials.
+
+    slices : its environment form, where it is known; without it that of the packs is worked out when asked for.
+    """
 
     NAME: ClassVar[str] = "packs"
     WORDS: ClassVar[str] = "factor packs"
 
     packs: tuple[FactorPack, ...]
     error: FitError | None = None
+    slices: ViewSlices | None = None
+    # What it is a projection of: its slices are as good, and a few terms cost nothing at any wavelengths.
+    _whole: FactoredBrdf | None = None
 
     def __post_init__(self) -> None:
         check_summands(self.packs)
@@ -211,7 +220,27 @@ class FactoredBrdf(Brdf, Fast):
 
     def in_basis(self, basis: SpectralBasis) -> FactoredBrdf:
         """The same packs with their spectra projected into another basis."""
-        return replace(self, packs=tuple(pack.in_basis(basis) for pack in self.packs))
+        return replace(self, packs=tuple(pack.in_basis(basis) for pack in self.packs), _whole=self._whole or self)
+
+    def environment_form(self) -> ViewSlices:
+        """See `Fast.environment_form`; of the packs' sum, worked out when first asked for."""
+        return self._slices
+
+    @cached_property
+    def _slices(self) -> ViewSlices:
+        if self.slices is not None:
+            return self.slices
+        if self._whole is not None:
+            return self._whole.environment_form()
+        if self.rank > 1:
+            return view_slices(self)
+        # One spectrum, which may be a fluorescent surface's: then no samples stand for it.
+        (pack,) = self.packs
+
+        def terms(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+            return pack.terms(Points(wi, wo)).value
+
+        return ViewSlices(*mixtures(terms, 1, self.isotropic), pack.palette)
 
     def stored(self) -> dict[str, Any]:
         """The packs by number."""

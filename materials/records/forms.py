@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..factored.pack import FactoredBrdf
 from ..fast import Fast
+from ..svbrdf.maps_form import MapsForm
 from ..svbrdf.texture_form import TextureForm
 
-FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm)}
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm)}

@@ -48,6 +48,7 @@ MEASURED = {
     "merl": Measured("measured.merl", "MerlBrdf"),
     "rgl": Measured("measured.rgl", "RglBrdf"),
     "spectral_texture": Measured("svbrdf.texture", "SpectralTexture"),
+    "maps": Measured("svbrdf.maps", "MappedSurface"),
     "fluorescent_lambert": Measured("fluorescent", "FluorescentLambert", "bispectral"),
 }
 

@@ -1,4 +1,4 @@
-"""Pictures on a surface: between texels, over what a sample spans, and repeated beyond [0, 1].
+"""Pictures on a surface: between texels, over what a sample spans, and what lies beyond [0, 1].
 
 (u, v) = (0, 0) is the lower left corner of a picture, so that row 0, which is on top, ends at v = 1.
 """
@@ -6,19 +6,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...spectral.errors import InputError
+from ..fast import MOST_TEXELS
+
+#: Beyond [0, 1] a picture goes on from its other side, stays what its edge is, or comes back as in a mirror.
+Wrap = Literal["repeat", "clamp", "mirror"]
+WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
+#: Along u and along v.
+REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
+
 
 def between(
-    uv: Float[np.ndarray, "N 2"], height: int, width: int
+    uv: Float[np.ndarray, "N 2"], height: int, width: int, wrap: tuple[Wrap, Wrap] = REPEATED
 ) -> tuple[Int[np.ndarray, "N 4"], Int[np.ndarray, "N 4"], Float[np.ndarray, "N 4"]]:
     """Rows, columns and shares of the four texels about each point; shares are linear between the texels' middles."""
-    place = np.stack([uv[:, 0] * width, (1.0 - uv[:, 1]) * height], axis=1) - 0.5
+    place = np.stack([_inside(uv[:, 0], wrap[0]) * width, (1.0 - _inside(uv[:, 1], wrap[1])) * height], axis=1) - 0.5
     first = np.floor(place).astype(np.int64)
-    columns = (first[:, :1] + (0, 1, 0, 1)) % width
-    rows = (first[:, 1:] + (0, 0, 1, 1)) % height
+    columns = _texel(first[:, :1] + (0, 1, 0, 1), width, wrap[0])
+    rows = _texel(first[:, 1:] + (0, 0, 1, 1), height, wrap[1])
     right, down = np.moveaxis(place - first, -1, 0)
     return (
         rows,
@@ -27,10 +37,24 @@ def between(
     )
 
 
-def look_up(picture: Float[np.ndarray, "H W C"], uv: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N C"]:
+def _inside(along: Float[np.ndarray, " N"], wrap: Wrap) -> Float[np.ndarray, " N"]:
+    """A coordinate brought into [0, 1], where that alone does it: what is repeated is left to `_texel`."""
+    if wrap == "clamp":
+        return np.clip(along, 0.0, 1.0)
+    return 1.0 - np.abs(1.0 - np.mod(along, 2.0)) if wrap == "mirror" else along
+
+
+def _texel(number: Int[np.ndarray, "N 4"], count: int, wrap: Wrap) -> Int[np.ndarray, "N 4"]:
+    """The texel beside an edge: the one on the other side, or (also in a mirror) the edge's own again."""
+    return number % count if wrap == "repeat" else np.clip(number, 0, count - 1)
+
+
+def look_up(
+    picture: Float[np.ndarray, "H W C"], uv: Float[np.ndarray, "N 2"], wrap: tuple[Wrap, Wrap] = REPEATED
+) -> Float[np.ndarray, "N C"]:
     """A picture between its texels, at each point."""
     height, width, _ = picture.shape
-    rows, columns, shares = between(uv, height, width)
+    rows, columns, shares = between(uv, height, width, wrap)
     return np.einsum("nk,nkc->nc", shares, picture[rows, columns].astype(np.float64, copy=False))
 
 
@@ -68,6 +92,39 @@ def filtered(
         if number + 1 < len(levels) and part.any():
             out[here] += part * (look_up(levels[number + 1], uv[here]) - out[here])
     return out
+
+
+def packed(
+    levels: Sequence[Float[np.ndarray, "_ _ C"]], half: bool = False
+) -> tuple[np.ndarray, dict[str, int], list[tuple[float, float, float]] | tuple[float, float, float]]:
+    """What `texels.glsl` reads: planes four to a texel, one four beside the other, levels one below the other.
+
+    The texture, in float16 where `half` says that it holds them; its sizes; and of each level width, height and first
+    row, of one level alone without a list.
+
+    Raises
+    ------
+    InputError : a texture that no GPU need take.
+    """
+    width, planes = levels[0].shape[1:]
+    quads, heights = max(1, -(-planes // 4)), [len(level) for level in levels]
+    if width * quads > MOST_TEXELS or sum(heights) > MOST_TEXELS:
+        found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {MOST_TEXELS} each way"
+        raise InputError("a texture too large for the GPU", field="planes", found=found, expected=expected)
+    texels = np.zeros((sum(heights), quads, width, 4), dtype=np.float16 if half else np.float32)
+    places, top = [], 0
+    for level in levels:
+        height, across, _ = level.shape
+        padded = np.zeros((height, across, quads * 4))
+        padded[..., :planes] = level
+        texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
+        places.append((float(across), float(height), float(top)))
+        top += height
+    return (
+        texels.reshape(sum(heights), quads * width, 4),
+        {"LEVELS": len(levels)},
+        places if len(places) > 1 else places[0],
+    )
 
 
 def _halved(rows: Float[np.ndarray, "n k C"]) -> Float[np.ndarray, "m k C"]:

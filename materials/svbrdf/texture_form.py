@@ -9,28 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
-from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError
 from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
-from ..axes import Frame
 from ..factored.pack import FactoredBrdf, matt_brdf
-from ..fast import MOST_TEXELS, Fast, Summand, TermShader
+from ..fast import Fast, Summand
 from ..fit_error import FitError
-from ..points import Points
 from ..protocol import LIGHTS
-from ..terms import Terms
-from .texels import filtered, levels_of, look_up
+from .matt_texture import MattTexture
+from .texture_planes import TexturePlanes
 
 # Texels that the number of terms is judged on.
 _JUDGED = 8192
@@ -38,82 +33,6 @@ _JUDGED = 8192
 _SHARE = 0.2
 # Texels that are worked on at once.
 _BLOCK = 1 << 16
-
-
-@dataclass(frozen=True, eq=False)
-class TexturePlanes(Summand):
-    """Coefficients of every texel: term r is plane r at the point, times the cosine.
-
-    planes : (H,W,R), in float16 where `precision` is "half". palette : one entry of R spectra, 1/sr.
-    """
-
-    uses_uv: ClassVar[bool] = True
-
-    planes: np.ndarray
-    palette: Palette
-    precision: Literal["single", "half"] = "single"
-    frame: Frame = "hd"
-
-    def __post_init__(self) -> None:
-        expected = (self.palette.entries, self.palette.rank)
-        if self.planes.ndim != 3 or not self.planes.size or (1, self.planes.shape[2]) != expected:
-            words = f"(H, W, {self.palette.rank}), one entry"
-            raise InputError("planes do not fit", field="planes", found=self.planes.shape, expected=words)
-
-    @cached_property
-    def levels(self) -> list[np.ndarray]:
-        """See `texels.levels_of`."""
-        return levels_of(self.planes)
-
-    def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`; where points say what they span, each plane is its mean over that."""
-        assert points.uv is not None
-        if points.spans is None or points.footprint is None:
-            value = look_up(self.planes, points.uv)
-        else:
-            value = filtered(self.levels, points.uv, points.footprint)
-        return Terms(value * points.angles(self.frame).scale[:, None])
-
-    def shader(self, filtered: bool = False) -> TermShader:
-        """Planes four to a texel, one four beside the other, levels one below the other."""
-        levels = self.levels if filtered else [self.planes]
-        width, quads = self.planes.shape[1], -(-self.rank // 4)
-        heights = [len(level) for level in levels]
-        if width * quads > MOST_TEXELS or sum(heights) > MOST_TEXELS:
-            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {MOST_TEXELS} each way"
-            raise InputError("a texture too large for the GPU", field="planes", found=found, expected=expected)
-        # Means of halves are no halves.
-        dtype = np.float16 if self.planes.dtype == np.float16 and not filtered else np.float32
-        texels = np.zeros((sum(heights), quads, width, 4), dtype=dtype)
-        sizes, top = [], 0
-        for level in levels:
-            height, across, _ = level.shape
-            padded = np.zeros((height, across, quads * 4))
-            padded[..., : self.rank] = level
-            texels[top : top + height, :, :across] = padded.reshape(height, across, quads, 4).swapaxes(1, 2)
-            sizes.append((float(across), float(height), float(top)))
-            top += height
-        return TermShader(
-            Path(__file__).with_name("texture.glsl"),
-            {"LEVELS": len(levels)},
-            {"planes": texels.reshape(sum(heights), quads * width, 4)},
-            {"levels": sizes if len(sizes) > 1 else sizes[0]},
-        )
-
-    @property
-    def key(self) -> tuple:
-        """Which array the planes are."""
-        return "texture", id(self.planes)
-
-    @property
-    def nbytes(self) -> int:
-        """Of planes and spectra."""
-        return self.planes.nbytes + self.palette.values.nbytes
-
-    @property
-    def grid(self) -> str:
-        """Texels across and down."""
-        return f"{self.planes.shape[1]} x {self.planes.shape[0]} texels"
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +61,10 @@ class TextureForm(Fast):
         """See `Fast.in_basis`; the planes are shared."""
         return replace(self, texture=self.texture.in_basis(basis))
 
+    def environment_form(self) -> MattTexture:
+        """See `Fast.environment_form`."""
+        return MattTexture(self.texture)
+
     def stored(self) -> dict[str, Any]:
         """`planes`, in 16 bits where those hold them, and the palette."""
         texture = self.texture
@@ -169,7 +92,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
     truth, whites = judged @ weights, weights.sum(axis=0)
 
     def within(coefficients: np.ndarray, basis: SpectralBasis) -> bool:
-        off = _differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
+        off = differences(truth, coefficients @ (basis.synthesis.T @ weights), whites)
         return bool(np.percentile(off, 99, axis=1).max() <= _SHARE * budget and off.max() <= budget)
 
     size = next((j for j in range(1, full.size) if within(judged @ full.analysis[:, :j], full.truncated(j))), full.size)
@@ -191,7 +114,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
     return TextureForm(TexturePlanes(shaped, palette, "half" if half else "single"))
 
 
-def _differences(
+def differences(
     reference: Float[np.ndarray, "n M3"], sample: Float[np.ndarray, "n M3"], whites: Float[np.ndarray, " M3"]
 ) -> Float[np.ndarray, "M n"]:
     """ΔE94 of each texel under each light."""

@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from metamer.lighting import scene_keys, shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.lights import LIGHTS, DirectionalLight, PointLight
+from metamer.lighting.light_tables import LIGHTS
+from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.mesh_files import load_mesh
 from metamer.lighting.scene import Part, Review, Scene, Viewing
 from metamer.lighting.scene_files import load_scene
 from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.illuminants import illuminant
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,7 +55,8 @@ def test_python_and_the_file_use_the_same_words():
     assert words(Review) == set(scene_keys.REVIEW)
     assert words(Scene) >= set(scene_keys.SCENE)
     for light in LIGHTS.values():
-        assert words(light) - {"spectrum_name"} == {"name", "spectrum", *light.KEYS}
+        known = {*signature(light.make).parameters}
+        assert known - {"spectrum_name", "say"} == {"name", "spectrum", *light.keys}
     for shape, keys in scene_keys.SHAPES.items():
         assert set(signature(getattr(shapes, shape)).parameters) >= set(keys)
     places, reads = ({*signature(one).parameters} - {"self", "path"} for one in (Mesh.placed, load_mesh))
@@ -174,15 +177,17 @@ def shipped():
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
-def test_every_example_loads_without_a_note_and_its_materials_ship(path, shipped):
+def test_every_example_loads_without_an_assumption_and_its_materials_ship(path, shipped):
     loaded = load_scene(path, shipped)
-    assert loaded.notes == ()
+    assert loaded.notes == tuple(f"light 1 (booth): {note}" for note in loaded.lights[0].notes)
+    assert bool(loaded.notes) == (path.stem == "booth"), "a booth says what it is"
     assert loaded.review is not None
 
 
-def test_the_scenes_of_the_manual_load(scene, shipped):
+def test_the_scenes_of_the_manual_load(scene, shipped, tmp_path):
     snippets = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "scene.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(snippets) == 2
+    assert len(snippets) == 5
+    write_exr(tmp_path / "sky.exr", {}, {name: np.ones((4, 8)) for name in "RGB"})
     for snippet in snippets:
         assert scene(snippet, shipped).parts
 
@@ -190,7 +195,7 @@ def test_the_scenes_of_the_manual_load(scene, shipped):
 def test_the_manual_names_every_key():
     manual = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
     tables = [scene_keys.SCENE, scene_keys.VIEWING, scene_keys.PART, scene_keys.LIGHT, scene_keys.CAMERA]
-    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *(light.KEYS for light in LIGHTS.values())]
+    tables += [scene_keys.REVIEW, *scene_keys.SHAPES.values(), *(light.keys for light in LIGHTS.values())]
     assert [key for table in tables for key in table if f"`{key}`" not in manual] == []
     assert [shape for shape in scene_keys.SHAPES if f"`{shape}`" not in manual] == []
 

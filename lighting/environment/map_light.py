@@ -1,0 +1,243 @@
+"""From a map in a file to an `EnvironmentLight`: a spectrum that is stated, made from RGB, or measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.spectrum import Spectrum
+from ...spectral.upsampling import METHODS, upsampling, xyz_from_rgb
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..vectors import Number
+from . import latlong
+from .environment import EnvironmentLight, Origin
+from .light_map import LightMap
+from .map_file import read_map
+from .reduction import BUDGET_DELTA_E94, MOST_SPECTRA, Reduction, reduced
+
+#: What scene files may say of such a light, beside what they say of every one.
+KEYS = {
+    "map": "file",
+    "rotation_deg": "number",
+    "illuminance_lux": "number",
+    "uplift": "text",
+    "bad_texels": "text",
+}
+#: What made spectra are multiplied by: RGB (1, 1, 1) is this light.
+MADE_OF = "D65"
+# Fields that memory is foretold by where their number is not known yet.
+_FIELDS = 4
+# So many texels, each by the light it sends, stand for all where spectra are chosen.
+_LOOKED_AT = 2000
+# Channels that fall below 0 on their way from other primaries by less than this share of the largest were rounded when
+# the file was stored: half floats have 11 bits.
+_STORED = 2.0**-10
+
+
+def load_environment(
+    map: str | Path,
+    spectrum: Spectrum | None = None,
+    uplift: str | None = None,
+    *,
+    rotation_deg: Number = 0.0,
+    illuminance_lux: Number = 1000.0,
+    bad_texels: str | None = None,
+    name: str = "light",
+    spectrum_name: str = "",
+    say: Callable[[str], None] | None = None,
+) -> EnvironmentLight:
+    """An environment from a latitude-longitude map in OpenEXR (RGB, XYZ, luminance, spectral) or Radiance's .hdr.
+
+    Parameters
+    ----------
+    map : the file.
+    spectrum : stated: the map's luminance, all of this spectrum.
+    uplift : made: RGB of each texel becomes a reflectance by that method of `spectral.upsampling`, times D65, and all
+        of them become a few spectra (`reduction`).
+    rotation_deg, illuminance_lux, name, spectrum_name : as of `EnvironmentLight`.
+    bad_texels : None refuses texels that are NaN, infinite or negative; "black" takes them for black, and says so.
+    say : called with a line before a long step.
+
+    A spectral map needs neither `spectrum` nor `uplift`: its spectra are measured, and reduced to a few. One of the two
+    has to be said of any other map, whose numbers are those of many spectra. The light's `notes` say what was assumed.
+
+    Raises
+    ------
+    InputError, UnknownNameError
+        What `read_map` refuses; neither of the two or both; a map without light.
+    """
+    path = Path(map)
+    if uplift is not None and uplift not in METHODS:
+        raise UnknownNameError("upsampling method", uplift, METHODS, field="uplift")
+    if spectrum is not None and uplift is not None:
+        raise InputError(
+            "one spectrum for a map, and spectra made from its RGB",
+            field="uplift",
+            found="spectrum and uplift",
+            expected="one of the two",
+        )
+    found = read_map(path, bad_texels, 1 if spectrum is not None else _FIELDS, say)
+    luminance = found.luminance()
+    _check_luminance(found, luminance)
+    origin: Origin = "stated"
+    if spectrum is not None:
+        fields, spectra, notes = luminance[None], (spectrum,), ()
+        if found.kind != "luminance":
+            notes = (f"{path.name}: of each texel the luminance alone is looked at",)
+    elif found.kind == "spectra":
+        if uplift is not None:
+            raise InputError("a map of spectra needs no uplift", field="uplift", found=uplift, expected="no uplift")
+        fields, spectra, notes = _measured(found, luminance)
+        origin, spectrum_name = "measured", spectrum_name or path.name
+    elif uplift is not None and found.kind != "luminance":
+        fields, spectra, notes = _made(found, luminance, uplift)
+        origin, spectrum_name = "made", spectrum_name or f"{path.name}, uplifted({uplift}) x {MADE_OF}"
+    else:
+        raise _unstated(found)
+    return EnvironmentLight(
+        fields,
+        spectra,
+        illuminance_lux,
+        rotation_deg,
+        name,
+        spectrum_name,
+        origin,
+        notes=(*(f"{path.name}: {note}" for note in found.notes), *notes),
+    )
+
+
+def _unstated(found: LightMap) -> InputError:
+    """Numbers of colour are those of many spectra; which one is for a person to say."""
+    made = f'uplift = "{METHODS[1]}", which makes spectra up from its colours times {MADE_OF}'
+    colours = found.kind != "luminance"
+    return InputError(
+        "a map that does not say of what spectrum its light is",
+        file=found.path,
+        field="spectrum",
+        found=f"{found.kind} in the file, and {'no spectrum and no uplift' if colours else 'no spectrum'} stated",
+        expected='spectrum = "D65" or another lamp' + (f", or {made}" if colours else ""),
+        hint="state the spectrum where the lamp is known: no uplift recovers one",
+    )
+
+
+def _check_luminance(found: LightMap, luminance: Float[np.ndarray, "H W"]) -> None:
+    """Refuse a map without light, and colours that no light has."""
+    if not luminance.any():
+        raise InputError(
+            "a map without light",
+            file=found.path,
+            field="pixels",
+            found="black everywhere",
+            expected="some light in the upper half",
+            hint="look whether it was exported with its values, or name another map",
+        )
+    if (luminance < 0.0).any():
+        row, column = (int(index) for index in np.argwhere(luminance < 0.0)[0])
+        raise InputError(
+            "a texel of negative luminance",
+            file=found.path,
+            field=f"row {row}, column {column}",
+            found=float(luminance[row, column]),
+            expected="a colour that light can have",
+            hint="look whether the primaries that the file states are right",
+        )
+
+
+def _looked_at(luminance: Float[np.ndarray, "H W"]) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and columns of texels, bright ones more often than dark ones: each stands for as much light."""
+    sent = np.cumsum((luminance * latlong.solid_angles(*luminance.shape)[:, None]).ravel())
+    places = (np.arange(_LOOKED_AT) + 0.5) / _LOOKED_AT * sent[-1]
+    index = np.minimum(np.searchsorted(sent, places, side="right"), sent.size - 1)
+    return np.divmod(index, luminance.shape[1])
+
+
+def _fields(
+    found: LightMap, spectra: tuple[Spectrum, ...], shares: Callable[[np.ndarray], np.ndarray]
+) -> Float[np.ndarray, "K H W"]:
+    """Luminance of each spectrum, from the shares of texels, some rows at a time."""
+    scale = np.array([observer("1931_2").luminous(one) for one in spectra])
+    fields = np.empty((len(spectra), *found.size))
+    for rows, values in found.blocks():
+        fields[:, rows] = (shares(values) * scale).T.reshape(len(spectra), -1, found.size[1])
+    return fields
+
+
+def _measured(found: LightMap, luminance: np.ndarray) -> tuple[np.ndarray, tuple[Spectrum, ...], tuple[str, ...]]:
+    """The few spectra that the budget needs."""
+    grid = found.wavelengths_nm
+    assert grid is not None
+    few = reduced(found.at(_looked_at(luminance)), grid).at_peak_one()
+    spectra = _spectra(few)
+    notes = [f"{found.path.name}: {grid.size} wavelengths at each texel, kept as {_said_of(few)}"]
+    if held := spectra[0].range_note(WORKING_WAVELENGTHS_NM):
+        notes.append(f"{found.path.name} is {held}")
+    return _fields(found, spectra, few.shares), spectra, tuple(notes)
+
+
+def _made(
+    found: LightMap, luminance: np.ndarray, method: str
+) -> tuple[np.ndarray, tuple[Spectrum, ...], tuple[str, ...]]:
+    """Uplifted reflectances times D65, and the few spectra of them that the budget needs."""
+    lamp, uplifting = illuminant(MADE_OF), upsampling(method)
+    grid = lamp.wavelengths_nm
+    rgb_from_channels = np.linalg.solve(xyz_from_rgb(), found.xyz_from_channels)
+
+    def rgb(values: np.ndarray) -> np.ndarray:
+        return _in_gamut(found, values @ rgb_from_channels.T)
+
+    def lit(reflectances: np.ndarray) -> np.ndarray:
+        # Beyond the working wavelengths a reflectance is held: white stays D65 itself, ultraviolet included.
+        index = np.interp(grid, WORKING_WAVELENGTHS_NM, np.arange(WORKING_WAVELENGTHS_NM.size))
+        low = np.floor(index).astype(int)
+        high = np.minimum(low + 1, WORKING_WAVELENGTHS_NM.size - 1)
+        between = reflectances[..., low] * (1.0 - (index - low)) + reflectances[..., high] * (index - low)
+        return between * lamp.samples
+
+    corners = len(uplifting.corners)
+    few = reduced(lit(uplifting.spectra(rgb(found.at(_looked_at(luminance))))), grid, most=min(corners, MOST_SPECTRA))
+    if len(few.spectra) == corners or (few.delta_e94[0] > BUDGET_DELTA_E94 and corners <= MOST_SPECTRA):
+        # A method of so few corners is exact in them.
+        few = Reduction(lit(uplifting.corners), grid)
+    few = few.at_peak_one()
+    spectra = _spectra(few)
+    note = (
+        f"{found.path.name}: its spectra are made up from its colours, uplifted({method}) x {MADE_OF}, kept as "
+        f"{_said_of(few)}; under any other lamp they are no evidence of what it would show"
+    )
+    return _fields(found, spectra, lambda values: few.shares(lit(uplifting.spectra(rgb(values))))), spectra, (note,)
+
+
+def _in_gamut(found: LightMap, rgb: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """Linear sRGB without what rounding left below 0; InputError where a colour is not one of sRGB."""
+    if found.kind == "RGB" and rgb.min(initial=0.0) >= 0.0:
+        return rgb
+    allowed = -_STORED * np.maximum(rgb.max(axis=-1, keepdims=True), 0.0)
+    outside = (rgb < allowed).any(axis=-1)
+    if outside.any():
+        raise InputError(
+            "colours that sRGB does not hold have no uplift",
+            file=found.path,
+            field="uplift",
+            found=f"linear sRGB {np.round(rgb[np.argmax(outside)], 4).tolist()}",
+            expected="colours of sRGB, or a spectral map",
+            hint='state the spectrum instead, spectrum = "D65", or convert the map to linear sRGB',
+        )
+    return np.maximum(rgb, 0.0)
+
+
+def _spectra(few: Reduction) -> tuple[Spectrum, ...]:
+    return tuple(Spectrum.sampled(few.wavelengths_nm, one, "emission") for one in few.spectra)
+
+
+def _said_of(few: Reduction) -> str:
+    count = len(few.spectra)
+    p99, largest = few.delta_e94
+    cost = "exact" if largest == 0.0 else f"ΔE94 p99 {p99:.2g}, max {largest:.2g} of 24 patches over its light"
+    most = f" (at most {MOST_SPECTRA} are kept)" if count == MOST_SPECTRA else ""
+    return f"{count} {'spectrum' if count == 1 else 'spectra'}{most}: {cost}"

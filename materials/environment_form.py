@@ -1,0 +1,62 @@
+"""Environment forms: what a surface makes of light from all around, as a few lobes and a cosine.
+
+Seen from one side, a surface gathers light from the whole hemisphere by f_r(wi, wo) cos(theta_i), the BRDF slice of
+Wang et al. 2009 (section 4.3). Here a slice is a sum of spherical Gaussians (their eq. 2) and of the cosine of matt
+surfaces: a Gaussian is a look-up in a prefiltered environment, the cosine one in a map of irradiances.
+"""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ..spectral.palette import Palette
+from .points import Points
+from .term_shader import TermShader
+
+
+@dataclass(frozen=True, eq=False)
+class Lobes:
+    """Slices at N points: Q normalised spherical Gaussians and one cosine each, R terms of a palette.
+
+    directions (N,Q,3) : unit, local, to where the light comes from. sharpness (N,Q) : lambda of the Gaussians, > 0.
+    value (N,Q,R) : the integral of each term over a lobe, f_r cos(theta_i) dwi, without its spectrum, which is 1/sr.
+    matt (N,R) : that of the cosine's part.
+    """
+
+    directions: Float[np.ndarray, "N Q 3"]
+    sharpness: Float[np.ndarray, "N Q"]
+    value: Float[np.ndarray, "N Q R"]
+    matt: Float[np.ndarray, "N R"]
+
+
+class EnvironmentForm(abc.ABC):
+    """How a fast form gathers light from all around; subclasses are frozen dataclasses.
+
+    Attributes
+    ----------
+    palette : one entry of R spectra, 1/sr.
+    count : Q, Gaussians a slice; 0 is matt.
+    uses_uv : whether it has to know where on its texture a point is.
+    """
+
+    palette: Palette
+    count: int
+    uses_uv: ClassVar[bool] = False
+
+    @abc.abstractmethod
+    def lobes(self, points: Points) -> Lobes:
+        """The slices that viewers at `points.wo` see; where the light stands is not looked at."""
+
+    @abc.abstractmethod
+    def shader(self, filtered: bool = False) -> TermShader:
+        """The twin of `lobes`, as `docs/adding_a_surface.md` says."""
+
+    @property
+    @abc.abstractmethod
+    def key(self) -> tuple:
+        """Equal for forms of equal lobes, whatever their spectra; good while both live."""

@@ -1,0 +1,1 @@
+"""BRDF slices as mixtures of spherical Gaussians: the environment form of uniform materials."""

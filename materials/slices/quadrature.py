@@ -1,0 +1,79 @@
+"""Directions to integrate a BRDF's slice over: fine about the mirror direction, even over the hemisphere.
+
+The mirror's part is sampled by half vectors, in octaves of their angle, so that lobes of any width are met; the rest
+by directions to the light, whose grid ends at the horizon. A smooth step in the half vector's angle shares between the
+two, so that neither has to follow what the other is made for.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from jaxtyping import Float
+
+# Of the half vector, radians: the first cell of the fine grid ends there; mirrors sharper than that are points to it.
+_FIRST = 1.0e-4
+# Where the fine grid's share falls from all to nothing, radians.
+_FADE = (0.35, 0.7)
+# Gauss-Legendre nodes an octave, and azimuths.
+_NODES, _AZIMUTHS = 4, 24
+# Of the even grid: nodes in the cosine, and azimuths.
+_EVEN = (20, 40)
+
+
+def slice_directions(wo: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, " S"]]:
+    """Unit directions above the horizon and their solid angles, sr, for the slice that `wo` (unit, wo.z > 0) sees."""
+    half, cells, share = _half_vectors()
+    toward = half @ wo
+    fine = 2.0 * toward[:, None] * half - wo
+    # Solid angle of a mirror direction for one of the half vector: 4 (h.wo), Wang et al. 2009, eq. 21.
+    weight = cells * share * 4.0 * toward
+    lit = (toward > 0.0) & (fine[:, 2] > 0.0)
+    even, angles = _hemisphere()
+    between = even + wo
+    # atan2 of lengths: exact where the half vector is near the normal.
+    tilt = np.arctan2(np.hypot(between[:, 0], between[:, 1]), between[:, 2])
+    return (
+        np.concatenate([fine[lit], even]),
+        np.concatenate([weight[lit], angles * (1.0 - _share(tilt))]),
+    )
+
+
+def _share(tilt: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Of the fine grid, by the half vector's angle."""
+    x = np.clip((tilt - _FADE[0]) / (_FADE[1] - _FADE[0]), 0.0, 1.0)
+    return 1.0 - x * x * (3.0 - 2.0 * x)
+
+
+@cache
+def _half_vectors() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Half vectors (n,3), the solid angles of their cells (n,) and the share of the fine grid there (n,)."""
+    octaves = int(np.ceil(np.log2(_FADE[1] / _FIRST)))
+    edges = np.concatenate([[0.0], np.geomspace(_FIRST, _FADE[1], octaves + 1)])
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    low, wide = edges[:-1, None], np.diff(edges)[:, None]
+    tilt = (low + wide * 0.5 * (nodes + 1.0)).ravel()
+    weight = (wide * 0.5 * weights).ravel() * np.sin(tilt)
+    azimuth = 2.0 * np.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
+    return (
+        _polar(tilt, azimuth),
+        np.repeat(weight * 2.0 * np.pi / _AZIMUTHS, _AZIMUTHS),
+        np.repeat(_share(tilt), _AZIMUTHS),
+    )
+
+
+@cache
+def _hemisphere() -> tuple[np.ndarray, np.ndarray]:
+    """Directions (n,3) over the hemisphere and their solid angles (n,)."""
+    count, azimuths = _EVEN
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    azimuth = 2.0 * np.pi * (np.arange(azimuths) + 0.5) / azimuths
+    angles = np.repeat(0.5 * weights * 2.0 * np.pi / azimuths, azimuths)
+    return _polar(np.arccos(0.5 * (nodes + 1.0)), azimuth), angles
+
+
+def _polar(tilt: Float[np.ndarray, " t"], azimuth: Float[np.ndarray, " a"]) -> Float[np.ndarray, "n 3"]:
+    tilt, azimuth = (grid.ravel() for grid in np.meshgrid(tilt, azimuth, indexing="ij"))
+    sine = np.sin(tilt)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(tilt)], axis=1)

@@ -1,0 +1,146 @@
+"""The environment form of uniform materials: over a grid of viewers, each slice as Gaussians and a cosine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ..environment_form import EnvironmentForm, Lobes
+from ..points import Points
+from ..term_shader import TermShader
+
+# The last viewer of a grid, radians short of grazing: there cos(theta_o) is 0 and slices have no limit that is seen.
+LAST = 0.004
+
+
+def polar_angles(count: int) -> Float[np.ndarray, " count"]:
+    """theta_o of a grid's viewers: closer towards grazing, where slices change most, and ending `LAST` before it."""
+    return (0.5 * np.pi - LAST) * (1.0 - (1.0 - np.linspace(0.0, 1.0, count)) ** 1.5)
+
+
+def places_of(theta_o: Float[np.ndarray, " N"], count: int) -> Float[np.ndarray, " N"]:
+    """Where theta_o lies on `polar_angles(count)`, in nodes; held beyond the last."""
+    share = np.clip(theta_o / (0.5 * np.pi - LAST), 0.0, 1.0)
+    return (1.0 - (1.0 - share) ** (2.0 / 3.0)) * (count - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class ViewSlices(EnvironmentForm):
+    """Slices of T polar angles and A azimuths of the viewer; between them all numbers are linear, 1/sharpness too.
+
+    Parameters
+    ----------
+    directions (T,A,Q,3), sharpness (T,A,Q) : of the Gaussians; of isotropic materials (A = 1) with the viewer above +x,
+        else at azimuths 2 pi a / A.
+    value (T,A,Q+1,R) : the integral of each term over each Gaussian, and over the cosine, last.
+    palette : one entry of R spectra, 1/sr.
+
+    Raises
+    ------
+    InputError : shapes that do not fit, or numbers that are not finite.
+    """
+
+    directions: Float[np.ndarray, "T A Q 3"]
+    sharpness: Float[np.ndarray, "T A Q"]
+    value: Float[np.ndarray, "T A Q1 R"]
+    palette: Palette
+
+    def __post_init__(self) -> None:
+        shape = self.sharpness.shape
+        whole = (*shape[:2], shape[2] + 1, self.palette.rank)
+        if self.directions.shape != (*shape, 3) or self.value.shape != whole or shape[0] < 2:
+            found = f"{self.directions.shape}, {shape}, {self.value.shape}"
+            raise InputError(
+                "slices do not fit", field="slices", found=found, expected=f"(T, A, Q, 3), (T, A, Q), {whole}"
+            )
+        if not all(np.isfinite(one).all() for one in (self.directions, self.sharpness, self.value)):
+            raise InputError("slices are not finite", field="slices", found="NaN or infinity", expected="numbers")
+
+    @property
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Q."""
+        return self.sharpness.shape[2]
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the viewer's azimuth only turns the slices."""
+        return self.sharpness.shape[1] == 1
+
+    def lobes(self, points: Points) -> Lobes:
+        """See `EnvironmentForm.lobes`."""
+        wo = points.wo
+        flat = np.hypot(wo[:, 0], wo[:, 1])
+        place = places_of(np.arctan2(flat, wo[:, 2]), len(self.value))
+        below = np.minimum(place.astype(np.int64), len(self.value) - 2)
+        weights = [(below, 1.0 - (place - below)), (below + 1, place - below)]
+        azimuths = self.sharpness.shape[1]
+        corners = [(t, np.zeros_like(t), w) for t, w in weights]
+        if azimuths > 1:
+            around = np.arctan2(wo[:, 1], wo[:, 0]) / (2.0 * np.pi) % 1.0 * azimuths
+            first = np.floor(around).astype(np.int64)
+            share = around - first
+            sides = ((first % azimuths, 1.0 - share), ((first + 1) % azimuths, share))
+            corners = [(t, a, w * v) for t, w in weights for a, v in sides]
+        directions = _mixed(w[:, None, None] * self.directions[t, a] for t, a, w in corners)
+        width = _mixed(w[:, None] / self.sharpness[t, a] for t, a, w in corners)
+        value = _mixed(w[:, None, None] * self.value[t, a] for t, a, w in corners)
+        directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
+        if self.isotropic:
+            # From the plane of +x into that of the viewer; straight above every plane is as good.
+            level = np.where(flat > 0.0, flat, 1.0)
+            cosine, sine = np.where(flat > 0.0, wo[:, 0] / level, 1.0)[:, None], (wo[:, 1] / level)[:, None]
+            x, y, z = np.moveaxis(directions, 2, 0)
+            directions = np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=2)
+        return Lobes(directions, 1.0 / width, value[:, :-1], value[:, -1])
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """Two textures: axes with 1/sharpness, a row a slice; and values, four terms a texel."""
+        polar, azimuths, count, _ = self.directions.shape
+        rows = polar * azimuths
+        axes = np.zeros((rows, max(count, 1), 4), dtype=np.float32)
+        axes[:, :count, :3] = self.directions.reshape(rows, count, 3)
+        axes[:, :count, 3] = 1.0 / self.sharpness.reshape(rows, count)
+        quads = -(-self.palette.rank // 4)
+        values = np.zeros((rows, count + 1, quads * 4), dtype=np.float32)
+        values[..., : self.palette.rank] = self.value.reshape(rows, count + 1, -1)
+        return TermShader(
+            Path(__file__).with_name("view_slices.glsl"),
+            {"LOBES": count, "POLAR": polar, "AZIMUTHS": azimuths},
+            {"axes": axes, "values": values.reshape(rows, (count + 1) * quads, 4)},
+            {"quads": quads, "last": 0.5 * np.pi - LAST},
+        )
+
+    @property
+    def key(self) -> tuple:
+        """Which array the values are."""
+        return "slices", id(self.value)
+
+    @property
+    def nbytes(self) -> int:
+        """Of its arrays, spectra included."""
+        return sum(one.nbytes for one in (self.directions, self.sharpness, self.value, self.palette.values))
+
+    def stored(self) -> dict[str, Any]:
+        """What a file keeps, in single precision; the palette too."""
+        arrays = {"directions": self.directions, "sharpness": self.sharpness, "value": self.value}
+        return {**{name: one.astype(np.float32) for name, one in arrays.items()}, "palette": self.palette.stored()}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any]) -> ViewSlices:
+        """The form whose `stored()` this is; KeyError where something is missing."""
+        directions, sharpness, value = (
+            np.asarray(kept[name], dtype=np.float64) for name in ("directions", "sharpness", "value")
+        )
+        return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]))
+
+
+def _mixed(parts: Iterable[np.ndarray]) -> np.ndarray:
+    return reduce(np.add, parts)

@@ -1,0 +1,63 @@
+"""Surfaces of maps from afar: what many texels together scatter, as one.
+
+Colours are averaged. Normals are, too; what they differ by makes the highlight of their mean wider (Toksvig 2005; Olano
+and Baker 2010), by 1.5 times their covariance: 2 would be right for Beckmann's facets, GGX has its tails already. Of
+roughness the logarithm is averaged, since the narrow highlights among many are those that are seen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from .facets import turned_to
+from .texels import levels_of
+
+# Measured on brick, as it is and made smoother: 1 to 2 are alike, less leaves sparkles out and more blurs.
+_WIDENED = 1.5
+
+
+def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Of each level, the mean of unit normals (H,W,3), which is shorter, and how much wider it makes spread (H,W,3)."""
+    x, y = lean[..., 0], lean[..., 1]
+    up = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
+    levels = levels_of(np.stack([x, y, up, x * x, x * y, y * y], axis=-1))
+    means = [level[..., :3] for level in levels]
+    return means, [np.zeros_like(means[0]), *(_wider(level) for level in levels[1:])]
+
+
+def _wider(level: Float[np.ndarray, "H W 6"]) -> Float[np.ndarray, "H W 3"]:
+    """The covariance of normals about their mean, in its own frame."""
+    x, y, z, xx, xy, yy = np.moveaxis(level.reshape(-1, 6), -1, 0)
+    mean = np.stack([x, y, z], axis=-1)
+    mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+    # A step (dx, dy) of the normal takes it along its own tangent plane.
+    flat = np.maximum(mean[:, 2], 1e-3)
+    one, zero = np.ones(len(mean)), np.zeros(len(mean))
+    (along,) = turned_to(mean, np.stack([one, zero, -mean[:, 0] / flat], axis=-1))
+    (across,) = turned_to(mean, np.stack([zero, one, -mean[:, 1] / flat], axis=-1))
+    turn = np.stack([along[:, :2], across[:, :2]], axis=-1)
+    covariance = np.stack([np.stack([xx - x * x, xy - x * y], -1), np.stack([xy - x * y, yy - y * y], -1)], -1)
+    found = _WIDENED * turn @ covariance @ turn.swapaxes(1, 2)
+    # Of normals that are all alike, rounding is left, which may be negative.
+    a, b, c = np.maximum(found[:, 0, 0], 0.0), found[:, 0, 1], np.maximum(found[:, 1, 1], 0.0)
+    most = np.sqrt(a * c)
+    return np.stack([a, np.clip(b, -most, most), c], axis=-1).reshape(*level.shape[:2], 3)
+
+
+def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarray, "_ _ 3"]]:
+    """Of each level, the mean of S in the logarithm, as matrices have one."""
+    levels = levels_of(_function_of(spread, np.log))
+    return [spread, *(_function_of(level, np.exp) for level in levels[1:])]
+
+
+def _function_of(spread: np.ndarray, function: np.ufunc) -> np.ndarray:
+    """A function of symmetric matrices (a, b, c), by their eigenvalues."""
+    a, b, c = np.moveaxis(spread, -1, 0)
+    middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
+    # The smaller one from the determinant, which is what it loses digits to.
+    smaller = (a * c - b * b) / (middle + half) if function is np.log else middle - half
+    high, low = function(middle + half), function(smaller)
+    slope = np.divide(high - low, 2.0 * half, out=np.zeros_like(half), where=half > 0)
+    level = 0.5 * (high + low)
+    return np.stack([level + slope * 0.5 * (a - c), slope * b, level - slope * 0.5 * (a - c)], axis=-1)

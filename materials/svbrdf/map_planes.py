@@ -1,0 +1,264 @@
+"""The terms of a surface of maps: what texels scatter as planes of numbers, a few of them coefficients of colour.
+
+Body and facets share their spectra: with coefficients b (body), e (body at grazing), s (facets) and edge f of a texel,
+the fall (1 - h.wi)^5 and the facets' D G / (4 cos cos) at its normal,
+
+    term r = cos(theta_i) (((1 - fall) b_r + fall e_r) / pi + (1 - fall) s_r D G / (4 cos cos))
+    last   = cos(theta_i) fall f D G / (4 cos cos),                                    whose spectrum is 1
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ..analytic.metallic_roughness import schlick
+from ..axes import Frame
+from ..fast import Summand, TermShader
+from ..points import Points
+from ..terms import Terms
+from .facets import facets, turned_to
+from .map_levels import normals_from_afar, spread_from_afar
+from .maps import WHOLE, Placement
+from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
+
+#: Along each side of what a sample spans: so many places are looked up, at the level whose texels lie as far apart.
+TAPS = 4
+_TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the numbers of a texel are, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
+    covers, and of levels beyond the first `up`, the z of the mean normal.
+
+    columns : the plane of each number; -1 where it is in `constants`, alike in all texels.
+    """
+
+    rank: int
+    columns: tuple[int, ...]
+    constants: tuple[float, ...]
+
+    @property
+    def starts(self) -> dict[str, int]:
+        """The first number of each kind."""
+        edge = 3 * self.rank
+        each = {"body": 0, "rest": self.rank, "facet": 2 * self.rank, "edge": edge, "normal": edge + 1}
+        return each | {"spread": edge + 3, "covers": edge + 6, "up": edge + 7}
+
+    def numbers(self, texels: Float[np.ndarray, "N P"], name: str, count: int) -> Float[np.ndarray, "N K"]:
+        """Numbers of one kind, of points whose planes are `texels`."""
+        start = self.starts[name]
+        places = self.columns[start : start + count]
+        if min(places) >= 0:
+            return texels[:, list(places)]
+        found = np.empty((len(texels), count))
+        for at, (place, constant) in enumerate(zip(places, self.constants[start : start + count], strict=True)):
+            found[:, at] = texels[:, place] if place >= 0 else constant
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class MapPlanes(Summand):
+    """Terms of all texels of a surface of maps.
+
+    planes : (H,W,P) what differs from texel to texel, in float16 where `precision` is "half". layout : what it is.
+    palette : one entry of R + 1 spectra, 1/sr, the last of them 1. cutoff, placement : see `MappedSurface`.
+    """
+
+    planes: np.ndarray
+    layout: Layout
+    palette: Palette
+    cutoff: float = 0.0
+    placement: Placement = WHOLE
+    precision: Literal["single", "half"] = "single"
+    frame: Frame = "io"
+
+    def __post_init__(self) -> None:
+        expected = (1, self.layout.rank + 1)
+        shape, most = self.planes.shape, max(self.layout.columns)
+        fits = len(shape) == 3 and shape[0] * shape[1] > 0 and most < shape[2]
+        counted = len(self.layout.columns) == len(self.layout.constants) == self.layout.starts["up"]
+        if not (fits and counted) or (self.palette.entries, self.palette.rank) != expected:
+            raise InputError("planes do not fit", field="planes", found=shape, expected=f"{most + 1} planes, one entry")
+
+    @property
+    def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Whether texels differ."""
+        return self.planes.shape[2] > 0
+
+    @cached_property
+    def levels(self) -> tuple[list[np.ndarray], Layout]:
+        """The planes at each level, and their layout, which has the widths and the z of mean normals besides."""
+        layout, rank = self.layout, self.layout.rank
+        columns, starts = list(layout.columns), layout.starts
+        x, y = layout.constants[starts["normal"] : starts["normal"] + 2]
+        constants = [*layout.constants, max(1.0 - x * x - y * y, 0.0) ** 0.5]
+        planes = self.planes.astype(np.float64)
+        shape = planes.shape[:2]
+
+        def kind(name: str, count: int) -> np.ndarray:
+            return layout.numbers(planes.reshape(-1, planes.shape[2]), name, count).reshape(*shape, count)
+
+        if (covers := columns[starts["covers"]]) >= 0:
+            there = (kind("covers", 1) >= self.cutoff).astype(np.float64)
+            levels = [planes]
+            for level in levels_of(np.concatenate([planes * there, there], axis=-1))[1:]:
+                count = level[..., -1:]
+                mean = np.divide(level[..., :-1], count, out=np.zeros_like(level[..., :-1]), where=count > 0)
+                mean[..., covers] = count[..., 0]
+                levels.append(mean)
+        else:
+            levels = levels_of(planes)
+        normal, spread = starts["normal"], starts["spread"]
+        varied = [columns[number] >= 0 for number in (normal, spread)]
+        if any(varied):
+            widths = spread_from_afar(kind("spread", 3))
+            means, wider = normals_from_afar(kind("normal", 2))
+            each = zip(widths, wider, means, strict=True)
+            added = [np.concatenate([width + more, mean[..., 2:]], axis=-1) for width, more, mean in each]
+            levels = [np.concatenate(both, axis=-1) for both in zip(levels, added, strict=True)]
+            columns[spread : spread + 3] = range(planes.shape[2], planes.shape[2] + 3)
+            columns.append(planes.shape[2] + 3)
+        else:
+            columns.append(-1)
+        return levels, Layout(rank, tuple(columns), tuple(constants))
+
+    def terms(self, points: Points) -> Terms:
+        """See `Summand.terms`; where points say what they span, the mean over that."""
+        lit = points.angles("io").scale
+        some = np.flatnonzero(lit)
+        here = points.chosen(some)
+        value = np.zeros((len(points), self.rank))
+        if not self.uses_uv:
+            found = self._shown(np.zeros((len(here), 0)), self.layout, here, False)
+        elif here.spans is None or here.footprint is None:
+            found = self._shown(look_up(self.planes, self._uv(here), self.placement.wrap), self.layout, here, False)
+        else:
+            found = self._mean(here)
+        value[some] = found * lit[some, None]
+        return Terms(value)
+
+    def _uv(self, points: Points) -> Float[np.ndarray, "N 2"]:
+        assert points.uv is not None
+        return self.placement.of(points.uv)
+
+    def _mean(self, points: Points) -> Float[np.ndarray, "N R"]:
+        """What a sample spans of the texture, at TAPS x TAPS places, each at the level that lies about it."""
+        levels, layout = self.levels
+        assert points.footprint is not None
+        uv, spanned = self._uv(points), points.footprint * self.placement.scale
+        height, width, _ = self.planes.shape
+        level = level_at(spanned / TAPS, height, width, len(levels) - 1)
+        fine = level.astype(np.int64)
+        total = np.zeros((len(points), self.rank))
+        for number in np.unique(fine):
+            here = np.flatnonzero(fine == number)
+            chosen, part = points.chosen(here), (level[here] - number)[:, None]
+            for across in _TAPS:
+                for down in _TAPS:
+                    place = uv[here] + across * spanned[here, 0] + down * spanned[here, 1]
+                    texels = look_up(levels[number], place, self.placement.wrap)
+                    found = self._shown(texels, layout, chosen, bool(number > 0))
+                    if part.any():
+                        coarser = look_up(levels[number + 1], place, self.placement.wrap)
+                        found += part * (self._shown(coarser, layout, chosen, True) - found)
+                    total[here] += found
+        return total / TAPS**2
+
+    def _shown(
+        self, texels: Float[np.ndarray, "N P"], layout: Layout, points: Points, coarse: bool
+    ) -> Float[np.ndarray, "N R"]:
+        """Terms of points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
+
+        def kind(name: str, count: int = 1) -> np.ndarray:
+            return layout.numbers(texels, name, count)
+
+        lean, rank = kind("normal", 2), layout.rank
+        if coarse:
+            mean = np.concatenate([lean, kind("up")], axis=1)
+            arriving = np.maximum(np.sum(mean * points.wi, axis=1), 0.0)
+            normal = mean / np.linalg.norm(mean, axis=1, keepdims=True)
+        else:
+            normal = np.concatenate([lean, np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1), 0.0))[:, None]], axis=1)
+            arriving = None
+        wi, wo = turned_to(normal, points.wi, points.wo)
+        above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
+        covers = kind("covers")[:, 0]
+        there = above * (covers if coarse else covers >= self.cutoff)
+        wi, wo = (np.where(above[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
+        fall = schlick(points.wi, points.wo)
+        shine = facets(wi, wo, kind("spread", 3)) * wi[:, 2] * there
+        lit = (wi[:, 2] if arriving is None else arriving) * there / np.pi
+        out = np.empty((len(texels), rank + 1))
+        out[:, :rank] = kind("body", rank) * ((1.0 - fall) * lit)[:, None]
+        out[:, :rank] += kind("rest", rank) * (fall * lit)[:, None]
+        out[:, :rank] += kind("facet", rank) * ((1.0 - fall) * shine)[:, None]
+        out[:, rank] = kind("edge")[:, 0] * fall * shine
+        return out
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """See `texels.packed`."""
+        levels, layout = self.levels if filtered and self.uses_uv else ([self.planes], self.layout)
+        texels, sizes, places = packed(levels, self.planes.dtype == np.float16 and not filtered)
+        wraps = dict(zip(("WRAP_U", "WRAP_V"), map(WRAPS.index, self.placement.wrap), strict=True))
+        sizes |= wraps | {"PLANES": 4 * (texels.shape[1] // levels[0].shape[1]), "RANK": layout.rank, "TAPS": TAPS}
+        names = {name.upper(): start for name, start in layout.starts.items()}
+        sizes |= {f"AT_{name}": start for name, start in names.items()}
+        for name, start in names.items():
+            if name == "SPREAD":
+                sizes |= {f"SPREAD_{axes}": layout.columns[start + k] for k, axes in enumerate(("XX", "XY", "YY"))}
+            elif start < len(layout.columns):
+                sizes[name] = layout.columns[start]
+        # Compilers cut what is never read off the end of an array.
+        read = [number for number, column in enumerate(layout.columns) if column < 0]
+        constants = tuple(layout.constants[: max(read, default=0) + 1])
+        uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff}
+        uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
+        return TermShader(
+            Path(__file__).with_name("maps.glsl"), {**sizes, "CONSTANTS": len(constants)}, {"planes": texels}, uniforms
+        )
+
+    @property
+    def key(self) -> tuple:
+        """Which array the planes are, and what is made of them."""
+        return "maps", id(self.planes), self.layout, self.cutoff, self.placement
+
+    @property
+    def nbytes(self) -> int:
+        """Of planes and spectra."""
+        return self.planes.nbytes + self.palette.values.nbytes
+
+    @property
+    def grid(self) -> str:
+        """Texels across and down."""
+        return f"{self.planes.shape[1]} x {self.planes.shape[0]} texels" if self.uses_uv else "alike everywhere"
+
+    def stored(self) -> dict[str, Any]:
+        """What a file keeps: the planes, in 16 bits where those hold them, their layout, and the palette."""
+        kept: dict[str, Any] = {"planes": self.planes, "precision": self.precision, "palette": self.palette.stored()}
+        kept |= {"columns": np.array(self.layout.columns), "constants": np.array(self.layout.constants)}
+        kept |= {"scale": np.array(self.placement.scale), "offset": np.array(self.placement.offset)}
+        return kept | {"wrap": " ".join(self.placement.wrap), "cutoff": self.cutoff, "rank": self.layout.rank}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any]) -> MapPlanes:
+        """The summand whose `stored()` this is; KeyError where something is missing."""
+        numbers = {name: tuple(np.asarray(kept[name]).tolist()) for name in ("columns", "constants", "scale", "offset")}
+        wrap = cast("tuple[Wrap, Wrap]", tuple(str(kept["wrap"]).split()))
+        return cls(
+            np.asarray(kept["planes"]),
+            Layout(int(kept["rank"]), numbers["columns"], numbers["constants"]),
+            Palette.from_stored(kept["palette"]),
+            float(kept["cutoff"]),
+            Placement(numbers["scale"], numbers["offset"], wrap),
+            kept["precision"],
+        )

@@ -1,0 +1,134 @@
+// Terms of a surface of maps, twin of map_planes.py: numbers of texels in `planes`, at `levels`. BODY, REST, FACET, EDGE,
+// NORMAL, SPREAD_XX, _XY, _YY, COVERS and UP are the first planes of each kind; -1: it is alike everywhere, in `constants`
+// from AT_BODY, ... on.
+
+#include "texels.glsl"
+
+uniform float constants[CONSTANTS];
+uniform vec4 placement;         // of the picture on the mesh: scale, offset
+uniform float cutoff;
+
+#define ROWS ((RANK + 4) / 4)
+// The index that is not read must lie inside its array, too.
+#define NUMBER(first, k, constant) \
+    ((first) < 0 ? constants[min((constant) + (k), CONSTANTS - 1)] : numbers[min(max(first, 0) + (k), PLANES - 1)])
+
+struct Here {
+    vec4 terms[ROWS];
+};
+
+// Cosine and sine of an angle from 0 to 4 pi, to about one unit in the last place: GLSL's own may be off by thousands.
+// Reduced to [-pi/4, pi/4], then the polynomials of Cephes' sinf and cosf (Moshier).
+vec2 cos_sin(float angle) {
+    int eighth = int(angle * 1.27323954473516);
+    eighth += eighth & 1;
+    float y = float(eighth);
+    precise float x = ((angle - y * 0.78515625) - y * 2.4187564849853515625e-4) - y * 3.77489497744594108e-8;
+    float z = x * x;
+    float s = ((-1.9515295891e-4 * z + 8.3321608736e-3) * z - 1.6666654611e-1) * z * x + x;
+    float c = ((2.443315711809948e-5 * z - 1.388731625493765e-3) * z + 4.166664568298827e-2) * z * z - 0.5 * z + 1.0;
+    int quarter = (eighth >> 1) & 3;
+    if (quarter == 1) return vec2(-s, c);
+    if (quarter == 2) return vec2(-c, -s);
+    return quarter == 3 ? vec2(s, -c) : vec2(c, s);
+}
+
+vec3 direction(float theta, float phi) {
+    vec2 polar = cos_sin(theta);
+    return vec3(polar.y * cos_sin(phi), polar.x);
+}
+
+// See facets.turned_to.
+vec3 turned_to(vec3 normal, vec3 w) {
+    float across = length(normal.yz);
+    vec2 lean = across > 0.0 ? normal.zy / across : vec2(1.0, 0.0);
+    float up = lean.y * w.y + lean.x * w.z;
+    return vec3(across * w.x - normal.x * up, lean.x * w.y - lean.y * w.z, normal.x * w.x + across * up);
+}
+
+float side(vec3 w, vec3 spread) {
+    return w.z + sqrt(w.z * w.z + spread.x * w.x * w.x + 2.0 * spread.y * w.x * w.y + spread.z * w.y * w.y);
+}
+
+// D G / (4 cos_i cos_o); see facets.facets.
+float facets(vec3 wi, vec3 wo, vec3 spread) {
+    vec3 h = wi + wo;
+    float determinant = spread.x * spread.z - spread.y * spread.y;
+    float level = (spread.z * h.x * h.x - 2.0 * spread.y * h.x * h.y + spread.x * h.y * h.y) / determinant;
+    float length2 = dot(h, h), thick = h.z * h.z + level;
+    float density = length2 * length2 / (3.14159265358979 * sqrt(determinant) * thick * thick);
+    return density / (side(wi, spread) * side(wo, spread));
+}
+
+// What a level shows at a point, `share` of it; `coarse`: of means of texels.
+void add(inout Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
+    float numbers[PLANES];
+    for (int row = 0; row < PLANES / 4; ++row) {
+        vec4 four = between(at, row);
+        numbers[4 * row] = four.x;
+        numbers[4 * row + 1] = four.y;
+        numbers[4 * row + 2] = four.z;
+        numbers[4 * row + 3] = four.w;
+    }
+    vec3 normal = vec3(NUMBER(NORMAL, 0, AT_NORMAL), NUMBER(NORMAL, 1, AT_NORMAL), 0.0);
+    vec3 spread = vec3(NUMBER(SPREAD_XX, 0, AT_SPREAD), NUMBER(SPREAD_XY, 0, AT_SPREAD + 1),
+        NUMBER(SPREAD_YY, 0, AT_SPREAD + 2));
+    float covers = NUMBER(COVERS, 0, AT_COVERS), lit = 0.0;
+    normal.z = sqrt(max(1.0 - dot(normal.xy, normal.xy), 0.0));
+#ifdef MIPMAPPED
+    if (coarse) {
+        normal.z = NUMBER(UP, 0, AT_UP);
+        lit = max(dot(normal, wi), 0.0);
+        normal = normalize(normal);
+    } else
+#endif
+    covers = covers >= cutoff ? 1.0 : 0.0;
+    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
+    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return;
+    if (!coarse) lit = to_light.z;
+    vec3 d = wi - wo;
+    // 1 - cos = sin^2 / (1 + cos), and |wi - wo| = 2 sin: no cancellation near retro-reflection.
+    float lost = 0.25 * dot(d, d) / (1.0 + 0.5 * length(wi + wo));
+    float fall = lost * lost * lost * lost * lost;
+    float shine = facets(to_light, to_viewer, spread) * to_light.z * covers * share;
+    lit *= covers * share / 3.14159265358979;
+    float through = (1.0 - fall) * lit, rest = fall * lit, reflected = (1.0 - fall) * shine;
+    for (int r = 0; r < RANK; ++r)
+        here.terms[r / 4][r % 4] += NUMBER(BODY, r, AT_BODY) * through + NUMBER(REST, r, AT_REST) * rest
+            + NUMBER(FACET, r, AT_FACET) * reflected;
+    here.terms[RANK / 4][RANK % 4] += NUMBER(EDGE, 0, AT_EDGE) * fall * shine;
+}
+
+Here here_at(Sample s) {
+    Here here;
+    for (int row = 0; row < ROWS; ++row) here.terms[row] = vec4(0.0);
+    vec3 wi = direction(s.angles.x, s.azimuths.x), wo = direction(s.angles.y, s.azimuths.x + s.angles.z);
+#ifdef USES_UV
+    vec2 uv = s.uv * placement.xy + placement.zw;
+#ifdef MIPMAPPED
+    mat2 spanned = mat2(s.footprint[0] * placement.xy, s.footprint[1] * placement.xy);
+    float level = level_at(mat2(spanned[0] / float(TAPS), spanned[1] / float(TAPS)));
+    int fine = int(level);
+    float part = level - float(fine), share = s.angles.w / float(TAPS * TAPS);
+    for (int n = 0; n < TAPS * TAPS; ++n) {
+        vec2 tap = (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
+        vec2 place = uv + tap.x * spanned[0] + tap.y * spanned[1];
+        add(here, four_about(place, LEVEL(fine)), fine > 0, wi, wo, (1.0 - part) * share);
+        if (part > 0.0) add(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
+    }
+#else
+    add(here, four_about(uv, LEVEL(0)), false, wi, wo, s.angles.w);
+#endif
+#else
+    add(here, four_about(vec2(0.5), LEVEL(0)), false, wi, wo, s.angles.w);
+#endif
+    return here;
+}
+
+int entry(Here here, int mixed) {
+    return 0;
+}
+
+vec4 term(Here here, int mixed, int row) {
+    return row < ROWS ? here.terms[row] : vec4(0.0);
+}

@@ -1,0 +1,193 @@
+"""The fast form of a surface of maps: planes of coefficients, normals and roughness, times a few spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.folding import Folding
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.palette import Palette
+from ..fast import Fast, Summand
+from ..fit_error import FitError
+from ..protocol import LIGHTS, sphere_protocol
+from .map_planes import Layout, MapPlanes
+from .maps import MappedSurface
+from .texture_form import differences
+
+# Texels that the number of coefficients is judged on.
+_JUDGED = 4096
+# Share of the budget that a texel's colour may be off at the 99th percentile.
+_SHARE = 0.2
+# Beside the last term, which is grey, so many share the four numbers that are looked up at once: fewer save nothing.
+_AT_LEAST = 3
+# Pixels of the sphere on which half precision is judged.
+_SPHERE = 48
+
+
+@dataclass(frozen=True, eq=False)
+class MapsForm(Fast):
+    """The fast form of a surface of maps: exact in every direction, its texels' colours within a budget."""
+
+    NAME: ClassVar[str] = "maps"
+    WORDS: ClassVar[str] = "maps"
+
+    maps: MapPlanes
+    error: FitError | None = None
+
+    @property
+    def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The maps alone."""
+        return (self.maps,)
+
+    @property
+    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Without bumps, and with one roughness for all directions."""
+        layout = self.maps.layout
+        normal, spread = layout.starts["normal"], layout.starts["spread"]
+        alike = layout.columns[spread] == layout.columns[spread + 2]
+        alike &= layout.columns[spread] >= 0 or layout.constants[spread] == layout.constants[spread + 2]
+        level = layout.columns[normal] < 0 and not any(layout.constants[normal : normal + 2])
+        return bool(alike and level and layout.columns[spread + 1] < 0 and layout.constants[spread + 1] == 0.0)
+
+    def average(self) -> MapsForm:
+        """What the whole texture is from afar, everywhere."""
+        if not self.maps.uses_uv:
+            return self
+        levels, layout = self.maps.levels
+        last = levels[-1].reshape(1, -1)
+        numbers = [
+            float(last[0, column]) if column >= 0 else constant
+            for column, constant in zip(layout.columns, layout.constants, strict=True)
+        ]
+        # Its facets lie level; of its body's cosine that of the mean normal is left.
+        starts = layout.starts
+        numbers[starts["normal"] : starts["normal"] + 2] = [0.0, 0.0]
+        covers, up = numbers[starts["covers"]], numbers.pop()
+        shown = covers if layout.columns[starts["covers"]] >= 0 else 1.0
+        for number in range(starts["normal"]):
+            numbers[number] *= shown * (up if number < 2 * layout.rank else 1.0)
+        numbers[starts["covers"]] = 1.0
+        flat = Layout(layout.rank, (-1,) * len(numbers), tuple(numbers))
+        planes = replace(self.maps, planes=np.zeros((1, 1, 0), np.float32), layout=flat, cutoff=0.0, precision="single")
+        return replace(self, maps=planes)
+
+    def in_basis(self, basis: SpectralBasis) -> MapsForm:
+        """See `Fast.in_basis`; the planes are shared."""
+        return replace(self, maps=self.maps.in_basis(basis))
+
+    def stored(self) -> dict[str, Any]:
+        """See `MapPlanes.stored`."""
+        return self.maps.stored()
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> MapsForm:
+        """See `Fast.from_stored`."""
+        return cls(MapPlanes.from_stored(kept), error)
+
+
+def maps_form(surface: MappedSurface, budget: float = 0.5) -> MapsForm:
+    """The fast form of a surface of maps.
+
+    As few coefficients as keep the colours of bodies and facets within a fifth of `budget` (ΔE94, 99th percentile) and
+    within `budget` at all texels judged, under each of `protocol.LIGHTS`, but three where colours have as many. Planes
+    are in half precision where the sphere then stays within the same of what single precision shows.
+    """
+    basis = _basis(surface, budget)
+    rank, height, width = basis.size, *surface.size
+    numbers = np.empty((height * width, 3 * rank + 7), dtype=np.float32)
+    linear = surface.uplift == "mallett-yuksel"
+    analysis = surface.spectra(np.eye(3)) @ basis.analysis if linear else basis.analysis
+
+    def coefficients(colours: np.ndarray) -> np.ndarray:
+        return (colours if linear else surface.spectra(colours)) @ analysis
+
+    for rows, found in surface.blocks():
+        body = coefficients(found.body)
+        numbers[rows, :rank] = body * found.through[:, None]
+        numbers[rows, rank : 2 * rank] = body * found.rest[:, None]
+        numbers[rows, 2 * rank : 3 * rank] = coefficients(found.facets)
+        rest = (found.edge[:, None], found.normal, found.spread, found.covers[:, None])
+        numbers[rows, 3 * rank :] = np.concatenate(rest, axis=1)
+    # Each coefficient's largest magnitude is 1: what was divided out goes into its spectrum.
+    for r in range(rank):
+        tallest = np.abs(numbers[:, r : 3 * rank : rank]).max()
+        scale = float(tallest) if tallest > 0 else 1.0
+        numbers[:, r : 3 * rank : rank] /= np.float32(scale)
+        basis = replace(basis, synthesis=basis.synthesis * np.where(np.arange(rank) == r, np.float32(scale), 1.0))
+    palette = Palette.of(
+        np.concatenate([basis.synthesis.T, np.ones((1, len(surface.wavelengths_nm)))]),
+        SpectralBasis.sampled(surface.wavelengths_nm),
+    )
+    planes, layout = _layout(numbers.reshape(height, width, -1), rank)
+    form = MapsForm(MapPlanes(planes, layout, palette, surface.cutoff, surface.placement))
+    return _halved(form, surface.isotropic, budget)
+
+
+def _basis(surface: MappedSurface, budget: float) -> SpectralBasis:
+    """What coefficients of body and facets are in."""
+    height, width = surface.size
+    numbers = np.arange(0, height * width, max(1, height * width // _JUDGED))
+    found = surface.texels(*np.divmod(numbers, width))
+    body, shine = surface.spectra(found.body), surface.spectra(found.facets)
+    # Highlights are as bright as you like: their colour is judged as that of bodies.
+    tallest = np.abs(shine).max(axis=1, keepdims=True)
+    judged = np.concatenate([body, np.divide(shine, tallest, out=np.zeros_like(shine), where=tallest > 0)])
+    folding = Folding(observer("1931_2"), [illuminant(name) for name in LIGHTS])
+    weights = folding.weights(surface.wavelengths_nm)
+    full = SpectralBasis.balanced(judged, weights, wavelengths_nm=surface.wavelengths_nm)
+    truth, whites = judged @ weights, weights.sum(axis=0)
+
+    def within(size: int) -> bool:
+        basis = full.truncated(size)
+        off = differences(truth, judged @ basis.analysis @ (basis.synthesis.T @ weights), whites)
+        return bool(np.percentile(off, 99, axis=1).max() <= _SHARE * budget and off.max() <= budget)
+
+    least = min(_AT_LEAST, full.size)
+    return full.truncated(next((size for size in range(least, full.size) if within(size)), full.size))
+
+
+def _layout(numbers: Float[np.ndarray, "H W T"], rank: int) -> tuple[np.ndarray, Layout]:
+    """Planes of what differs among texels; numbers that are alike everywhere, or equal to others, take none."""
+    columns, kept = [], []
+    starts = Layout(rank, (), ()).starts
+    varied = (numbers != numbers[:1, :1]).any(axis=(0, 1))
+    groups = [(0, rank), (rank, rank), (2 * rank, rank), (starts["edge"], 1), (starts["normal"], 2)]
+    for first, count in groups:
+        # Those of a group lie side by side, or nowhere.
+        varied[first : first + count] = varied[first : first + count].any()
+    for number in range(numbers.shape[2]):
+        if not varied[number]:
+            columns.append(-1)
+        elif number == starts["spread"] + 2 and np.array_equal(numbers[..., number], numbers[..., number - 2]):
+            columns.append(columns[number - 2])
+        else:
+            columns.append(len(kept))
+            kept.append(number)
+    constants = tuple(float(value) for value in numbers[0, 0])
+    return np.ascontiguousarray(numbers[..., kept]), Layout(rank, tuple(columns), constants)
+
+
+def _halved(form: MapsForm, isotropic: bool, budget: float) -> MapsForm:
+    """The form in half precision, where that shows the same."""
+    layout = form.maps.layout
+    if layout.columns[layout.starts["spread"] + 1] >= 0:
+        # The determinant of a narrow, turned highlight would be what rounding leaves of it.
+        return form
+    with np.errstate(over="ignore"):
+        planes = form.maps.planes.astype(np.float16)
+    if not np.isfinite(planes).all() or not form.maps.uses_uv:
+        return form
+    half = replace(form, maps=replace(form.maps, planes=planes, precision="half"))
+    sphere = sphere_protocol(_SPHERE, isotropic)
+    for truth, sample in zip(sphere.samples(form, LIGHTS), sphere.samples(half, LIGHTS), strict=True):
+        off = sphere.differences(truth, sample)
+        if not (np.percentile(off, 99) <= _SHARE * budget and off.max() <= 2.0 * _SHARE * budget):
+            return form
+    return half

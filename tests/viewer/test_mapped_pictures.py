@@ -1,0 +1,105 @@
+"""Pictures of surfaces of maps: both renderers beside the reference, near and far."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.lighting import shapes
+from metamer.lighting.camera import Camera
+from metamer.lighting.reference import reference_images
+from metamer.materials.svbrdf.maps import MappedSurface, Placement
+from metamer.materials.svbrdf.texel_map import TexelMap
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from metamer.viewer.headless import GLRenderer
+from metamer.viewer.software import SoftwareRenderer
+
+LIGHTS = [illuminant(name) for name in ("D65", "FL11")]
+
+
+def hammered(height=24, width=32, **others):
+    """Dents in painted metal, brushed along a direction that turns."""
+    y, x = np.mgrid[0:height, 0:width] * 2 * np.pi / 8
+    normal = np.stack([0.25 * np.sin(x), 0.2 * np.cos(y), np.ones_like(x)], axis=-1).astype(np.float32)
+    rng = np.random.default_rng(5)
+    base = rng.integers(30, 255, (height, width, 3)).astype(np.uint8)
+    metal = (rng.uniform(size=(height, width, 1)) > 0.6).astype(np.uint8) * np.uint8(255)
+    rough = rng.uniform(0.35, 0.7, (height, width, 2)).astype(np.float32)
+    turn = TexelMap(rng.uniform(0.0, 3.0, (height, width, 1)).astype(np.float32))
+    made = MappedSurface(
+        WORKING_WAVELENGTHS_NM,
+        TexelMap(base, srgb=True),
+        TexelMap(rough),
+        "mallett-yuksel",
+        metallic=TexelMap(metal),
+        normal=TexelMap(normal),
+        turn=turn,
+    )
+    return replace(made, **others)
+
+
+SURFACE = hammered()
+FORM = SURFACE.own_form(1e-3)  # in single precision
+
+
+@pytest.fixture(params=["numpy", "GL"])
+def kind(request):
+    """Makes a renderer, of the filtering that is asked for."""
+    if request.param == "GL":
+        gl = request.getfixturevalue("gl")
+        return lambda *filtering: GLRenderer(gl, *filtering)
+    return SoftwareRenderer
+
+
+def scene_of(scenes, distance=3.0, samples=1, size=48, **mesh):
+    floor = shapes.plane(4.0, 4.0)
+    parts = [(shapes.speed_shape(4, uv=True).placed(translate=(0, 0.8, 0)), "cloth"), (replace(floor, **mesh), "cloth")]
+    eye = distance * np.array([0.3, 0.8, 1.0])
+    camera = Camera("c", eye, (0, 0.4, 0), vertical_fov_deg=40.0, width=size, height_px=size, samples=samples)
+    return scenes.scene_of(parts, [scenes.sun(), scenes.lamp()], camera)
+
+
+def differences(scene, surface, form, renderer, lights=LIGHTS):
+    truth = reference_images(scene, None, {"cloth": surface}, lights)
+    with renderer() as drawing:
+        shown = drawing.render_many(scene, None, {"cloth": form}, lights)
+    found = []
+    for (xyz, coverage), reference, light in zip(shown, truth.xyz, lights, strict=True):
+        whole = (coverage == 1.0) & (truth.coverage == 1.0)
+        found.append(delta_e_xyz(reference[whole], xyz[whole].astype(float), scene.observer.white(light)))
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize("repeats", [1.0, -2.0], ids=["as it is", "repeated and mirrored"])
+def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats):
+    scene = scene_of(scenes, uv=repeats * shapes.plane(4.0, 4.0).uv)
+    off = differences(scene, SURFACE, FORM, kind)
+    assert len(off) > 1000 and np.median(off) < 0.02 and np.percentile(off, 95) < 0.2
+
+
+@pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
+@pytest.mark.parametrize("distance", [2.5, 40.0], ids=["near", "far"])
+@pytest.mark.parametrize("wrap", [("repeat", "repeat"), ("clamp", "mirror")])
+def test_gl_and_numpy_agree(scenes, gl, filtering, distance, wrap):
+    form = hammered(placement=Placement((2.0, 3.0), (-0.7, 0.2), wrap)).own_form()
+    scene = scene_of(scenes, distance, size=32)
+    with GLRenderer(gl, filtering) as hardware, SoftwareRenderer(filtering) as software:
+        (theirs, covered), (mine, coverage) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
+    np.testing.assert_array_equal(covered, coverage)
+    off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
+    assert off.max() < 0.1
+
+
+def test_far_away_means_are_nearer_to_many_samples(scenes, kind):
+    """Some ten texels a sample: what lies between is not seen without."""
+    scene = scene_of(scenes, 30.0, size=32, uv=8.0 * shapes.plane(4.0, 4.0).uv)
+    with SoftwareRenderer() as many:
+        truth, whole = many.render(scene, replace(scene.camera(), samples=12), {"cloth": FORM})
+    found = {}
+    for filtering in ("linear", "mipmapped"):
+        with kind(filtering) as renderer:
+            xyz, _ = renderer.render(scene, None, {"cloth": FORM})
+        inside = whole == 1.0
+        found[filtering] = delta_e_xyz(truth[inside].astype(float), xyz[inside].astype(float), scene.adopted_white())
+    assert np.mean(found["mipmapped"]) < 0.3 * np.mean(found["linear"]), {k: v.mean() for k, v in found.items()}

@@ -1,0 +1,159 @@
+"""Lights that spread, in both renderers: beside one another, beside sums over every texel, turned, folded, kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.lighting.environment import latlong
+from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.materials.factored.pack import FactoredBrdf
+from metamer.materials.points import Points
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.errors import InputError
+from metamer.spectral.illuminants import illuminant
+from metamer.viewer.headless import GLRenderer
+from metamer.viewer.renderer import radiance_weights
+from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.surfaces import surface_samples
+
+SPECTRA = tuple(illuminant(name) for name in ("D65", "A", "FL11", "FL2", "D50"))
+
+
+def sky(fields=1, height=32, contrast=3.0, **settings):
+    """Clouds, a bright patch, and less from below; every field of another shape."""
+    to = latlong.texel_directions(height, 2 * height)
+    made = []
+    for number in range(fields):
+        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
+        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
+        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + contrast * patch + 0.5 * to[..., 1])
+    return EnvironmentLight(np.array(made), SPECTRA[:fields], **settings)
+
+
+@pytest.fixture(params=["numpy", "GL"])
+def make(request):
+    """Makes a renderer."""
+    if request.param == "GL":
+        gl = request.getfixturevalue("gl")
+        return lambda *settings: GLRenderer(gl, *settings)
+    return SoftwareRenderer
+
+
+def under(scene, *lights):
+    return replace(scene, lights=lights)
+
+
+def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make):
+    matt = FactoredBrdf((scenes.lambert_pack(np.ones(81)),))
+    light = EnvironmentLight(np.ones((1, 8, 16)), SPECTRA[:1], illuminance_lux=1000.0)
+    xyz, coverage = make().render(under(scenes.sphere_scene(), light), None, {"gloss": matt})
+    white = SPECTRA[0]
+    expected = scenes.sphere_scene().observer.white(white)
+    assert np.abs(xyz[coverage == 1.0] - expected).max() < 2e-3
+
+
+@pytest.mark.parametrize("material", ["gloss", "sharp", "brushed", "woven"])
+@pytest.mark.parametrize("fields", [1, 5])
+def test_gl_equals_numpy(scenes, gl, material, fields):
+    scene = under(scenes.sphere_scene(material, size=32, samples=2), sky(fields, rotation_deg=70.0))
+    surfaces = dict(scenes.SURFACES)
+    twin, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
+    some = np.abs(twin[coverage > 0.0])
+    relative = np.abs(drawn - twin)[coverage > 0.0] / np.maximum(some, 1e-2 * some.max())
+    assert np.percentile(relative, 99.9) < 1e-3
+    seen = coverage == 1.0
+    assert delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white()).max() < 0.1
+
+
+def test_pictures_are_sums_over_every_texel(scenes):
+    # Dark and wide lobes, an anisotropic one among them, against f_r cos(theta_i) of the packs at all 2,048 directions.
+    light = sky(2, rotation_deg=-40.0)
+    to = light.world_from_map @ latlong.texel_directions(32, 64).reshape(-1, 3).T
+    weight = light.fields.reshape(2, -1) * np.repeat(latlong.solid_angles(32, 64), 64)
+    for material, most in (("gloss", 1.0), ("brushed", 1.5)):
+        scene = under(scenes.sphere_scene(material, size=16, samples=1), light)
+        renderer, surfaces = SoftwareRenderer(), dict(scenes.SURFACES)
+        drawn, coverage = renderer.render(scene, None, surfaces)
+        (piece,) = renderer._kept
+        view = renderer._view
+        surface = surface_samples(view, piece.window, view.triangles(piece.window))
+        found = np.zeros((coverage.size, 3))
+        for pixel, frame, eye in zip(surface.pixel, surface.frame, surface.to_viewer, strict=True):
+            wi = (frame @ to).T
+            f_r = surfaces[material].at(Points(wi, np.broadcast_to(frame @ eye, wi.shape)))
+            for spectrum, power in zip(light.spectra, weight, strict=True):
+                reflected = (np.maximum(wi[:, 2], 0.0) * power) @ f_r
+                found[pixel] += (
+                    np.pi / 1000.0 * scene.observer.weights(spectrum, np.arange(380.0, 781.0, 5.0)) @ reflected
+                )
+        off = delta_e_xyz(found, drawn.reshape(-1, 3).astype(float), scene.adopted_white())
+        assert off[coverage.ravel() > 0.0].mean() < 0.4, material
+        assert off[coverage.ravel() > 0.0].max() < most, material
+
+
+def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
+    scene, surfaces = scenes.sphere_scene(size=32, samples=1), dict(scenes.SURFACES)
+    still = sky(1)
+    turned = replace(still, rotation_deg=90.0)
+    assert turned.fields is still.fields
+    # Seen from above, right-handed about +y: from +z to +x, a quarter of the columns to the left.
+    moved = replace(still, fields=np.roll(still.fields, -16, axis=2))
+    renderer = make()
+    one, _ = renderer.render(under(scene, turned), None, surfaces)
+    other, _ = renderer.render(under(scene, moved), None, surfaces)
+    assert np.abs(one - other).max() < 2e-3 * np.abs(one).max()
+    assert len(renderer._gathered) == 2
+    assert np.abs(one - renderer.render(under(scene, still), None, surfaces)[0]).max() > 0.02
+    assert len(renderer._gathered) == 2
+
+
+def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
+    scene, surfaces = scenes.sphere_scene(size=24, samples=1), dict(scenes.SURFACES)
+    both = sky(2)
+    apart = [
+        replace(both, fields=both.fields[[k]], spectra=both.spectra[k : k + 1], illuminance_lux=None) for k in (0, 1)
+    ]
+    renderer = make()
+    whole, _ = renderer.render(under(scene, both), None, surfaces)
+    parts = [renderer.render(under(scene, one), None, surfaces)[0] for one in apart]
+    assert np.allclose(whole, parts[0] + parts[1], atol=1e-5 * whole.max())
+    (lamp, _), (own, _) = renderer.render_many(under(scene, both), None, surfaces, (SPECTRA[2], None))
+    assert np.allclose(own, whole, atol=1e-6)
+    only = renderer.render(under(scene, both.with_spectrum(SPECTRA[2])), None, surfaces)[0]
+    assert np.allclose(lamp, only, atol=1e-5 * lamp.max())
+
+
+def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
+    scene, surfaces = scenes.lamp_scene(size=32, samples=1), dict(scenes.SURFACES)
+    light = sky(1)
+    mixed = under(scene, *scene.lights, light)
+    kept = make("linear", True)
+    first, _ = kept.render(mixed, None, surfaces)
+    again, _ = kept.render(mixed, None, surfaces)
+    assert np.array_equal(first, again)
+    plain = make()
+    alone, _ = plain.render(under(scene, light), None, surfaces)
+    deltas, _ = plain.render(scene, None, surfaces)
+    assert np.allclose(first, alone + deltas, atol=2e-5 * first.max())
+
+
+def test_spectral_pictures_fold_to_the_same_colours(scenes, make):
+    scene, surfaces = under(scenes.sphere_scene(size=16, samples=1), sky(2)), dict(scenes.SURFACES)
+    renderer = make()
+    nm = np.arange(380.0, 781.0, 5.0)
+    spectra = renderer.render_spectra(scene, None, surfaces, nm)
+    xyz, _ = renderer.render(scene, None, surfaces)
+    assert np.abs(spectra @ radiance_weights(scene.observer, nm).T - xyz).max() < 2e-3
+
+
+def test_a_form_that_does_not_know_its_environment_is_refused(scenes, make):
+    class Silent(FactoredBrdf):
+        NAME = "silent"
+
+        def environment_form(self):
+            return super(FactoredBrdf, self).environment_form()
+
+    silent = Silent(scenes.SURFACES["gloss"].packs)
+    with pytest.raises(InputError, match="cannot be lit from all around"):
+        make().render(under(scenes.sphere_scene(), sky()), None, {"gloss": silent})

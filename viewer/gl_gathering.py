@@ -1,0 +1,88 @@
+"""Lights that spread on the GPU: what of them is kept there, and the draw calls that gather them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from .keeping import SpreadLayer
+from .light_tables import LightTables, bright_tables, divisions, light_tables, visibility_tables
+from .passes import MOST_QUADS, Passes
+from .resources import Owner
+
+if TYPE_CHECKING:
+    import moderngl
+
+#: The samplers of a tile's frames, in the order of its textures.
+FRAMES = ("tangent", "bitangent", "normal", "standing", "faces")
+
+
+# Tables that stay on the GPU, some 20 MB each.
+_MOST_TABLES = 12
+
+
+class GLGathering:
+    """Gathers light for environment forms; the tables of the last few lights stay on the GPU."""
+
+    def __init__(self, context: moderngl.Context, passes: Passes) -> None:
+        self.context, self.passes = context, passes
+        self._tables: dict[tuple, tuple[object, LightTables]] = {}
+
+    def release(self) -> None:
+        """Free the tables."""
+        for _, tables in self._tables.values():
+            tables.owner.release()
+        self._tables.clear()
+
+    def add(
+        self,
+        quads: Sequence[moderngl.Texture],
+        layer: SpreadLayer,
+        filtered: bool,
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Write a layer's terms, four to each texture. samplers, values : what `gather.frag` reads of a tile."""
+        form, scratch = layer.form, Owner(self.context)
+        made = form.shader(filtered)
+        sizes = {"LOBES": form.count, **made.sizes}
+        sizes |= {"MIPMAPPED": 1} if filtered else {}
+        sizes |= {"USES_UV": 1} if form.uses_uv else {}
+        given = {
+            **made.uniforms,
+            **values,
+            # Row by row what GL takes column by column: its transpose.
+            "map_from_world": tuple(layer.world_from_map.reshape(-1)),
+            "scale": layer.scale,
+            "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
+        }
+        lights = [
+            self._kept(
+                layer.gathered, layer.fields.start, lambda: light_tables(self.context, layer.gathered, layer.fields)
+            )
+        ]
+        shadows = layer.shadows
+        if shadows is not None:
+            visibility, bright = shadows.visibility, shadows.bright
+            lights.append(self._kept(visibility, 0, lambda: visibility_tables(self.context, visibility)))
+            lights.append(
+                self._kept(bright, layer.fields.start, lambda: bright_tables(self.context, bright, layer.fields))
+            )
+            given["division"] = divisions(visibility)[layer.part]
+        try:
+            textures = {name: scratch.texels(texels) for name, texels in made.textures.items()}
+            for start in range(0, len(quads), MOST_QUADS):
+                target = scratch.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
+                target.clear()
+                self.passes.gather(target, made, sizes, lights, {**samplers, **textures}, {**given, "first_row": start})
+        finally:
+            scratch.release()
+
+    def _kept(self, of: object, which: int, made: Callable[[], LightTables]) -> LightTables:
+        """The tables of something, made when first asked for."""
+        key = id(of), which
+        if key not in self._tables:
+            if len(self._tables) >= _MOST_TABLES:
+                self.release()
+            self._tables[key] = of, made()
+        return self._tables[key][1]

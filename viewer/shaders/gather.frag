@@ -1,0 +1,83 @@
+// What one part's material gathers of a light that spreads, at every pixel of a box: terms, for each field of the light
+// the form's, four a target, for `fold.frag`; twin of gathering.py.
+
+#include "environment.glsl"
+#include "gathered.glsl"
+#include "terms.glsl"
+#ifdef HIDDEN
+#include "hidden.glsl"
+#endif
+
+uniform sampler2D seen;         // triangle number + 1 at every sample
+uniform sampler2D tangent, bitangent, normal;   // with the direction to the viewer, see frames.frag
+#ifdef USES_UV
+uniform sampler2D uv;
+uniform sampler2D footprint;
+#endif
+uniform mat3 map_from_world;
+uniform float scale;
+uniform ivec2 part;             // first and last triangle number + 1 of the part
+uniform int samples;            // along a side of a pixel
+uniform ivec2 origin;           // of the box, pixels of the tile
+uniform int first_row;          // of the rows of four terms, fields one after the other
+uniform int rows;               // of one field
+
+layout(location = 0) out vec4 terms[QUADS];
+
+void main() {
+    vec4 total[QUADS];
+    for (int k = 0; k < QUADS; ++k) total[k] = vec4(0.0);
+    ivec2 corner = (ivec2(gl_FragCoord.xy) + origin) * samples;
+    for (int n = 0; n < samples * samples; ++n) {
+        ivec2 at = corner + ivec2(n % samples, n / samples);
+        int number = int(texelFetch(seen, at, 0).x);
+        if (number < part.x || number > part.y) continue;
+        vec4 x = texelFetch(tangent, at, 0), y = texelFetch(bitangent, at, 0), z = texelFetch(normal, at, 0);
+        Gathered s;
+        s.wo = vec3(x.w, y.w, z.w);
+#ifdef USES_UV
+        s.uv = texelFetch(uv, at, 0).xy;
+        vec4 steps = texelFetch(footprint, at, 0);
+        s.footprint = mat2(steps.xy, steps.zw);
+#endif
+        mat3 to_world = mat3(x.xyz, y.xyz, z.xyz);
+        mat3 to_map = map_from_world * to_world;
+        Here here = here_at(s);
+        vec4 light = on_surface(to_map[2]);
+#ifdef HIDDEN
+        Hiding hiding = hiding_at(number, at, z.xyz);
+        float angles[MOST_BRIGHT];
+        for (int j = 0; j < BRIGHT; ++j) {
+            angles[j] = signed_distance(hiding, bright_axes[j].xyz);
+            light -= (1.0 - free_share(angles[j], bright_axes[j].w)) * bright_on(z.xyz, j) * bright_amplitudes[j];
+        }
+        for (int k = 0; k < 25; ++k) light -= hiding.lost[k / 4][k % 4] * rest[k];
+        light = max(light, vec4(0.0));
+#endif
+        for (int k = 0; k < QUADS; ++k) {
+            int row = first_row + k;
+            total[k] += light[row / rows] / PI * value(here, LOBES, row % rows);
+        }
+        for (int q = 0; q < LOBES; ++q) {
+            vec4 lobe = lobe(here, q);
+            light = under_gaussian(to_map * lobe.xyz, lobe.w);
+#ifdef HIDDEN
+            vec3 to = to_world * lobe.xyz;
+            float lambda = 1.0 / lobe.w, angle = signed_distance(hiding, to), alone = free_share(angle, lambda);
+            light *= alone;
+            for (int j = 0; j < BRIGHT; ++j) {
+                float both = lambda + bright_axes[j].w;
+                float between = mix(angle, angles[j], bright_axes[j].w / both);
+                light += (free_share(between, both) - alone) * bright_under(to, lambda, bright_axes[j])
+                    * bright_amplitudes[j];
+            }
+            light = max(light, vec4(0.0));
+#endif
+            for (int k = 0; k < QUADS; ++k) {
+                int row = first_row + k;
+                total[k] += light[row / rows] * value(here, q, row % rows);
+            }
+        }
+    }
+    for (int k = 0; k < QUADS; ++k) terms[k] = scale * total[k];
+}

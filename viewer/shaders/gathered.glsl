@@ -1,0 +1,9 @@
+// What an environment form is given of each sample; docs/adding_a_surface.md says what it gives back.
+
+struct Gathered {
+    vec3 wo;            // local direction to the viewer
+#ifdef USES_UV
+    vec2 uv;
+    mat2 footprint;     // of a sample: how far uv go across a column of samples, and across a row
+#endif
+};
