@@ -12,11 +12,11 @@ import numpy as np
 from ...calibration.text_tables import columns
 from ...lighting.environment.convolution import halved
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.lights import DirectionalLight
+from ...lighting.lights import DeltaLight
 from ...spectral.difference import delta_e_xyz
 from .cases import FILES, WALL, cases, lights
 from .light import PreparedLight
-from .methods import DELTA_METHODS, METHODS, Task
+from .methods import DELTA_METHODS, METHODS, Method, Task
 from .surface import ShadedPoints
 from .truth import truth
 
@@ -30,10 +30,11 @@ def run(full: bool = False, data: Path | None = None, progress: Callable[[str], 
 
     Returns
     -------
-    dict for JSON: `points`, `missing` (lights whose files are not there) and `rows`. A row has `case`, `method`, `light`,
-    `lobes`, `delta_e94` (`mean`, `p95`, `p99` over the points, against the truth), `reference_noise` (mean ΔE94 of a
-    third of the difference to the truth from texels twice as wide), `cpu_seconds_per_1000_vertices` and `bytes_per_vertex` (of visibility, None where the
-    case needs none or it is closed) and `ms_per_megapixel` (in numpy, on one core, without what is made once a light).
+    dict for JSON: `points`, `missing` (lights whose files are not there) and `rows`. A row has `case`, `method`,
+    `light`, `lobes`, `delta_e94` (`mean`, `p95`, `p99` over the points, against the truth), `reference_noise` (mean
+    ΔE94 of a third of the difference to the truth from texels twice as wide), `cpu_seconds_per_1000_vertices` and
+    `bytes_per_vertex` (of visibility, None where the case needs none or it is closed) and `ms_per_megapixel` (in
+    numpy, on one core, without what is made once a light).
     """
     points = ShadedPoints.of_sphere(_ACROSS[full])
     made = lights(data)
@@ -48,14 +49,14 @@ def run(full: bool = False, data: Path | None = None, progress: Callable[[str], 
         wall = WALL if case.wall else None
         both = truth(Task(case.surface, points, light, wall, 0))
         reference, coarse = (light.folded(terms, case.surface.spectra) for terms in both)
-        noise = float(delta_e_xyz(reference, coarse, light.white).mean()) / 3.0
-        methods = DELTA_METHODS if case.light_name == "sun" else METHODS
+        noise = float(delta_e_xyz(reference, coarse, light.white(points)).mean()) / 3.0
+        methods = METHODS if isinstance(light.light, EnvironmentLight) else DELTA_METHODS
         for lobes in case.lobes:
             for name, method in methods.items():
                 task = Task(case.surface, points, light, wall, lobes)
                 terms = method(task)
-                milliseconds = 1e9 / len(points) * min(_seconds(lambda: method(task)) for _ in range(_REPEATS))
-                found = delta_e_xyz(reference, light.folded(terms, case.surface.spectra), light.white)
+                milliseconds = 1e9 / len(points) * min(_seconds(method, task) for _ in range(_REPEATS))
+                found = delta_e_xyz(reference, light.folded(terms, case.surface.spectra), light.white(points))
                 p95, p99 = np.percentile(found, [95, 99])
                 rows.append(
                     {
@@ -69,16 +70,16 @@ def run(full: bool = False, data: Path | None = None, progress: Callable[[str], 
     return {"points": len(points), "missing": [name for name in FILES if name not in made], "rows": rows}
 
 
-def _reduced(light: EnvironmentLight | DirectionalLight, rows: int) -> EnvironmentLight | DirectionalLight:
+def _reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
     """The same of at most so many rows, where halving leads there."""
     while isinstance(light, EnvironmentLight) and light.fields.shape[1] > rows:
         light = replace(light, fields=halved(light.fields))
     return light
 
 
-def _seconds(call: Callable[[], object]) -> float:
+def _seconds(method: Method, task: Task) -> float:
     start = time.process_time()
-    call()
+    method(task)
     return time.process_time() - start
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from ...lighting.environment import latlong
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.lights import DirectionalLight
+from ...lighting.lights import DeltaLight, DirectionalLight, PointLight
 from ...materials.analytic.cook_torrance import beckmann, ggx, smith_beckmann, smith_ggx
 from ...materials.gaussians import ndf
 from ...spectral.formats.exr import read_exr
@@ -78,7 +78,10 @@ def _analytic() -> Iterator[tuple[GlossySurface, tuple[int, ...]]]:
 
         masked = partial(_smith, smith_beckmann, roughness)
         yield of(f"Cook-Torrance {roughness:g}", facets, masked, _one(ndf.beckmann(roughness))), (1,)
-    yield of("Blinn-Phong 100", lambda half: _phong(half, 100.0), _over_larger_cosine, _one(ndf.blinn_phong(100.0))), (1,)
+    yield (
+        of("Blinn-Phong 100", lambda half: _phong(half, 100.0), _over_larger_cosine, _one(ndf.blinn_phong(100.0))),
+        (1,),
+    )
     yield of("Ward 0.15", lambda half: _ward(half, 0.15, 0.15), _over_root, _one(ndf.ward(0.15))), (1,)
     wide = (0.3, 0.1)
     yield of("Ward 0.3, 0.1", lambda half: _ward(half, *wide), _over_root, lambda count: ndf.ward(*wide, count)), (1, 7)
@@ -98,6 +101,9 @@ def cases(full: bool) -> list[BenchCase]:
     """Every one that a run of this length has."""
     found = [BenchCase(f"{surface.name}, sun", surface, "sun", lobes) for surface, lobes in _analytic()]
     found += [BenchCase(f"gold {alpha:g}, sun", gold(alpha), "sun", (1, 4)) for alpha in (0.1, 0.3)]
+    found += [BenchCase(f"{surface.name}, lamp", surface, "lamp", lobes, full=True) for surface, lobes in _analytic()]
+    found.append(BenchCase("gold 0.2, lamp", gold(0.2), "lamp", (1, 4)))
+    brushed = next(surface for surface, _ in _analytic() if surface.name.startswith("Ashikhmin"))
     for light in ("kiara-dawn", "studio", "venice-sunset", "made-sky"):
         long = light in ("studio", "venice-sunset")
         found += [
@@ -105,6 +111,7 @@ def cases(full: bool) -> list[BenchCase]:
             for alpha in (0.1, 0.2, 0.3)
         ]
         found.append(BenchCase("gold 0.2, wall", gold(0.2), light, (1, 4), wall=True, full=long))
+        found.append(BenchCase(f"{brushed.name}", brushed, light, (1, 7), full=long))
         found.append(BenchCase("matt red", matt_red(), light, (0,), full=long))
         found.append(BenchCase("matt red, wall", matt_red(), light, (0,), wall=True, full=long))
     return [case for case in found if full or not case.full]
@@ -118,9 +125,10 @@ FILES = {
 }
 
 
-def lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | DirectionalLight]]:
+def lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | DeltaLight]]:
     """Those that there are, by name; without `data` no file is one."""
-    found: dict[str, Callable[[], EnvironmentLight | DirectionalLight]] = {"sun": _sun, "made-sky": made_sky}
+    found: dict[str, Callable[[], EnvironmentLight | DeltaLight]]
+    found = {"sun": _sun, "lamp": _lamp, "made-sky": made_sky}
     for name, file in FILES.items():
         if data is not None and (path := data / "light" / file).is_file():
             found[name] = partial(read_environment, path)
@@ -156,6 +164,10 @@ def _uplifted(rgb: Float[np.ndarray, "3 H W"]) -> EnvironmentLight:
 
 def _sun() -> DirectionalLight:
     return DirectionalLight((0.5, 0.5, 0.7), illuminant("D65"), 1000.0)
+
+
+def _lamp() -> PointLight:
+    return PointLight((1.2, 1.0, 1.6), illuminant("A"), 1000.0)
 
 
 def _one(lobes) -> Callable[[int], object]:

@@ -13,17 +13,19 @@ from ...lighting.environment.brights import BrightParts, taken_apart
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.harmonics import gaussian_factors, harmonics, projected
 from ...lighting.environment.pyramid import Pyramid
-from ...lighting.lights import DirectionalLight
-from ...materials.gaussians.gaussian import Gaussians, sphere_integral
+from ...lighting.lights import Arrivals, DeltaLight
+from ...materials.gaussians.gaussian import Gaussians, sharpness_of_area, sphere_integral
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from .surface import ShadedPoints
 
 #: Lobes of an environment for what is matt: the paper has 6 to 8.
 LOBES = 8
-#: The sun's radius, which the paper gives a distant light, rad.
-RADIUS = 0.00465
-#: gamma(directions (n, 3) of the world, sharpness (n,)) -> (n, K): the mean luminance under a normalised Gaussian, cd/m^2.
+#: Of lights that come from one direction, for methods that give them a width: the sun's radius, and that of a ball that
+#: is a hundredth as wide as the sphere.
+RADIUS_RAD, RADIUS = 0.00465, 0.01
+#: gamma(directions (n, 3) of the world, sharpness (n,)) -> (n, K) cd/m^2: the mean under a normalised Gaussian.
 Gamma = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -31,7 +33,20 @@ Gamma = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class PreparedLight:
     """A light with what methods make of it before the first point; each is made when it is first asked for."""
 
-    light: EnvironmentLight | DirectionalLight
+    light: EnvironmentLight | DeltaLight
+
+    @property
+    def environment(self) -> EnvironmentLight:
+        """The light, which has to be one."""
+        if not isinstance(self.light, EnvironmentLight):
+            raise TypeError("an environment is needed")
+        return self.light
+
+    def arrivals(self, points: ShadedPoints) -> Arrivals:
+        """What arrives at each point of a light that comes from one direction, which it has to be."""
+        if not isinstance(self.light, DeltaLight):
+            raise TypeError("a light of one direction is needed")
+        return self.light.arrivals(points.positions)
 
     @property
     def spectra(self) -> Sequence[Spectrum]:
@@ -40,17 +55,13 @@ class PreparedLight:
 
     @cached_property
     def gamma(self) -> Gamma:
-        """Eq. 35 (`Pyramid`); of a distant light, the product of two Gaussians (eq. 33)."""
-        return Pyramid.of(self.light) if isinstance(self.light, EnvironmentLight) else _of_lobes(self.lobes)
+        """Eq. 35."""
+        return Pyramid.of(self.environment)
 
     @cached_property
     def kept_harmonics(self) -> Float[np.ndarray, "K B"]:
         """The light's first 25 coefficients."""
-        if isinstance(self.light, EnvironmentLight):
-            return projected(self.light)
-        lobes = self.lobes
-        around = harmonics(lobes.axis) * gaussian_factors(lobes.sharpness)
-        return (lobes.amplitude * sphere_integral(lobes.sharpness)[:, None]).T @ around
+        return projected(self.environment)
 
     def smooth_gamma(self, to: Float[np.ndarray, "n 3"], sharpness: Float[np.ndarray, " n"]) -> np.ndarray:
         """`gamma` of the light's harmonics alone."""
@@ -59,30 +70,25 @@ class PreparedLight:
     @cached_property
     def lobes(self) -> BrightParts:
         """All of it as a few lobes."""
-        if isinstance(self.light, EnvironmentLight):
-            return taken_apart(self.light, LOBES, 1.0)[0]
-        # The disc of radius r as a Gaussian of the same solid angle pi r^2, and of the light's own illuminance.
-        sharpness = np.array([2.0 / RADIUS**2])
-        amplitude = np.array([[self.light.illuminance_lux]]) / sphere_integral(sharpness)[:, None]
-        return BrightParts(self.light.direction_to_light[None], sharpness, amplitude)
+        return taken_apart(self.environment, LOBES, 1.0)[0]
 
-    @property
-    def white(self) -> Float[np.ndarray, "3"]:
-        """XYZ of the perfect diffuser lying flat, or facing a distant light."""
-        weights = observer("1931_2").weights(self.light.spectrum, WORKING_WAVELENGTHS_NM)
-        return weights.sum(axis=1) * self.light.illuminance_lux / np.pi
+    def local_lobes(self, points: ShadedPoints) -> Gaussians:
+        """(N,) one lobe a point (eqs. 32 and 33): as wide as the light's ball looks from there, of its illuminance."""
+        at = self.arrivals(points)
+        angle = RADIUS_RAD if np.isinf(at.distance).any() else RADIUS / at.distance
+        sharpness = np.broadcast_to(sharpness_of_area(np.asarray(2.0 * np.pi * angle**2)), at.distance.shape)
+        return Gaussians(at.directions, sharpness, at.illuminance_lux / sphere_integral(sharpness))
+
+    def white(self, points: ShadedPoints) -> Float[np.ndarray, "3"]:
+        """XYZ of the perfect diffuser: lying flat, or facing the light where the most arrives."""
+        if isinstance(self.light, EnvironmentLight):
+            lux = float(self.light.illuminance_lux)
+        else:
+            lux = float(self.arrivals(points).illuminance_lux.max())
+        return observer("1931_2").weights(self.light.spectrum, WORKING_WAVELENGTHS_NM).sum(axis=1) * lux / np.pi
 
     def folded(self, terms: Float[np.ndarray, "N K R"], spectra: Float[np.ndarray, "R L"]) -> Float[np.ndarray, "N 3"]:
         """XYZ of terms, cd/m^2 under each of the light's spectra, and what they are multiplied by."""
         seen_by = observer("1931_2")
         weights = np.stack([seen_by.weights(one, WORKING_WAVELENGTHS_NM) for one in self.spectra])
         return np.einsum("nkr,krc->nc", terms, np.einsum("rl,kcl->krc", spectra, weights))
-
-
-def _of_lobes(lobes: BrightParts) -> Gamma:
-    def gamma(to: np.ndarray, sharpness: np.ndarray) -> np.ndarray:
-        light = Gaussians(lobes.axis, lobes.sharpness, np.ones(len(lobes.sharpness)))
-        inner = Gaussians(to[:, None], sharpness[:, None], np.ones((len(to), 1))).inner(light)
-        return (inner @ lobes.amplitude) / sphere_integral(sharpness)[:, None]
-
-    return gamma

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.harmonics import cosine_factors, harmonics
-from ...lighting.lights import DirectionalLight
 from ...materials.gaussians.hemisphere import quick_share
 from ...materials.gaussians.ndf import slice_of
 from . import paper
@@ -60,7 +59,7 @@ def without_visibility(task: Task) -> np.ndarray:
 def with_ambient_occlusion(task: Task) -> np.ndarray:
     """The same, and all of it times the share of the clamped cosine that is free."""
     found = _with(task, None)
-    return found if task.wall is None else found * _occlusion(task)
+    return found * _occlusion(task)
 
 
 def by_harmonics(task: Task) -> np.ndarray:
@@ -68,19 +67,26 @@ def by_harmonics(task: Task) -> np.ndarray:
     body = (harmonics(task.points.normals) * cosine_factors()) @ task.light.kept_harmonics.T / np.pi
     facets = _facets(task, task.light.smooth_gamma, None)
     found = np.concatenate([body[:, :, None], facets], axis=2)
-    return found if task.wall is None else found * _occlusion(task)
+    return found * _occlusion(task)
+
+
+def by_paper_locally(task: Task) -> np.ndarray:
+    """Lobes warped and multiplied with the light's own (eqs. 42 and 43); for lights of one direction."""
+    light = task.light.local_lobes(task.points)
+    body = paper.local_diffuse(task.points, light, task.free_share)
+    facets = np.zeros((len(task.points), 1, 2))
+    if task.surface.density is not None:
+        facets = paper.local_specular(task.surface, task.points, light, task.free_share, task.lobes)
+    return np.concatenate([body[:, :, None], facets], axis=2)
 
 
 def at_half_vectors(task: Task) -> np.ndarray:
     """Lobes of the distribution taken at the half vector itself: no warp; for lights of one direction."""
-    light = task.light.light
-    if not isinstance(light, DirectionalLight):
-        raise TypeError("a light of one direction is needed")
-    wi = task.points.local(np.broadcast_to(light.direction_to_light, (len(task.points), 3)))
-    wo, lit = task.points.viewer, wi[:, 2] > 0.0
+    at = task.light.arrivals(task.points)
+    wi, wo = task.points.local(at.directions), task.points.viewer
     half = wi + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
-    arrives = np.where(lit, wi[:, 2] * light.illuminance_lux * task.seen(light.direction_to_light), 0.0)
+    arrives = np.where(wi[:, 2] > 0.0, wi[:, 2] * at.illuminance_lux * task.seen(at.directions), 0.0)
     facets = np.zeros((len(wi), 2))
     if task.surface.density is not None:
         facets = slice_of(task.surface.lobes(task.lobes), half)[:, None] * task.surface.smooth(wi, wo)
@@ -88,7 +94,9 @@ def at_half_vectors(task: Task) -> np.ndarray:
 
 
 def _occlusion(task: Task) -> Float[np.ndarray, "N 1 1"]:
-    """The share of the clamped cosine that is in front of the wall, which is closed."""
+    """The share of the clamped cosine that is in front of the wall, which is closed; 1 in the open."""
+    if task.wall is None:
+        return np.ones((len(task.points), 1, 1))
     return (0.5 + 0.5 * task.points.normals @ task.wall)[:, None, None]
 
 
@@ -111,4 +119,4 @@ METHODS: dict[str, Method] = {
     "sh25": by_harmonics,
 }
 #: Those for lights of one direction.
-DELTA_METHODS: dict[str, Method] = {"paper": by_paper, "half-vector": at_half_vectors}
+DELTA_METHODS: dict[str, Method] = {"paper": by_paper_locally, "half-vector": at_half_vectors}

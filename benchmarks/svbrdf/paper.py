@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.brights import BrightParts
-from ...materials.gaussians.gaussian import Gaussians, sphere_integral
+from ...materials.gaussians.gaussian import Gaussians
 from ...materials.gaussians.warp import warped
 from .light import Gamma
 from .surface import GlossySurface, ShadedPoints
@@ -28,33 +28,54 @@ def specular(
     surface: GlossySurface, points: ShadedPoints, gamma: Gamma, free_share: FreeShare | None, lobes: int
 ) -> Float[np.ndarray, "N K 2"]:
     """R_s (eq. 41): for each lobe the cosine, the slice and the visibility as one Gaussian, looked up in the light."""
-    viewer = points.viewer[:, None, :]
-    turned = warped(surface.lobes(lobes), viewer)
-    smooth = surface.smooth(turned.axis, viewer)
-    seen = turned.product(_cosine(np.array([0.0, 0.0, 1.0])))
+    seen, smooth = _slice(surface, points, lobes)
     to, sharpness = points.world(seen.axis).reshape(-1, 3), seen.sharpness.ravel()
-    number = np.repeat(np.arange(len(points)), seen.sharpness.shape[1])
-    weight = seen.integral.ravel()
-    if free_share is not None:
-        weight = weight * free_share(number, to, sharpness)
+    weight = seen.integral.ravel() * _free(free_share, len(points), to, sharpness)
     arrives = (gamma(to, sharpness) * weight[:, None]).reshape(*seen.sharpness.shape, -1)
     return np.einsum("nlk,nlr->nkr", arrives, smooth)
 
 
-def diffuse(
-    points: ShadedPoints, lights: BrightParts, free_share: FreeShare | None
-) -> Float[np.ndarray, "N K"]:
+def local_specular(
+    surface: GlossySurface, points: ShadedPoints, light: Gaussians, free_share: FreeShare | None, lobes: int
+) -> Float[np.ndarray, "N 1 2"]:
+    """R_s of a light that is one lobe (N,) at each point (eq. 43): the inner product of it and what eq. 41 looks up."""
+    seen, smooth = _slice(surface, points, lobes)
+    local = Gaussians(points.local(light.axis)[:, None], light.sharpness[:, None], light.amplitude[:, None])
+    product = seen.product(local)
+    to, sharpness = points.world(product.axis).reshape(-1, 3), product.sharpness.ravel()
+    free = _free(free_share, len(points), to, sharpness).reshape(product.sharpness.shape)
+    return np.einsum("nl,nlr->nr", product.integral * free, smooth)[:, None, :]
+
+
+def local_diffuse(points: ShadedPoints, light: Gaussians, free_share: FreeShare | None) -> Float[np.ndarray, "N 1"]:
+    """R_d of a light that is one lobe (N,) at each point (eq. 42), over pi."""
+    product = _cosine(points.normals).product(light)
+    free = _free(free_share, len(points), product.axis, product.sharpness)
+    return (product.integral * free / np.pi)[:, None]
+
+
+def diffuse(points: ShadedPoints, lights: BrightParts, free_share: FreeShare | None) -> Float[np.ndarray, "N K"]:
     """R_d (eq. 39): the cosine's lobe times each of the light's, times what is free of the product; over pi."""
-    cosine = _cosine(points.normals[:, None, :])
-    product = cosine.product(Gaussians(lights.axis, lights.sharpness, np.ones(len(lights.sharpness))))
-    weight = product.amplitude * sphere_integral(product.sharpness)
-    if free_share is not None:
-        number = np.repeat(np.arange(len(points)), len(lights.sharpness))
-        free = free_share(number, product.axis.reshape(-1, 3), product.sharpness.ravel())
-        weight = weight * free.reshape(weight.shape)
-    return weight @ lights.amplitude / np.pi
+    light = Gaussians(lights.axis, lights.sharpness, np.ones(len(lights.sharpness)))
+    product = _cosine(points.normals[:, None, :]).product(light)
+    free = _free(free_share, len(points), product.axis.reshape(-1, 3), product.sharpness.ravel())
+    return (product.integral * free.reshape(product.sharpness.shape)) @ lights.amplitude / np.pi
+
+
+def _slice(surface: GlossySurface, points: ShadedPoints, lobes: int) -> tuple[Gaussians, np.ndarray]:
+    """C* and rho* multiplied, (N, n) in each point's frame, and M_o at the slice's own axes, (N, n, 2)."""
+    viewer = points.viewer[:, None, :]
+    turned = warped(surface.lobes(lobes), viewer)
+    return turned.product(_cosine(np.array([0.0, 0.0, 1.0]))), surface.smooth(turned.axis, viewer)
+
+
+def _free(free_share: FreeShare | None, points: int, to: np.ndarray, sharpness: np.ndarray) -> np.ndarray:
+    """What is free of lobes in the world, as many of them a point."""
+    if free_share is None:
+        return np.ones(len(to))
+    return free_share(np.repeat(np.arange(points), len(to) // points), to, sharpness)
 
 
 def _cosine(normal: np.ndarray) -> Gaussians:
-    one = np.ones(normal.shape[:-1])
-    return Gaussians(normal, COSINE_SHARPNESS * one, COSINE_AMPLITUDE * one)
+    shape = normal.shape[:-1]
+    return Gaussians(normal, np.full(shape, COSINE_SHARPNESS), np.full(shape, COSINE_AMPLITUDE))

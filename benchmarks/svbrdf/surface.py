@@ -19,9 +19,9 @@ LEAST_COSINE = 1e-2
 class GlossySurface:
     """f_r = body/pi + [(1 - s) normal + s grazing] D(h) V(i, o), with s = (1 - h.o)^5 and spectra on `wavelengths_nm`.
 
-    body, normal, grazing (L,) : reflectances. density : D of half vectors (..., 3) in the surface's frame, 1/sr; it may be
-    None where there is a body alone. masked : V, the masking over 4 cos i cos o, of (..., 3) and (..., 3). lobes : the
-    distribution as that many Gaussians.
+    body, normal, grazing (L,) : reflectances. density : D of half vectors (..., 3) in the surface's frame, 1/sr; it
+    may be None where there is a body alone. masked : V, the masking over 4 cos i cos o, of (..., 3) and (..., 3).
+    lobes : the distribution as that many Gaussians.
     """
 
     name: str
@@ -64,7 +64,7 @@ class GlossySurface:
 
 @dataclass(frozen=True, eq=False)
 class ShadedPoints:
-    """N points: `world_from_local` (N, 3, 3), whose columns are tangent, bitangent and normal; `viewer` (N, 3) local."""
+    """N points: `world_from_local` (N, 3, 3), its columns tangent, bitangent, normal; `viewer` (N, 3) local."""
 
     world_from_local: Float[np.ndarray, "N 3 3"]
     viewer: Float[np.ndarray, "N 3"]
@@ -92,6 +92,11 @@ class ShadedPoints:
     def local(self, world: Float[np.ndarray, "N *n 3"]) -> Float[np.ndarray, "N *n 3"]:
         """Directions of the world in each point's frame."""
         return np.einsum("nji,n...j->n...i", self.world_from_local, world)
+
+    @property
+    def positions(self) -> Float[np.ndarray, "N 3"]:
+        """In the world: the sphere's radius is 1, its middle the origin."""
+        return self.normals
 
     @property
     def normals(self) -> Float[np.ndarray, "N 3"]:

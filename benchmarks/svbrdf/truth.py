@@ -8,7 +8,6 @@ from jaxtyping import Float
 from ...lighting.environment import latlong
 from ...lighting.environment.convolution import halved
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.lights import DirectionalLight
 from .methods import Task
 
 
@@ -16,19 +15,19 @@ def truth(task: Task) -> tuple[Float[np.ndarray, "N K 3"], Float[np.ndarray, "N 
     """The terms, and the same from texels twice as wide: the first is about a third of their difference off.
 
     Texels count at their middles, by their solid angle, so that highlights have to be wider than they are. Under a
-    distant light both are one, and exact.
+    light of one direction both are one, and exact.
     """
     light = task.light.light
-    if isinstance(light, DirectionalLight):
-        found = _directional(task, light)
+    if not isinstance(light, EnvironmentLight):
+        found = _arriving(task)
         return found, found
     return _summed(task, light, light.fields), _summed(task, light, halved(light.fields))
 
 
-def _directional(task: Task, light: DirectionalLight) -> Float[np.ndarray, "N 1 3"]:
-    wi = task.points.local(np.broadcast_to(light.direction_to_light, (len(task.points), 3)))
-    terms = task.surface.terms(wi, task.points.viewer)
-    return (terms * (light.illuminance_lux * task.seen(light.direction_to_light)))[:, None, :]
+def _arriving(task: Task) -> Float[np.ndarray, "N 1 3"]:
+    at = task.light.arrivals(task.points)
+    terms = task.surface.terms(task.points.local(at.directions), task.points.viewer)
+    return (terms * (at.illuminance_lux * task.seen(at.directions))[:, None])[:, None, :]
 
 
 def _summed(task: Task, light: EnvironmentLight, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "N K 3"]:

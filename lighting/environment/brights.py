@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ...materials.gaussians.gaussian import sphere_integral
+from ...materials.gaussians.mixture import expected_mixture
 from ...spectral.errors import InputError
 from . import convolution, latlong
 from .environment import EnvironmentLight
@@ -20,7 +22,6 @@ from .environment import EnvironmentLight
 SHARE = 0.03
 #: Rows of the map that Gaussians are fitted on: finer texels move them by less than they are wide.
 ROWS = 128
-_STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,35 +88,5 @@ def _fitted(bright: np.ndarray, world_from_map: np.ndarray, count: int) -> Brigh
         return BrightParts(np.zeros((0, 3)), np.zeros(0), np.zeros((0, len(bright))))
     # A texel's own width: nothing is known to be narrower (the variance of a tent as wide as two of them).
     sharpest = 6.0 / (np.pi / height) ** 2
-    axis, sharpness = _starts(to, weight, count, sharpest)
-    shares = np.full(len(axis), 1.0 / len(axis))
-    member = np.ones((len(to), len(axis)))
-    for _ in range(_STEPS):
-        apart = np.sum((to[:, None] - axis) ** 2, axis=-1)
-        # ln of the normalised Gaussian, so that nothing far off underflows to nowhere.
-        density = np.log(shares * sharpness / -np.expm1(-2.0 * sharpness)) - 0.5 * sharpness * apart
-        member = np.exp(density - density.max(axis=1, keepdims=True))
-        member /= member.sum(axis=1, keepdims=True)
-        held = member * weight[:, None]
-        sums = held.T @ to
-        amount, length = held.sum(axis=0), np.linalg.norm(sums, axis=1)
-        alive = (amount > 1e-6 * weight.sum()) & (length > 0.0)
-        axis, mean = sums[alive] / length[alive, None], length[alive] / amount[alive]
-        shares, member = amount[alive] / amount[alive].sum(), member[:, alive]
-        # Banerjee et al. 2005, eq. 4.4.
-        sharpness = np.clip(mean * (3.0 - mean**2) / np.maximum(1.0 - mean**2, 1e-12), 1e-3, sharpest)
-    member /= member.sum(axis=1, keepdims=True)
-    integral = -2.0 * np.pi * np.expm1(-2.0 * sharpness) / sharpness
-    return BrightParts(axis, sharpness, (power @ member).T / integral[:, None])
-
-
-def _starts(to: np.ndarray, weight: np.ndarray, count: int, sharpest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Directions to begin from, each where the most light is farthest from those before."""
-    chosen = [int(np.argmax(weight))]
-    away = np.full(len(to), np.inf)
-    while len(chosen) < min(count, len(to)):
-        away = np.minimum(away, np.sum((to - to[chosen[-1]]) ** 2, axis=1))
-        if not (weight * away).max() > 0.0:
-            break
-        chosen.append(int(np.argmax(weight * away)))
-    return to[chosen], np.full(len(chosen), min(30.0, sharpest))
+    axis, sharpness, member = expected_mixture(to, weight, count, sharpest)
+    return BrightParts(axis, sharpness, (power @ member).T / sphere_integral(sharpness)[:, None])

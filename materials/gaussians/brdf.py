@@ -40,11 +40,11 @@ class GaussianBrdf(Brdf):
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
-    diffuse: Float[np.ndarray, " L"]
-    sharpness: Float[np.ndarray, " n"]
-    normal: Float[np.ndarray, "n L"]
-    grazing: Float[np.ndarray, "n L"]
-    shadowing: Float[np.ndarray, "8"]
+    diffuse: Float[np.ndarray, " _"]
+    sharpness: Float[np.ndarray, " _"]
+    normal: Float[np.ndarray, "_ _"]
+    grazing: Float[np.ndarray, "_ _"]
+    shadowing: Float[np.ndarray, " _"]
 
     isotropic = True
 

@@ -1,8 +1,9 @@
 """Lobes fitted to any isotropic BRDF: sharpness and shadowing searched for, spectra solved for.
 
-The search minimises the colour difference of a sphere's pixels, made linear at each pixel's own colour; large ones count
-by their size, not by its square (iteratively reweighted). For each sharpness and shadowing that it tries, the amplitudes
-are the best that are not negative (variable projection), first of X, Y and Z, at the end of every wavelength.
+The search minimises the colour difference of a sphere's pixels, made linear at each pixel's own colour; large ones
+count by their size, not by its square (iteratively reweighted). For each sharpness and shadowing that it tries, the
+amplitudes are the best that are not negative (variable projection), first of X, Y and Z, at the end of every
+wavelength.
 """
 
 from __future__ import annotations
@@ -56,6 +57,7 @@ def fit_gaussians(brdf: Brdf, lobes: int = 3, *, pixels: int = 40, light: str = 
     start = np.concatenate([_first_sharpness(lobes), 0.5 * np.log(np.cos(np.radians(SHADOWING_DEG[1:-1]))), [-2.0]])
     low = np.append(np.full(lobes, np.log(_BOUNDS[0])), np.full(len(start) - lobes, _SHADOWING_BOUNDS[0]))
     high = np.append(np.full(lobes, np.log(_BOUNDS[1])), np.full(len(start) - lobes, _SHADOWING_BOUNDS[1]))
+    pull = _PULL * np.sqrt(len(xyz))
     lightness, counts = lightness_slope(xyz[:, 1]), np.ones(len(xyz))
 
     def terms(found: np.ndarray) -> np.ndarray:
@@ -69,9 +71,11 @@ def fit_gaussians(brdf: Brdf, lobes: int = 3, *, pixels: int = 40, light: str = 
 
     found = start
     for _ in range(_ROUNDS):
-        pull = _PULL * np.sqrt(len(xyz))
         search = least_squares(
-            lambda at: np.append(left(at).ravel(), pull * (at - start)[lobes:]), found, bounds=(low, high), max_nfev=_STEPS
+            lambda at: np.append(left(at).ravel(), pull * (at - start)[lobes:]),
+            found,
+            bounds=(low, high),
+            max_nfev=_STEPS,
         )
         found = search.x
         size = np.linalg.norm(left(found), axis=1) / counts
@@ -92,7 +96,7 @@ def fit_gaussians(brdf: Brdf, lobes: int = 3, *, pixels: int = 40, light: str = 
 def _first_sharpness(lobes: int) -> Float[np.ndarray, " n"]:
     if lobes == 1:
         return np.log([np.sqrt(_START[0] * _START[1])])
-    return np.linspace(*np.log(_START), lobes)
+    return np.log(np.geomspace(*_START, lobes))
 
 
 def _amplitudes(terms: np.ndarray, columns: np.ndarray, weights: np.ndarray) -> Float[np.ndarray, "R C"]:
@@ -108,9 +112,7 @@ def _amplitudes(terms: np.ndarray, columns: np.ndarray, weights: np.ndarray) -> 
     return np.stack([nnls(factor.T, one)[0] for one in right.T], axis=1) / scale[:, None]
 
 
-def colour_difference_slope(
-    xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]
-) -> Float[np.ndarray, "N 3 3"]:
+def colour_difference_slope(xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]) -> Float[np.ndarray, "N 3 3"]:
     """Matrices that turn small changes of XYZ into vectors whose length is ΔE94 from `xyz` (CIE 116-1995)."""
     lab = lab_from_xyz(xyz, white)
     ratio = np.maximum(xyz / white, 0.0)

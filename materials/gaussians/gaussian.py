@@ -22,10 +22,10 @@ Vectors = Float[np.ndarray, "... 3"]
 
 @dataclass(frozen=True, eq=False)
 class Gaussians:
-    """Lobes G(v; p, lambda, mu) = mu exp(lambda (v . p - 1)), Wang et al. 2009, eq. 2; any number of them at once.
+    """Lobes G(v; p, lambda, mu) = mu exp(lambda (v . p - 1)) (Wang et al. 2009, eq. 2), any number of them at once.
 
-    axis (..., 3) : p, unit. sharpness (...) : lambda >= 0; 0 is a constant. amplitude (...) : mu. Their shapes broadcast.
-    A mixture (eq. 6) is an array of lobes over whose last axis one sums.
+    axis (..., 3) : p, unit. sharpness (...) : lambda >= 0; 0 is a constant. amplitude (...) : mu. Their shapes
+    broadcast. A mixture (eq. 6) is an array of lobes over whose last axis one sums.
     """
 
     axis: Vectors
@@ -35,12 +35,12 @@ class Gaussians:
     def value(self, directions: Vectors) -> Scalars:
         """G in unit directions (..., 3), eq. 2."""
         apart = np.sum((directions - self.axis) ** 2, axis=-1)
-        return self.amplitude * np.exp(-0.5 * self.sharpness * apart)
+        return np.asarray(self.amplitude * np.exp(-0.5 * self.sharpness * apart))
 
     @property
     def integral(self) -> Scalars:
         """Over the sphere: 2 pi mu (1 - exp(-2 lambda)) / lambda, and 4 pi mu where lambda is 0."""
-        return self.amplitude * sphere_integral(self.sharpness)
+        return np.asarray(self.amplitude * sphere_integral(self.sharpness))
 
     def product(self, other: Gaussians) -> Gaussians:
         """G1 G2 in each direction, one Gaussian again (eq. 5, derived in eqs. 44 and 45).
@@ -50,14 +50,14 @@ class Gaussians:
         """
         first, second = np.asarray(self.sharpness)[..., None], np.asarray(other.sharpness)[..., None]
         summed = first * self.axis + second * other.axis
-        sharpness = np.linalg.norm(summed, axis=-1)
+        sharpness = np.asarray(np.linalg.norm(summed, axis=-1))
         whole = self.sharpness + other.sharpness
         exponent = self.sharpness * other.sharpness * np.sum((self.axis - other.axis) ** 2, axis=-1)
         exponent = exponent / np.maximum(sharpness + whole, np.finfo(float).tiny)
         # Opposite lobes of one sharpness give a constant, whose axis may be any.
         somewhere = sharpness > 0.0
         axis = np.where(somewhere[..., None], summed / np.where(somewhere, sharpness, 1.0)[..., None], self.axis)
-        return Gaussians(axis, sharpness, self.amplitude * other.amplitude * np.exp(-exponent))
+        return Gaussians(axis, sharpness, np.asarray(self.amplitude * other.amplitude * np.exp(-exponent)))
 
     def inner(self, other: Gaussians) -> Scalars:
         """The integral of G1 G2 over the sphere (eq. 4, whose sinh overflows from lambda1 + lambda2 = 710 on)."""
@@ -68,7 +68,7 @@ class Gaussians:
         elevation = np.arctan2(
             np.sum(self.axis * normal, axis=-1), np.linalg.norm(np.cross(self.axis, normal), axis=-1)
         )
-        return self.integral * share_in_hemisphere(elevation, np.asarray(self.sharpness))
+        return np.asarray(self.integral * share_in_hemisphere(np.asarray(elevation), self.sharpness))
 
     def inner_over_hemisphere(self, other: Gaussians, normal: Vectors) -> Scalars:
         """The integral of G1 G2 over the directions with v . normal > 0, exact."""
@@ -89,13 +89,13 @@ def sphere_integral(sharpness: Scalars) -> Scalars:
 def area(sharpness: Scalars, epsilon: float = EPSILON) -> Scalars:
     """f_a, sr: where a Gaussian is above `epsilon` of its top (eq. 3), at most the sphere.
 
-    The printed form holds for lambda > -ln(epsilon) / 2, where the support does not yet cover the sphere; the paper asks
-    for twice that, so that it lies within a hemisphere.
+    The printed form holds for lambda > -ln(epsilon) / 2, where the support does not yet cover the sphere; the paper
+    asks for twice that, so that it lies within a hemisphere.
     """
     with np.errstate(divide="ignore"):
-        return np.minimum(-2.0 * np.pi * np.log(epsilon) / np.asarray(sharpness, dtype=np.float64), 4.0 * np.pi)
+        return np.asarray(np.minimum(-2.0 * np.pi * np.log(epsilon) / sharpness, 4.0 * np.pi))
 
 
 def sharpness_of_area(area_sr: Scalars, epsilon: float = EPSILON) -> Scalars:
     """The inverse of `area`, for an area below 4 pi."""
-    return -2.0 * np.pi * np.log(epsilon) / np.asarray(area_sr, dtype=np.float64)
+    return np.asarray(-2.0 * np.pi * np.log(epsilon) / area_sr)

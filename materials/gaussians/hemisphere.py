@@ -33,18 +33,18 @@ def share_in_hemisphere(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.n
     swept = 0.5 * to * np.sum(_WEIGHTS * ive(1, sharpness[..., None] * cosine) * fall, axis=-1)
     # Over the whole, 2 pi (1 - exp(-2 lambda)) / lambda.
     share = swept * safe / -np.expm1(-2.0 * safe)
-    # The constant has no lobe: its share is that of a hemisphere, however it is turned.
-    return 0.5 + np.copysign(share, theta_d)
+    # A half less a half is rounding's; there are no shares below 0 or above 1.
+    return np.asarray(np.clip(0.5 + np.copysign(share, theta_d), 0.0, 1.0))
 
 
 def quick_share(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.ndarray, "..."]) -> np.ndarray:
     """The same within 0.012 from lambda = 10 on, 0.002 from 100: 1/2 + erf(sqrt(lambda / 2) theta_d) / 2.
 
-    It stands where the paper has f_h / f_h(pi/2) by its eqs. 46 to 49. Eq. 48, a cubic in lambda as printed, misses by a
-    half. Read as one in ln(lambda), which it must have been, it misses by 0.025 from lambda = 10 to 1000, and by 0.17
+    It stands where the paper has f_h / f_h(pi/2) by its eqs. 46 to 49. Eq. 48, a cubic in lambda as printed, misses by
+    a half. Read as one in ln(lambda), which it must have been, it misses by 0.025 from lambda = 10 to 1000, and by 0.17
     at 100 000.
     """
-    return 0.5 + 0.5 * erf(np.sqrt(0.5 * np.asarray(sharpness, dtype=float)) * theta_d)
+    return np.asarray(0.5 + 0.5 * erf(np.sqrt(0.5 * sharpness) * theta_d))
 
 
 def printed_slope(argument: Float[np.ndarray, "..."]) -> np.ndarray:

@@ -68,8 +68,8 @@ def ggx(roughness: float, count: int = 4) -> Gaussians:
     """GGX of alpha in (0, 1] (Walter et al. 2007, eq. 33) as 1, 2, 3, 4 or 6 lobes.
 
     Sharpness comes from a table over alpha; the amplitudes, none negative, are those of least squared error in L*, as a
-    sphere shows it: a fit of D itself spends its lobes on the top, and the wide skirt, which is what one sees of GGX, is
-    lost.
+    sphere shows it: a fit of D itself spends its lobes on the top, and the wide skirt, which is what one sees of GGX,
+    is lost.
 
     Raises
     ------
@@ -83,7 +83,8 @@ def ggx(roughness: float, count: int = 4) -> Gaussians:
     table = np.array(_GGX_LOBES[count])
     at = np.log(roughness)
     sharpness = [2.0 / roughness**2 * np.exp(np.interp(at, np.log(_GGX_ROUGHNESS), column)) for column in table.T]
-    # Below the table's end the highlight is the same, only smaller: the pole is dense enough where the angles shrink too.
+    # Below the table's end the highlight is the same, only smaller: the pole is dense enough where the angles shrink
+    # too.
     angles = _ANGLES * min(1.0, roughness / _GGX_ROUGHNESS[0])
     density = ggx_density(np.cos(angles) ** 2, np.sin(angles) ** 2, roughness)
     # What a sphere shows of each angle, and what a change of D costs there in L* (CIE 015:2018 eq. 8.3).

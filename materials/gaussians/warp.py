@@ -23,7 +23,7 @@ def stretch(viewer: Float[np.ndarray, "... 3"], half: Float[np.ndarray, "... 3"]
     The printed quotient of cross products is 0/0 at the pole of its own theta and phi; its value is this everywhere. It
     is never below 4 `LEAST_COSINE`.
     """
-    return 4.0 * np.maximum(np.abs(np.sum(viewer * half, axis=-1)), LEAST_COSINE)
+    return np.asarray(4.0 * np.maximum(np.abs(np.sum(viewer * half, axis=-1)), LEAST_COSINE))
 
 
 def warped(lobes: Gaussians, viewer: Float[np.ndarray, "... 3"]) -> Gaussians:

@@ -5,6 +5,7 @@ import json
 import pytest
 from metamer.benchmarks import basis, shading
 from metamer.benchmarks.factor import benchmark
+from metamer.benchmarks.svbrdf import benchmark as svbrdf
 
 
 @pytest.fixture(scope="module")
@@ -108,3 +109,20 @@ def test_factor_names_the_cases_that_there_are(metamer, monkeypatch):
     code, _, err = metamer("bench", "factor", "--cases", "velvet")
     assert code == 4
     assert "velvet" in err and "oren-nayar-0.52" in err
+
+
+def test_svbrdf_prints_and_writes_its_rows(metamer, monkeypatch, tmp_path):
+    row = {
+        "case": "gold 0.2, wall", "method": "paper", "light": "sun", "lobes": 4,
+        "delta_e94": {"mean": 1.0, "p95": 2.0, "p99": 3.0}, "reference_noise": 0.0,
+        "cpu_seconds_per_1000_vertices": None, "bytes_per_vertex": None, "ms_per_megapixel": 7.0,
+    }  # fmt: skip
+    figures = {"points": 1, "missing": ["studio"], "rows": [row]}
+    asked = []
+    monkeypatch.setattr(svbrdf, "run", lambda *given: asked.append(given) or figures)
+    monkeypatch.delenv("METAMER_DATA", raising=False)
+    code, out, _ = metamer("bench", "svbrdf", "--full", "--json", tmp_path / "bench.json")
+    assert code == 0
+    assert asked == [(True, None)]
+    assert "gold 0.2, wall" in out and "set METAMER_DATA" in out
+    assert json.loads((tmp_path / "bench.json").read_text()) == {"svbrdf": figures}

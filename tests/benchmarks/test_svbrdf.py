@@ -1,0 +1,127 @@
+"""`metamer bench svbrdf`: its truth against what is known, and what its rows say."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.benchmarks.svbrdf import benchmark, cases, methods
+from metamer.benchmarks.svbrdf.light import PreparedLight
+from metamer.benchmarks.svbrdf.surface import ShadedPoints
+from metamer.benchmarks.svbrdf.truth import truth
+from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.lighting.environment.irradiance import Irradiance
+from metamer.spectral.illuminants import illuminant
+
+
+@pytest.fixture(scope="module")
+def points():
+    return ShadedPoints.of_sphere(10)
+
+
+@pytest.fixture(scope="module")
+def sky():
+    light = cases.made_sky()
+    return PreparedLight(replace(light, fields=light.fields[:, ::2, ::2]))
+
+
+@pytest.fixture(scope="module")
+def uniform():
+    """Luminance 1 from everywhere."""
+    return PreparedLight(EnvironmentLight(np.ones((1, 64, 128)), (illuminant("D65"),), illuminance_lux=np.pi))
+
+
+def _task(surface, points, light, wall=None, lobes=4):
+    return methods.Task(surface, points, light, wall, lobes)
+
+
+def test_the_truth_of_a_matt_surface_is_its_illuminance(points, sky):
+    found = truth(_task(cases.matt_red(), points, sky))[0][:, :, 0]
+    np.testing.assert_allclose(found, Irradiance.of(sky.light)(points.normals) / np.pi, rtol=0.01)
+
+
+def test_in_a_furnace_a_smooth_metal_gives_back_almost_everything(points, uniform):
+    body, normal, grazing = truth(_task(cases.gold(0.2), points, uniform))[0][:, 0].T
+    np.testing.assert_allclose(body, 1.0, rtol=1e-2)
+    # Facets that reflect all lose what they mask from each other alone.
+    facing = points.viewer[:, 2] > 0.5
+    whole = (normal + grazing)[facing]
+    assert (whole < 1.0).all() and (whole > 0.85).all()
+
+
+def test_a_directional_light_is_exact_and_lobes_at_the_half_vector_near_it(points):
+    task = _task(cases.gold(0.3), points, PreparedLight(cases.lights(None)["sun"]()), lobes=6)
+    exact, same = truth(task)
+    assert exact is same
+    found = methods.at_half_vectors(task)
+    np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-3 * exact.max())
+    warped = methods.by_paper_locally(task)
+    assert np.abs(warped - exact).sum() > 5.0 * np.abs(found - exact).sum()
+
+
+def test_a_lamp_nearby_is_a_lobe_as_wide_as_its_ball_and_as_bright(points):
+    light = PreparedLight(cases.lights(None)["lamp"]())
+    lobes, at = light.local_lobes(points), light.arrivals(points)
+    np.testing.assert_allclose(lobes.integral, at.illuminance_lux)
+    # A tenth of its top at the radius of a disc of twice the solid angle that the ball has (eq. 32).
+    edge = np.arccos(1.0 + np.log(0.1) / lobes.sharpness)
+    np.testing.assert_allclose(edge * at.distance, np.sqrt(2.0) * 0.01, rtol=1e-3)
+
+
+def test_the_paper_knows_a_wall_that_others_do_not(points, uniform):
+    """Under uniform light, half of what a metal mirrors is hidden where it mirrors the wall's edge."""
+    task = _task(cases.gold(0.1), points, uniform, wall=cases.WALL)
+    exact, open_ = truth(task)[0][:, 0, 1], truth(replace(task, wall=None))[0][:, 0, 1]
+    seen = open_ > 0.3 * open_.max()
+    share = exact[seen] / open_[seen]
+    assert share.min() < 0.05 and share.max() > 0.95
+    by_paper = methods.by_paper(task)[seen, 0, 1] / methods.without_visibility(task)[seen, 0, 1]
+    assert np.abs(by_paper - share).mean() < 0.05
+    occluded = methods.with_ambient_occlusion(task)[seen, 0, 1] / methods.without_visibility(task)[seen, 0, 1]
+    assert np.abs(occluded - share).mean() > 0.15
+
+
+def test_harmonics_hold_a_matt_surface_and_one_lobe_for_the_cosine_does_not(points, sky):
+    task = _task(cases.matt_red(), points, sky)
+    exact = truth(task)[0][:, :, 0]
+
+    def error(method):
+        return np.abs(method(task)[:, :, 0] / exact - 1.0).mean()
+
+    assert error(methods.by_harmonics) < 0.03 < error(methods.by_paper) < 0.25
+
+
+@pytest.fixture(scope="module")
+def figures():
+    patch = pytest.MonkeyPatch()
+    patch.setattr(benchmark, "_ACROSS", (6, 6))
+    patch.setattr(benchmark, "_ROWS", (32, 32))
+    yield benchmark.run()
+    patch.undo()
+
+
+def test_rows_say_what_was_rendered_how_and_how_well(figures):
+    assert figures["missing"] == list(cases.FILES)
+    keys = {
+        "case", "method", "light", "lobes", "delta_e94", "reference_noise", "cpu_seconds_per_1000_vertices",
+        "bytes_per_vertex", "ms_per_megapixel",
+    }  # fmt: skip
+    for row in figures["rows"]:
+        assert set(row) == keys and set(row["delta_e94"]) == {"mean", "p95", "p99"}
+        assert row["ms_per_megapixel"] > 0.0
+        assert all(np.isfinite(row["delta_e94"][figure]) for figure in row["delta_e94"])
+    json.dumps(figures)
+    by_name = {(row["case"], row["method"], row["lobes"]): row["delta_e94"]["mean"] for row in figures["rows"]}
+    brushed = "Ashikhmin-Shirley 75, 1200, sun"
+    assert by_name[brushed, "half-vector", 7] < by_name[brushed, "half-vector", 1]
+    assert by_name["gold 0.3, sun", "half-vector", 4] < by_name["gold 0.3, sun", "paper", 4]
+    assert by_name["matt red", "sh25", 0] < by_name["matt red", "paper", 0]
+
+
+def test_measured_environments_join_in(shared_data):
+    light = cases.lights(shared_data)["kiara-dawn"]()
+    assert light.fields.shape == (3, 256, 512)
+    assert light.origin == "made"
+    # White stays D65's white.
+    weights = [np.trapezoid(one.samples) for one in light.spectra]
+    assert min(weights) > 0.0
