@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..lighting.visibility.free_share import free_share
 from ..lighting.visibility.harmonics import clamped_cosine
-from ..materials.environment_form import Lobes
+from ..materials.environment_form import Lobes, bends
 from ..materials.points import Points
 from ..materials.terms import Terms
 from .keeping import Shadows, SpreadLayer
@@ -54,13 +54,13 @@ def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
         lobes = layer.form.lobes(some.points)
         # From the local frame to the world, and on to the map.
         to_map = np.einsum("nij,jk->nik", some.frame, layer.world_from_map)
-        rank = lobes.matt.shape[1]
-        lux = layer.gathered.by_normals(to_map[:, 2])[:, layer.fields]
+        rank = lobes.matt.shape[2]
+        lux = layer.gathered.by_frames(to_map, lobes.matt.shape[1])[..., layer.fields]
         directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
         seen = layer.gathered.by_lobes(directions, lobes.sharpness)[..., layer.fields]
         if layer.shadows is not None:
             lux, seen = _left(layer, layer.shadows, some, lobes, lux, seen)
-        found = lux[:, :, None] / np.pi * lobes.matt[:, None]
+        found = np.einsum("nbk,nbr->nkr", lux / np.pi, lobes.matt)
         found += np.einsum("nqk,nqr->nkr", seen, lobes.value)
         value[rows, :, :rank] = found
     return Terms(layer.scale * value.reshape(len(value), -1))
@@ -71,9 +71,9 @@ def _left(
     shadows: Shadows,
     samples: SeenSamples,
     lobes: Lobes,
-    lux: Float[np.ndarray, "N K"],
+    lux: Float[np.ndarray, "N B K"],
     seen: Float[np.ndarray, "N Q K"],
-) -> tuple[Float[np.ndarray, "N K"], Float[np.ndarray, "N Q K"]]:
+) -> tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N Q K"]]:
     """What is left of `lux` and `seen` where the scene stands in the light's way.
 
     Of each bright part the share that is free about its axis, or for a lobe about the axis of their product (Wang et
@@ -91,9 +91,14 @@ def _left(
 
     normals = frame[:, 2]
     transfer = visibility.transfer(vertices, weights, normals, samples.back)
-    lost = clamped_cosine(normals) - transfer
+    lost = (clamped_cosine(normals) - transfer) @ bright.rest[layer.fields].T
     hidden = 1.0 - free_share(other, sharpness)
-    lux = lux - lost @ bright.rest[layer.fields].T - (hidden * bright.on_surfaces(normals)) @ amplitude
+    # Of each bright part where it stands; and of what is left the same share of all moments.
+    given = bright.on_surfaces(normals)[..., None] * amplitude
+    bent = bends(np.einsum("nij,pj->npi", frame, axis))[..., : lux.shape[1]]
+    other_lux = lux - np.einsum("npk,npb->nbk", given, bent)
+    dark = np.clip(lost / np.where(other_lux[:, 0] > 0.0, other_lux[:, 0], np.inf), 0.0, 1.0)
+    lux = lux - other_lux * dark[:, None] - np.einsum("npk,npb->nbk", hidden[..., None] * given, bent)
 
     share = sharpness / (sharpness + lobes.sharpness[..., None])
     between = share * other[:, None] + (1.0 - share) * own[..., None]
@@ -101,4 +106,4 @@ def _left(
     alone = free_share(own, lobes.sharpness)[..., None]
     bright_seen = bright.by_lobes(to_world, lobes.sharpness)
     seen = seen * alone + (bright_seen * (free - alone)) @ amplitude
-    return np.maximum(lux, 0.0), np.maximum(seen, 0.0)
+    return lux, np.maximum(seen, 0.0)

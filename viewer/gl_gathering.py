@@ -45,7 +45,7 @@ class GLGathering:
         """Write a layer's terms, four to each texture. samplers, values : what `gather.frag` reads of a tile."""
         form, scratch = layer.form, Owner(self.context)
         made = form.shader(filtered)
-        sizes = {"LOBES": form.count, **made.sizes}
+        sizes = {"LOBES": form.count, "BENT": form.bent, **made.sizes}
         sizes |= {"MIPMAPPED": 1} if filtered else {}
         sizes |= {"USES_UV": 1} if form.uses_uv else {}
         given = {

@@ -41,7 +41,8 @@ def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: sli
     there = np.zeros((*pyramid.fields.shape[1:], 4), dtype=np.float32)
     there[..., : len(pyramid.fields[fields])] = np.moveaxis(pyramid.fields[fields], 0, -1)
     side = gathered.irradiance.shape[0]
-    textures = {"pyramid": stacked, "irradiance": _bordered(gathered.irradiance[..., fields]), "fields": there}
+    moments = [_bordered(gathered.irradiance[:, :, k, fields]) for k in range(gathered.irradiance.shape[2])]
+    textures = {"pyramid": stacked, "irradiance": np.concatenate(moments, axis=1), "fields": there}
     places = [(float(top), float(len(level) - 2)) for level, top in zip(padded, rows.tolist(), strict=False)]
     return LightTables(
         {"ENVIRONMENT_LEVELS": len(padded), "SOFTENING": SOFTENING, "IRRADIANCE_SIDE": side},

@@ -75,7 +75,8 @@ def smooth_between_texels(
     rows, columns = latlong.places(to)
     at = np.stack([rows * height - 0.5 + over, columns * width - 0.5 + MARGIN])
     smooth = [map_coordinates(spline_filter(field), at, prefilter=False, mode="nearest") for field in tall]
-    return np.maximum(np.stack(smooth, axis=-1), 0.0)
+    least = np.where(fields.min(axis=(1, 2)) < 0.0, -np.inf, 0.0)
+    return np.maximum(np.stack(smooth, axis=-1), least)
 
 
 def halved(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K h w"]:

@@ -31,10 +31,15 @@ class Irradiance:
     @classmethod
     def of(cls, environment: EnvironmentLight) -> Irradiance:
         """Made once, by sums over all directions."""
-        fields = convolution.Resolutions(environment.fields).at_least(ENVIRONMENT_ROWS)
+        return cls.of_fields(environment.fields, environment.world_from_map)
+
+    @classmethod
+    def of_fields(cls, fields: Float[np.ndarray, "K H W"], world_from_map: np.ndarray | None = None) -> Irradiance:
+        """The same of any fields, which may be negative too: a map's moments."""
+        fields = convolution.Resolutions(fields).at_least(ENVIRONMENT_ROWS)
         mean = convolution.convolved(fields, lambda cosine: np.maximum(cosine, 0.0), 0.5 * np.pi, ROWS)
         # A mean under the clamped cosine, whose integral is pi.
-        return cls(np.pi * mean, environment.world_from_map)
+        return cls(np.pi * mean, np.eye(3) if world_from_map is None else world_from_map)
 
     def __call__(self, normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n K"]:
         """(n, K) lx on surfaces of these unit normals of the world, one for each of the environment's spectra."""

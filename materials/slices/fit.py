@@ -12,11 +12,13 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
+from ..environment_form import BENDS, bends
 from ..points import Points
 from ..protocol import LIGHTS
 from ..surface import Surface
 from .mixture import Mixture
 from .quadrature import slice_directions
+from .smooth import smooth_part
 from .view_slices import ViewSlices, polar_angles
 
 #: Gaussians a slice: more are slower and hardly better (docs/environment.md has the table).
@@ -59,13 +61,15 @@ def mixtures(
     azimuths = 2.0 * np.pi * np.arange(1 if isotropic else _TURNED[1]) / _TURNED[1]
     shape = (len(polar), len(azimuths))
     directions, sharpness = np.empty((*shape, lobes, 3)), np.empty((*shape, lobes))
-    spectra = np.empty((*shape, lobes + 1, size))
+    spectra = np.empty((*shape, lobes + BENDS, size))
     for a, azimuth in enumerate(azimuths):
         mixture: Mixture | None = None
         for t, theta in enumerate(polar):
             wo = np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
             to, angles = slice_directions(wo)
             density = terms(to, np.broadcast_to(wo, to.shape))
+            smooth = smooth_part(to, angles, density / to[:, 2:])
+            density = density - (bends(to) @ smooth) * to[:, 2:]
             sent = density * angles[:, None]
             density = np.abs(density).mean(axis=1)
             power = density * angles
@@ -77,7 +81,9 @@ def mixtures(
                 mixture = mixture.refined(to, density**_TEMPER * angles, _ROUNDS if t else _FIRST_ROUNDS)
                 mixture = mixture.shared(to, power, _SHARING_ROUNDS)
             directions[t, a], sharpness[t, a] = mixture.axes, mixture.sharpness
-            spectra[t, a] = mixture.responsibilities(to).T @ sent
+            found = mixture.responsibilities(to).T @ sent
+            spectra[t, a, :lobes], spectra[t, a, lobes:] = found[:-1], np.pi * smooth
+            spectra[t, a, lobes] += found[-1]
     return directions, sharpness, spectra
 
 

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
-from ..environment_form import EnvironmentForm, Lobes
+from ..environment_form import BENDS, EnvironmentForm, Lobes
 from ..points import Points
 from ..term_shader import TermShader
 
@@ -40,7 +40,8 @@ class ViewSlices(EnvironmentForm):
     ----------
     directions (T,A,Q,3), sharpness (T,A,Q) : of the Gaussians; of isotropic materials (A = 1) with the viewer above +x,
         else at azimuths 2 pi a / A.
-    value (T,A,Q+1,R) : the integral of each term over each Gaussian, and over the cosine, last.
+    value (T,A,Q+9,R) : the integral of each term over each Gaussian; and of the cosine, last, pi times what each of
+        `bends` is multiplied with.
     palette : one entry of R spectra, 1/sr.
 
     Raises
@@ -50,12 +51,13 @@ class ViewSlices(EnvironmentForm):
 
     directions: Float[np.ndarray, "T A Q 3"]
     sharpness: Float[np.ndarray, "T A Q"]
-    value: Float[np.ndarray, "T A Q1 R"]
+    value: Float[np.ndarray, "T A QB R"]
     palette: Palette
+    bent = BENDS
 
     def __post_init__(self) -> None:
         shape = self.sharpness.shape
-        whole = (*shape[:2], shape[2] + 1, self.palette.rank)
+        whole = (*shape[:2], shape[2] + BENDS, self.palette.rank)
         if self.directions.shape != (*shape, 3) or self.value.shape != whole or shape[0] < 2:
             found = f"{self.directions.shape}, {shape}, {self.value.shape}"
             raise InputError(
@@ -93,13 +95,15 @@ class ViewSlices(EnvironmentForm):
         width = _mixed(w[:, None] / self.sharpness[t, a] for t, a, w in corners)
         value = _mixed(w[:, None, None] * self.value[t, a] for t, a, w in corners)
         directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
+        value, matt = value[:, : self.count], value[:, self.count :]
         if self.isotropic:
             # From the plane of +x into that of the viewer; straight above every plane is as good.
             level = np.where(flat > 0.0, flat, 1.0)
             cosine, sine = np.where(flat > 0.0, wo[:, 0] / level, 1.0)[:, None], (wo[:, 1] / level)[:, None]
             x, y, z = np.moveaxis(directions, 2, 0)
             directions = np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=2)
-        return Lobes(directions, 1.0 / width, value[:, :-1], value[:, -1])
+            matt = _turned(matt, cosine, sine)
+        return Lobes(directions, 1.0 / width, value, matt)
 
     def shader(self, filtered: bool = False) -> TermShader:
         """Two textures: axes with 1/sharpness, a row a slice; and values, four terms a texel."""
@@ -109,12 +113,12 @@ class ViewSlices(EnvironmentForm):
         axes[:, :count, :3] = self.directions.reshape(rows, count, 3)
         axes[:, :count, 3] = 1.0 / self.sharpness.reshape(rows, count)
         quads = -(-self.palette.rank // 4)
-        values = np.zeros((rows, count + 1, quads * 4), dtype=np.float32)
+        values = np.zeros((rows, count + BENDS, quads * 4), dtype=np.float32)
         values[..., : self.palette.rank] = self.value.reshape(rows, count + 1, -1)
         return TermShader(
             Path(__file__).with_name("view_slices.glsl"),
             {"LOBES": count, "POLAR": polar, "AZIMUTHS": azimuths},
-            {"axes": axes, "values": values.reshape(rows, (count + 1) * quads, 4)},
+            {"axes": axes, "values": values.reshape(rows, (count + BENDS) * quads, 4)},
             {"quads": quads, "last": 0.5 * np.pi - LAST},
         )
 
@@ -140,6 +144,28 @@ class ViewSlices(EnvironmentForm):
             np.asarray(kept[name], dtype=np.float64) for name in ("directions", "sharpness", "value")
         )
         return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]))
+
+
+def _turned(
+    matt: Float[np.ndarray, "N 9 R"], cosine: Float[np.ndarray, "N 1"], sine: Float[np.ndarray, "N 1"]
+) -> Float[np.ndarray, "N 9 R"]:
+    """Coefficients of `bends` in axes that are turned about z."""
+    one, x, y, z, xy, yz, xz, uneven, steep = np.moveaxis(matt, 1, 0)
+    double, skew = cosine * cosine - sine * sine, 2.0 * sine * cosine
+    return np.stack(
+        [
+            one,
+            cosine * x - sine * y,
+            sine * x + cosine * y,
+            z,
+            double * xy + 2.0 * skew * uneven,
+            cosine * yz + sine * xz,
+            cosine * xz - sine * yz,
+            double * uneven - 0.5 * skew * xy,
+            steep,
+        ],
+        axis=1,
+    )
 
 
 def _mixed(parts: Iterable[np.ndarray]) -> np.ndarray:

@@ -32,9 +32,8 @@ class MattTexture(EnvironmentForm):
     def lobes(self, points: Points) -> Lobes:
         """See `EnvironmentForm.lobes`."""
         matt = np.pi * self.texture.coefficients(points)
-        return Lobes(
-            np.zeros((len(matt), 0, 3)), np.zeros((len(matt), 0)), np.zeros((len(matt), 0, matt.shape[1])), matt
-        )
+        count, rank = matt.shape
+        return Lobes(np.zeros((count, 0, 3)), np.zeros((count, 0)), np.zeros((count, 0, rank)), matt[:, None])
 
     def shader(self, filtered: bool = False) -> TermShader:
         """The texture's own look-up, with a cosine in place of its term."""

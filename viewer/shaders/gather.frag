@@ -43,20 +43,33 @@ void main() {
         mat3 to_world = mat3(x.xyz, y.xyz, z.xyz);
         mat3 to_map = map_from_world * to_world;
         Here here = here_at(s);
-        vec4 light = on_surface(to_map[2]);
+        vec4 lux[BENT], light;
+        on_surface(to_map, lux);
 #ifdef HIDDEN
         Hiding hiding = hiding_at(number, at, z.xyz);
         float angles[MOST_BRIGHT];
+        vec4 others[BENT], hidden[BENT], dark = vec4(0.0);
+        others = lux;
+        for (int b = 0; b < BENT; ++b) hidden[b] = vec4(0.0);
         for (int j = 0; j < BRIGHT; ++j) {
             angles[j] = signed_distance(hiding, bright_axes[j].xyz);
-            light -= (1.0 - free_share(angles[j], bright_axes[j].w)) * bright_on(z.xyz, j) * bright_amplitudes[j];
+            vec4 given = bright_on(z.xyz, j) * bright_amplitudes[j];
+            float share = 1.0 - free_share(angles[j], bright_axes[j].w);
+            vec3 p = bright_axes[j].xyz * to_world;
+            float bent[9] = float[9](1.0, p.x, p.y, p.z, p.x * p.y, p.y * p.z, p.x * p.z, p.x * p.x - p.y * p.y,
+                3.0 * p.z * p.z - 1.0);
+            for (int b = 0; b < BENT; ++b) {
+                others[b] -= bent[b] * given;
+                hidden[b] += share * bent[b] * given;
+            }
         }
-        for (int k = 0; k < 25; ++k) light -= hiding.lost[k / 4][k % 4] * rest[k];
-        light = max(light, vec4(0.0));
+        for (int k = 0; k < 25; ++k) dark += hiding.lost[k / 4][k % 4] * rest[k];
+        for (int k = 0; k < 4; ++k) dark[k] = others[0][k] > 0.0 ? clamp(dark[k] / others[0][k], 0.0, 1.0) : 0.0;
+        for (int b = 0; b < BENT; ++b) lux[b] -= others[b] * dark + hidden[b];
 #endif
         for (int k = 0; k < QUADS; ++k) {
             int row = first_row + k;
-            total[k] += light[row / rows] / PI * value(here, LOBES, row % rows);
+            for (int b = 0; b < BENT; ++b) total[k] += lux[b][row / rows] / PI * value(here, LOBES + b, row % rows);
         }
         for (int q = 0; q < LOBES; ++q) {
             vec4 lobe = lobe(here, q);
