@@ -104,3 +104,12 @@ def test_far_away_means_are_nearer_to_many_samples(scenes, kind):
         inside = whole == 1.0
         found[filtering] = delta_e_xyz(truth[inside].astype(float), xyz[inside].astype(float), scene.adopted_white())
     assert np.mean(found["mipmapped"]) < 0.3 * np.mean(found["linear"]), {k: v.mean() for k, v in found.items()}
+
+
+def test_roughness_0_in_gl_is_that_of_numpy(scenes, gl):
+    """Highlights of a two-thousandth: what angles lose in single precision would show."""
+    form = hammered(roughness=TexelMap.constant(0.0), turn=None).own_form(1e-3)
+    scene = scene_of(scenes)
+    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+        (theirs, _), (mine, _) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
+    assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05
