@@ -12,9 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from .camera import Camera
-from .geometry import VisibleGeometry, visible_geometry
+from .geometry import Tracer, VisibleGeometry, visible_geometry
 from .mesh import Mesh
 from .scene import Scene
+from .vectors import unit
 
 # A hole of up to this share of all directions leaves a body closed: scanned and exported meshes have cracks.
 CRACK = 1e-3
@@ -25,12 +26,15 @@ ON_SURFACE = 1e-3
 SPECKS = 1e-3
 # Rays that are enough to say why a picture is black.
 _ENOUGH = 250_000
+# Points that are seen, rays from each, and how far from the surface they start, in radii of the scene: enough to find
+# out whether light from many directions reaches any.
+_POINTS, _RAYS, _ASIDE = 512, 32, 1e-4
 # Triangles handled at once.
 _BLOCK = 200_000
 
 
 def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str, ...]:
-    """A line for a camera inside a body without a light, and for each point light inside a body or on a surface.
+    """A line for a camera inside a body without a light, and for each light that stands inside a body or on a surface.
 
     Surfaces let no light through, so what is closed is dark inside unless a light is in there. A camera and a light in
     one body are a room, which needs no word. Costs nothing where nothing stands in the box around a part, and else some
@@ -89,7 +93,7 @@ def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeome
     lit = np.zeros(len(seen.pixel), dtype=bool)
     for reached in seen.lit:
         lit[reached.sample] = True
-    if not lit.size or lit.mean() >= SPECKS:
+    if not lit.size or lit.mean() >= SPECKS or _spread_light_reaches(scene, camera, seen):
         return ()
     parts = _named("part", [scene.parts[number].name for number in np.unique(seen.part)])
     lights = _named("light", [light.name for light in scene.lights])
@@ -142,6 +146,27 @@ def _touches(mesh: Mesh, point: np.ndarray, distance: float) -> bool:
             nearest = closest_point(corners[near], np.broadcast_to(point, (int(near.sum()), 3)))
             if np.linalg.norm(nearest - point, axis=1).min() <= distance:
                 return True
+    return False
+
+
+def _spread_light_reaches(scene: Scene, camera: Camera, seen: VisibleGeometry) -> bool:
+    """Whether light from many directions reaches any of some points that are seen, by some rays from each."""
+    if not scene.spread_lights:
+        return False
+    tracer, generator = Tracer(scene), np.random.default_rng(1)
+    chosen = np.unique(np.linspace(0, len(seen.pixel) - 1, _POINTS).astype(int))
+    to_viewer = camera.axes[2] if camera.projection == "orthographic" else camera.position - seen.position[chosen]
+    # On the viewer's side, so that a surface is between the point and what lies behind it.
+    points = np.repeat(seen.position[chosen] + _ASIDE * tracer.radius * unit(to_viewer), _RAYS, axis=0)
+    for light in scene.spread_lights:
+        to, _ = light.drawn(points, generator.random((len(points), 2)))
+        sends = (light.luminance(points, to) > 0.0).any(axis=1)
+        starts, to = points[sends], np.ascontiguousarray(to[sends])
+        face = tracer.first(starts, to, again=False)
+        met = np.flatnonzero(face >= 0)
+        between, _ = tracer.on_triangle(face[met], starts[met], to[met])
+        if len(met) < len(face) or (between >= light.distance(starts[met], to[met])).any():
+            return True
     return False
 
 

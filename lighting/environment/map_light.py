@@ -200,8 +200,9 @@ def _made(
         return between * lamp.samples
 
     corners = len(uplifting.corners)
-    few = reduced(lit(uplifting.spectra(rgb(found.at(_looked_at(luminance))))), grid, most=min(corners, MOST_SPECTRA))
-    if len(few.spectra) == corners or (few.delta_e94[0] > BUDGET_DELTA_E94 and corners <= MOST_SPECTRA):
+    most = min(corners - 1, MOST_SPECTRA)
+    few = reduced(lit(uplifting.spectra(rgb(found.at(_looked_at(luminance))))), grid, most=most)
+    if corners <= MOST_SPECTRA and few.delta_e94[0] > BUDGET_DELTA_E94:
         # A method of so few corners is exact in them.
         few = Reduction(lit(uplifting.corners), grid)
     few = few.at_peak_one()

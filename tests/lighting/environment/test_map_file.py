@@ -75,7 +75,7 @@ def test_alpha_is_not_looked_at_and_said_where_it_is_not_one(tmp_path):
 
 
 def test_xyz_and_luminance_alone(tmp_path):
-    xyz = {name: values for name, values in zip("XYZ", as_type(np.float32).values(), strict=True)}
+    xyz = dict(zip("XYZ", as_type(np.float32).values(), strict=True))
     found = read_map(write(tmp_path / "xyz.exr", xyz))
     assert found.kind == "XYZ" and found.notes == ()
     np.testing.assert_array_equal(found.luminance(), xyz["Y"])
@@ -101,7 +101,12 @@ def test_primaries_that_the_file_states_are_taken(tmp_path):
 
 @pytest.mark.parametrize(
     ("value", "word", "found"),
-    [(np.nan, "not a number", "nan"), (np.inf, "infinite", "inf"), (-0.25, "negative", "-0.25"), (-np.inf, "inf", "-inf")],
+    [
+        (np.nan, "not a number", "nan"),
+        (np.inf, "infinite", "inf"),
+        (-0.25, "negative", "-0.25"),
+        (-np.inf, "inf", "-inf"),
+    ],
 )
 def test_a_bad_texel_is_named_by_row_and_column(tmp_path, value, word, found):
     green = RGB["G"].copy()
@@ -118,7 +123,7 @@ def test_a_bad_texel_is_named_by_row_and_column(tmp_path, value, word, found):
 def test_what_negative_texels_hold_of_the_light_is_said(tmp_path):
     grey = np.ones((64, 128), np.float32)
     grey[:8, :4] = -1.0
-    path = write(tmp_path / "bad.exr", {name: grey for name in "RGB"})
+    path = write(tmp_path / "bad.exr", dict.fromkeys("RGB", grey))
     share = (1 - np.cos(np.pi / 8)) / 2 / 32
     note = read_map(path, bad_texels="black").notes[-1]
     assert f"{share:.2g} of all directions" in note and f"hold {share / (1 - share):.2g} of the light" in note
