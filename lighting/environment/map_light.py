@@ -34,7 +34,7 @@ MADE_OF = "D65"
 # Fields that memory is foretold by where their number is not known yet.
 _FIELDS = 4
 # So many texels, each by the light it sends, stand for all where spectra are chosen.
-_LOOKED_AT = 2000
+_LOOKED_AT = 1500
 # Channels that fall below 0 on their way from other primaries by less than this share of the largest were rounded when
 # the file was stored: half floats have 11 bits.
 _STORED = 2.0**-10

@@ -27,8 +27,8 @@ MOST_SPECTRA = 8
 _RANK = 1e-6
 # The non-negative fit: exchanges a spectrum at the most, exchanges that may fail in a row, and what is 0.
 _EXCHANGES, _FULL_EXCHANGES, _ROUNDING = 20, 3, 1e-10
-# How often the spectra and their shares are improved in turn.
-_TURNS = 30
+# How often the spectra and their shares are improved in turn, and the change, of the largest sample, at which it ends.
+_TURNS, _SETTLED = 30, 1e-5
 # How much farther from the mean than any sample a spectrum may begin.
 _REACH = 4.0
 _OBSERVERS = ("1931_2", "1964_10")
@@ -163,11 +163,13 @@ def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
     spectra = found.spectra.copy()
     for _ in range(_TURNS):
         shares = Reduction(spectra, found.wavelengths_nm).shares(seen)
-        gram, towards = shares.T @ shares, shares.T @ seen
+        gram, towards, before = shares.T @ shares, shares.T @ seen, spectra.copy()
         for k in range(len(spectra)):
             if gram[k, k] > 0.0:
                 at = np.maximum(spectra[k] + (towards[k] - gram[k] @ spectra) / gram[k, k], 0.0)
                 spectra[k] = at if at.any() else spectra[k]
+        if np.abs(spectra - before).max() <= _SETTLED * spectra.max():
+            break
     return Reduction(spectra, found.wavelengths_nm)
 
 
