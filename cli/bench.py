@@ -17,6 +17,7 @@ WHAT = {
     "shading": "the time that folded terms take, beside RGB",
     "interactive": "another light and another camera, beside drawing anew",
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
+    "svbrdf": "glossy surfaces under environments, as Gaussians, beside the truth: under a minute",
     "all": "basis and shading",
 }
 
@@ -38,6 +39,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         _add_json(kind, argparse.SUPPRESS)
         if what == "factor":
             _add_factor_options(kind)
+        if what == "svbrdf":
+            kind.add_argument("--full", action="store_true", help="more lights, lobes and points: minutes")
+            kind.add_argument("--data", type=Path, metavar="DIR", help="measured environments; default: $METAMER_DATA")
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
@@ -78,15 +82,24 @@ def run(args: argparse.Namespace) -> int:
 
         figures["interactive"] = interactive.run()
         print(interactive.report(figures["interactive"]))
+    if args.what == "svbrdf":
+        from ..benchmarks.svbrdf import benchmark
+
+        figures["svbrdf"] = benchmark.run(args.full, _data(args))
+        print(benchmark.report(figures["svbrdf"]))
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
 
 
+def _data(args: argparse.Namespace) -> Path | None:
+    return args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
+
+
 def _factor(args: argparse.Namespace) -> int:
     from ..benchmarks.factor import benchmark, report
 
-    data = args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
+    data = _data(args)
     measured = benchmark.run(
         args.cases,
         data=data,

@@ -63,6 +63,16 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring.add_argument(
         "--scale", choices=("percent", "fraction"), help="the scale of values, of all files that do not say it"
     )
+    bring.add_argument(
+        "--maps",
+        choices=("texels", "mended", "mean"),
+        help="how texture maps are drawn: every texel (default), that with bad normals laid level, or their mean",
+    )
+    bring.add_argument(
+        "--normal-map",
+        choices=("opengl", "directx"),
+        help="where green points in normal maps that neither say nor prove it: up (opengl) or down (directx)",
+    )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
     bring.add_argument(
@@ -122,7 +132,8 @@ def _answer(args: argparse.Namespace) -> Answer:
 
     if args.quantity == "emission" and args.scale is not None:
         raise UsageError("an emission has no scale: leave --scale out")
-    return Answer("radiance factor" if args.quantity == "radiance-factor" else args.quantity, args.scale)
+    quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
+    return Answer(quantity, args.scale, args.maps, args.normal_map)
 
 
 def _family(text: str) -> str:

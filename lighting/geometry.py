@@ -52,6 +52,8 @@ class VisibleGeometry:
     lit : one entry a light.
     uv (N, 2), footprint (N, 2, 2) : see `texture_coordinates`; None where they were not asked for or no part has uv.
     has_uv : by part of the scene; both are 0 on parts that have none.
+    frame (N, 3, 3) : world to local; geometric (N, 3) : geometric normal towards the viewer. None where no light of the
+    scene is spread over directions: only such lights ask for them.
     """
 
     width: int
@@ -65,6 +67,8 @@ class VisibleGeometry:
     uv: Float[np.ndarray, "N 2"] | None = None
     footprint: Float[np.ndarray, "N 2 2"] | None = None
     has_uv: tuple[bool, ...] = ()
+    frame: Float[np.ndarray, "N 3 3"] | None = None
+    geometric: Float[np.ndarray, "N 3"] | None = None
 
     @property
     def coverage(self) -> Float[np.ndarray, "H W"]:
@@ -145,14 +149,23 @@ class Tracer:
         normals: Float[np.ndarray, "n 3"],
     ) -> Bool[np.ndarray, " n"]:
         """Whether nothing lies between each point (with its geometric normal towards the light) and the light."""
-        start = points + SHADOW_OFFSET * self.radius * normals
+        start = self.lifted(points, normals)
         arriving = light.arrivals(start)
-        directions = np.ascontiguousarray(arriving.directions)
+        return self.free(start, np.ascontiguousarray(arriving.directions), arriving.distance)
+
+    def lifted(self, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Where shadow rays of points on surfaces start: `SHADOW_OFFSET` along their geometric normals."""
+        return points + SHADOW_OFFSET * self.radius * normals
+
+    def free(
+        self, start: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], distance: Float[np.ndarray, " n"]
+    ) -> Bool[np.ndarray, " n"]:
+        """Whether a ray (unit direction) meets nothing nearer than a distance."""
         face = self.first(start, directions, again=False)
         free = face < 0
-        near = np.flatnonzero(~free & np.isfinite(arriving.distance))
+        near = np.flatnonzero(~free & np.isfinite(distance))
         where, _ = self.on_triangle(face[near], start[near], directions[near])
-        free[near] = where >= arriving.distance[near]
+        free[near] = where >= distance[near]
         return free
 
 
@@ -167,7 +180,7 @@ def visible_geometry(
 
     Of the scene only meshes and the places and strengths of lights matter: the result holds for every material and
     light spectrum. `with_uv` works texture coordinates out too, for materials that vary with them; nothing is paid for
-    them otherwise. Memory: about 200 bytes a visible sample and light, and 48 a sample with uv.
+    them otherwise. Memory: about 200 bytes a visible sample and light, 48 a sample with uv, 96 with lights that spread.
     """
     camera = scene.camera() if camera is None else camera
     tracer = Tracer(scene) if tracer is None else tracer
@@ -219,4 +232,6 @@ def visible_geometry(
         uv=uv,
         footprint=footprint,
         has_uv=tracer.has_uv if with_uv else (),
+        frame=frame if scene.spread_lights else None,
+        geometric=geometric if scene.spread_lights else None,
     )

@@ -1,19 +1,27 @@
-"""The slow truth: every sample point, every wavelength, float64, the original surfaces."""
+"""The slow truth: every sample point, every wavelength, float64, the original surfaces.
+
+A light from one direction is one sum at each sample point. Of lights that spread, directions are drawn
+(`reference_spread`), until the noise that this leaves is small beside what a picture is judged by.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from ..materials.points import Points
+from ..materials.sampling import DirectionSampler
 from ..materials.surface import Surface
+from ..spectral.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
 from .geometry import LitSamples, Tracer, VisibleGeometry, visible_geometry
+from .reference_spread import MOST_DIRECTIONS, NOISE_SHARE, Found, Noise, SpreadSum, gathered, noise_stated
 from .scene import Scene
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
@@ -24,10 +32,14 @@ BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class ReferencePictures:
-    """`xyz` (M, H, W, 3) float64, one picture for each light spectrum asked for; `coverage` (H, W)."""
+    """`xyz` (M, H, W, 3) float64, one picture for each light spectrum asked for; `coverage` (H, W).
+
+    noise : what is left to chance; None where no light spreads, and nothing is.
+    """
 
     xyz: Float[np.ndarray, "M H W 3"]
     coverage: Float[np.ndarray, "H W"]
+    noise: Noise | None = None
 
 
 def reference_image(
@@ -53,13 +65,17 @@ def reference_images(
     geometry: VisibleGeometry | None = None,
     band_samples: int = BAND_SAMPLES,
     block: int = BLOCK,
+    budget: float = 1.0,
+    most_directions: int = MOST_DIRECTIONS,
+    seed: int = 0,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> ReferencePictures:
     """The same view under several light spectra; surfaces are evaluated once for all of them.
 
     XYZ = mean over a pixel's samples of: sum over lights of visibility E / E_ref pi f_r(wi, wo) cos(theta_i), folded
     with light spectrum and observer, so that a perfect diffuser that receives E_ref has Y = 1. A sample that meets
-    nothing adds 0 to XYZ and to coverage: XYZ is premultiplied by coverage.
+    nothing adds 0 to XYZ and to coverage: XYZ is premultiplied by coverage. Of a light that spreads, E / E_ref stands
+    for the integral of luminance over directions / E_ref: pi / E_ref times that of f_r cos(theta_i) V L is added.
 
     Parameters
     ----------
@@ -69,22 +85,34 @@ def reference_images(
     geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials; with uv where one of
         them needs them (`Scene.needs_uv`). Without it the picture is traced in bands of rows of at most about
         `band_samples` sample points.
+    budget : ΔE94 that the picture is to be judged by: lights that spread may leave noise of `NOISE_SHARE` of it, as
+        the mean of the pixels of each band.
+    most_directions : drawn for a pixel of each kind and half at the most; `ReferencePictures.noise` says when reached.
+    seed : of what is drawn; equal seeds and equal bands give equal pictures.
     progress : called with (rows done, rows in all, what is done) as bands are traced.
 
     Raises
     ------
     UnknownNameError : a material of the scene is not in `surfaces`.
+    InputError : a budget or a number of directions that is not above 0; a geometry of a scene without lights that
+        spread, where this one has some.
     """
+    for field, value in (("budget", budget), ("most_directions", most_directions)):
+        if not value > 0:
+            raise InputError("nothing that could be kept to", field=field, found=value, expected="more than 0")
     camera = scene.camera() if camera is None else camera
     scene.check_surfaces(surfaces)
     foldings = [
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
         for light in scene.delta_lights
     ]
+    spread = _Spread(scene, surfaces, illuminants, NOISE_SHARE * budget, most_directions, seed)
+    say = progress or (lambda *_: None)
     if geometry is not None:
         xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)
-        return ReferencePictures(xyz, geometry.coverage)
-    say = progress or (lambda *_: None)
+        if scene.spread_lights:
+            xyz = spread.added(xyz, geometry, Tracer(scene), 0, partial(say, 0, geometry.rows))
+        return ReferencePictures(xyz, geometry.coverage, spread.noise)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
     step = max(1, band_samples // (camera.width * camera.samples**2))
@@ -92,10 +120,53 @@ def reference_images(
     for start in range(0, camera.height_px, step):
         rows = slice(start, min(start + step, camera.height_px))
         band = visible_geometry(scene, camera, rows, tracer, scene.needs_uv(surfaces))
-        xyz.append(_shade(scene, band, surfaces, foldings, len(illuminants), block))
+        shaded = _shade(scene, band, surfaces, foldings, len(illuminants), block)
+        if scene.spread_lights:
+            shaded = spread.added(shaded, band, tracer, start, partial(say, start, camera.height_px))
+        xyz.append(shaded)
         coverage.append(band.coverage)
         say(min(start + step, camera.height_px), camera.height_px, "tracing")
-    return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage))
+    return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage), spread.noise)
+
+
+class _Spread:
+    """What lights that spread add to each band of a picture, and the noise of all bands together."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        surfaces: Mapping[str, Surface],
+        illuminants: Sequence[Spectrum | None],
+        aimed: float,
+        most: int,
+        seed: int,
+    ) -> None:
+        self._scene, self._surfaces, self._illuminants = scene, surfaces, illuminants
+        self._aimed, self._most, self._seed = aimed, most, seed
+        self._found: list[Found] = []
+        if scene.spread_lights:
+            self._samplers = {name: DirectionSampler(surfaces[name]) for name in scene.material_ids}
+            lit = [scene if other is None else scene.with_illuminant(other) for other in illuminants]
+            self._whites = np.stack([one.adopted_white() for one in lit])
+
+    def added(
+        self,
+        xyz: Float[np.ndarray, "M H W 3"],
+        geometry: VisibleGeometry,
+        tracer: Tracer,
+        start: int,
+        say: Callable[[str], None],
+    ) -> Float[np.ndarray, "M H W 3"]:
+        """`xyz` of other lights with that of those that spread, for the rows of a picture from `start`."""
+        of_scene = self._scene, geometry, self._surfaces, self._samplers, self._illuminants, tracer
+        sums = SpreadSum(*of_scene, (self._seed, start))
+        self._found.append(gathered(sums, xyz, geometry.coverage, self._whites, self._aimed, self._most, say))
+        return self._found[-1].xyz
+
+    @property
+    def noise(self) -> Noise | None:
+        """Of all that was added; None where nothing was."""
+        return noise_stated(self._found, self._aimed) if self._found else None
 
 
 def _shade(

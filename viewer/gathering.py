@@ -2,36 +2,103 @@
 
 from __future__ import annotations
 
-import numpy as np
-from jaxtyping import Float
+from dataclasses import dataclass
 
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..lighting.visibility.free_share import free_share
+from ..lighting.visibility.harmonics import clamped_cosine
+from ..materials.environment_form import Lobes
 from ..materials.points import Points
 from ..materials.terms import Terms
-from .keeping import SpreadLayer
+from .keeping import Shadows, SpreadLayer
 
 # Samples at once: their lobes and what those see take some 30 MB.
-_BLOCK = 1 << 15
+_BLOCK = 1 << 13
 
 
-def gathered_terms(layer: SpreadLayer, points: Points, frame: Float[np.ndarray, "N 3 3"]) -> Terms:
+@dataclass(frozen=True, eq=False)
+class SeenSamples:
+    """N samples of one part, wherever light comes from.
+
+    pixel (N,) : in a tile. points : as a material is asked, where the light stands left out. frame (N, 3, 3) : rows
+    tangent, bitangent and normal, world. face (N,) : triangle of the scene; weights (N, 3) : of its corners.
+    back (N,) : where its normals look away from the viewer.
+    """
+
+    pixel: Int[np.ndarray, " N"]
+    points: Points
+    frame: Float[np.ndarray, "N 3 3"]
+    face: Int[np.ndarray, " N"]
+    weights: Float[np.ndarray, "N 3"]
+    back: Bool[np.ndarray, " N"]
+
+    def chosen(self, which: Int[np.ndarray, " K"] | slice) -> SeenSamples:
+        """Some of them."""
+        arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which])
+        return SeenSamples(self.pixel[which], self.points.chosen(which), *arrays)
+
+
+def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
     """Terms of a layer at N samples: for each of its fields the form's, rounded up to fours.
 
     XYZ = pi / E_ref sum over lobes of the integral of f_r cos(theta_i) times the mean luminance under the lobe (Wang et
     al. 2009, eq. 41), and for the cosine its integral times E / pi.
     """
     width = layer.rank // (layer.fields.stop - layer.fields.start)
-    value = np.zeros((len(points), layer.fields.stop - layer.fields.start, width))
-    for start in range(0, len(points), _BLOCK):
+    value = np.zeros((len(samples.pixel), layer.fields.stop - layer.fields.start, width))
+    for start in range(0, len(value), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        lobes = layer.form.lobes(points.chosen(rows))
+        some = samples.chosen(rows)
+        lobes = layer.form.lobes(some.points)
         # From the local frame to the world, and on to the map.
-        to_map = np.einsum("nij,jk->nik", frame[rows], layer.world_from_map)
+        to_map = np.einsum("nij,jk->nik", some.frame, layer.world_from_map)
         rank = lobes.matt.shape[1]
         lux = layer.gathered.by_normals(to_map[:, 2])[:, layer.fields]
+        directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
+        seen = layer.gathered.by_lobes(directions, lobes.sharpness)[..., layer.fields]
+        if layer.shadows is not None:
+            lux, seen = _left(layer, layer.shadows, some, lobes, lux, seen)
         found = lux[:, :, None] / np.pi * lobes.matt[:, None]
-        if layer.form.count:
-            directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
-            seen = layer.gathered.by_lobes(directions, lobes.sharpness)[..., layer.fields]
-            found += np.einsum("nqk,nqr->nkr", seen, lobes.value)
+        found += np.einsum("nqk,nqr->nkr", seen, lobes.value)
         value[rows, :, :rank] = found
-    return Terms(layer.scale * value.reshape(len(points), -1))
+    return Terms(layer.scale * value.reshape(len(value), -1))
+
+
+def _left(
+    layer: SpreadLayer,
+    shadows: Shadows,
+    samples: SeenSamples,
+    lobes: Lobes,
+    lux: Float[np.ndarray, "N K"],
+    seen: Float[np.ndarray, "N Q K"],
+) -> tuple[Float[np.ndarray, "N K"], Float[np.ndarray, "N Q K"]]:
+    """What is left of `lux` and `seen` where the scene stands in the light's way.
+
+    Of each bright part the share that is free about its axis, or for a lobe about the axis of their product (Wang et
+    al. 2009, eq. 5), whose angle to the nearest boundary is taken as linear between both; of what else a lobe sees, the
+    share about its own axis; of what else a surface receives, what the harmonics of its visibility lose.
+    """
+    visibility, bright, frame = shadows.visibility, shadows.bright, samples.frame
+    vertices, weights = visibility.located(samples.face, samples.weights)
+    axis, sharpness, amplitude = bright.parts.axis, bright.parts.sharpness, bright.parts.amplitude[:, layer.fields]
+    count, parts = lobes.sharpness.shape[1], len(axis)
+    to_world = np.einsum("nqi,nij->nqj", lobes.directions, frame)
+    directions = np.concatenate([to_world, np.broadcast_to(axis, (len(frame), parts, 3))], axis=1)
+    angle = visibility.signed_distances(vertices, weights, directions, samples.back)
+    own, other = angle[:, :count], angle[:, count:]
+
+    normals = frame[:, 2]
+    transfer = visibility.transfer(vertices, weights, normals, samples.back)
+    lost = clamped_cosine(normals) - transfer
+    hidden = 1.0 - free_share(other, sharpness)
+    lux = lux - lost @ bright.rest[layer.fields].T - (hidden * bright.on_surfaces(normals)) @ amplitude
+
+    share = sharpness / (sharpness + lobes.sharpness[..., None])
+    between = share * other[:, None] + (1.0 - share) * own[..., None]
+    free = free_share(between, np.broadcast_to(sharpness + lobes.sharpness[..., None], between.shape))
+    alone = free_share(own, lobes.sharpness)[..., None]
+    bright_seen = bright.by_lobes(to_world, lobes.sharpness)
+    seen = seen * alone + (bright_seen * (free - alone)) @ amplitude
+    return np.maximum(lux, 0.0), np.maximum(seen, 0.0)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ..lighting.environment.gathering import GatheredLight
-from .keeping import KEPT_ENVIRONMENTS, SpreadLayer
+from .keeping import SpreadLayer
+from .light_tables import LightTables, bright_tables, divisions, light_tables, visibility_tables
 from .passes import MOST_QUADS, Passes
-from .resources import LightTables, Owner, light_tables
+from .resources import Owner
 
 if TYPE_CHECKING:
     import moderngl
 
 #: The samplers of a tile's frames, in the order of its textures.
-FRAMES = ("tangent", "bitangent", "normal")
+FRAMES = ("tangent", "bitangent", "normal", "standing", "faces")
+
+
+# Tables that stay on the GPU, some 20 MB each.
+_MOST_TABLES = 12
 
 
 class GLGathering:
@@ -22,7 +26,7 @@ class GLGathering:
 
     def __init__(self, context: moderngl.Context, passes: Passes) -> None:
         self.context, self.passes = context, passes
-        self._tables: dict[tuple[int, int], tuple[GatheredLight, LightTables]] = {}
+        self._tables: dict[tuple, tuple[object, LightTables]] = {}
 
     def release(self) -> None:
         """Free the tables."""
@@ -52,20 +56,33 @@ class GLGathering:
             "scale": layer.scale,
             "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
         }
-        light = self._kept(layer)
+        lights = [
+            self._kept(
+                layer.gathered, layer.fields.start, lambda: light_tables(self.context, layer.gathered, layer.fields)
+            )
+        ]
+        shadows = layer.shadows
+        if shadows is not None:
+            visibility, bright = shadows.visibility, shadows.bright
+            lights.append(self._kept(visibility, 0, lambda: visibility_tables(self.context, visibility)))
+            lights.append(
+                self._kept(bright, layer.fields.start, lambda: bright_tables(self.context, bright, layer.fields))
+            )
+            given["division"] = divisions(visibility)[layer.part]
         try:
             textures = {name: scratch.texels(texels) for name, texels in made.textures.items()}
             for start in range(0, len(quads), MOST_QUADS):
                 target = scratch.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
                 target.clear()
-                self.passes.gather(target, made, sizes, light, {**samplers, **textures}, {**given, "first_row": start})
+                self.passes.gather(target, made, sizes, lights, {**samplers, **textures}, {**given, "first_row": start})
         finally:
             scratch.release()
 
-    def _kept(self, layer: SpreadLayer) -> LightTables:
-        key = id(layer.gathered), layer.fields.start
+    def _kept(self, of: object, which: int, made: Callable[[], LightTables]) -> LightTables:
+        """The tables of something, made when first asked for."""
+        key = id(of), which
         if key not in self._tables:
-            if len(self._tables) >= KEPT_ENVIRONMENTS:
+            if len(self._tables) >= _MOST_TABLES:
                 self.release()
-            self._tables[key] = layer.gathered, light_tables(self.context, layer.gathered, layer.fields)
+            self._tables[key] = of, made()
         return self._tables[key][1]

@@ -20,6 +20,7 @@ from .raster import SUBSTEPS, Window, WindowTriangles
 from .renderer import Filtering, Renderer
 from .resources import (
     MOST_TRIANGLES,
+    ROW_LENGTH,
     TRIANGLE_TEXELS,
     TRIANGLES_A_ROW,
     Owner,
@@ -129,8 +130,13 @@ class GLRenderer(Renderer):
                 self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped)
                 for light in scene.lights
             )
-            uv = self._passes.uv(owner, view, seen, table, triangles) if self._with_uv else ()
-            frames = self._passes.frames(owner, view, seen, table) if self._with_frames else ()
+            uv = self._passes.uv(owner, view.uv(triangles), seen, table) if self._with_uv else ()
+            frames: tuple[moderngl.Texture, ...] = ()
+            if self._with_frames:
+                frames = (
+                    *self._passes.frames(owner, view, seen, table),
+                    *self._standing(owner, view, seen, table, triangles),
+                )
             coverage = _coverage(seen, side)
         except BaseException:
             owner.release()
@@ -139,6 +145,19 @@ class GLRenderer(Renderer):
             scratch.release()
         parts = _places(triangles, scene.first_face, side, coverage.shape[::-1])
         return GLTile(coverage, self._with_uv, self._with_frames, parts, side, seen, uv, frames, lights, owner)
+
+    def _standing(
+        self, owner: Owner, view: View, seen: moderngl.Texture, table: moderngl.Texture, triangles: WindowTriangles
+    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """The weights of the second and third corner at every sample, and each triangle's number and side."""
+        scratch = Owner(self.context)
+        try:
+            weights, _ = self._passes.uv(scratch, triangles.weights[:, :, 1:], seen, table)
+            kept = owner.texture(weights.size, 2, weights.read())
+        finally:
+            scratch.release()
+        faces = np.stack([triangles.parent, view.side[triangles.parent] < 0.0], axis=1).astype(np.float32)
+        return kept, owner.table(faces, ROW_LENGTH)
 
     def _discard(self, tile: GLTile) -> None:
         tile.owner.release()

@@ -5,19 +5,25 @@ Each outlives what it does not depend on: geometry another camera, tiles other m
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ..lighting.camera import Camera
+from ..lighting.environment.bright_light import BrightLight
 from ..lighting.environment.gathering import GatheredLight
 from ..lighting.environment.seen_from import seen_from
 from ..lighting.lights import SpreadLight
+from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
+from ..lighting.visibility.cache import scene_visibility
+from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand
 from .geometry import LightGeometry, SceneGeometry, scene_geometry
@@ -50,6 +56,14 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
+class Shadows:
+    """What hides a light that spreads: the visibility of the scene, and the light's bright parts."""
+
+    visibility: SceneVisibility
+    bright: BrightLight
+
+
+@dataclass(frozen=True, eq=False)
 class SpreadLayer:
     """One part's material under some of the fields of a light that spreads, at most four.
 
@@ -66,6 +80,7 @@ class SpreadLayer:
     world_from_map: Float[np.ndarray, "3 3"]
     scale: float
     colours: Float[np.ndarray, "1 FR M3"]
+    shadows: Shadows | None = None
 
     @property
     def terms_key(self) -> tuple:
@@ -118,6 +133,11 @@ class Piece:
     terms: dict[tuple, Any] = field(default_factory=dict)
 
 
+def visibility_folder() -> Path:
+    """Where the visibility of scenes is kept from run to run: `metamer/visibility` in the user's cache."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / "visibility"
+
+
 class Keeping(ABC):
     """Works geometry, tiles and terms out when they are asked for, and keeps them where there is room."""
 
@@ -130,6 +150,8 @@ class Keeping(ABC):
         self._with_uv = False
         self._with_frames = False
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
+        self._visibility: tuple[tuple[Mesh, ...], SceneVisibility | None] | None = None
+        self._bright: dict[int, tuple[SpreadLight, BrightLight]] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -177,6 +199,8 @@ class Keeping(ABC):
         self._forget_view()
         self._keep_lights(())
         self._gathered.clear()
+        self._bright.clear()
+        self._visibility = None
         self._geometry = None
 
     def _forget_view(self) -> None:
@@ -191,6 +215,25 @@ class Keeping(ABC):
         if piece.tile is not None:
             self._discard(piece.tile)
             piece.tile = None
+
+    def _shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
+        """What hides a light; None where nothing hides anything. Visibility is kept while the meshes are the same, the
+        light's parts while the light is.
+        """
+        meshes = tuple(part.mesh for part in scene.parts)
+        if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
+            found = scene_visibility(scene, visibility_folder(), progress=self._say)
+            self._visibility, self._bright = (meshes, found), {}
+        visibility = self._visibility[1]
+        if visibility is None:
+            return None
+        if id(light) not in self._bright:
+            low, high = scene.bounds
+            self._bright[id(light)] = light, BrightLight.of(seen_from(light, 0.5 * (low + high)))
+        return Shadows(visibility, self._bright[id(light)][1])
+
+    def _say(self, done: int, total: int, what: str) -> None:  # noqa: B027
+        """Progress of what takes long."""
 
     def _light_gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight, np.ndarray]:
         """What a light that spreads sends, and how it is turned; kept for other rotations and spectra."""

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from ..materials.fast import TermShader
 from . import resources, shadows
 from .geometry import LightGeometry
+from .light_tables import LightTables
 from .raster import SUBSTEPS, Window, WindowTriangles
 from .shaders import ShaderError, program
 from .view import View
@@ -146,22 +147,21 @@ class Passes:
     def uv(
         self,
         owner: resources.Owner,
-        view: View,
+        corners: Float[np.ndarray, "T 3 2"],
         seen: moderngl.Texture,
         triangles: moderngl.Texture,
-        of: WindowTriangles,
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
         """Texture coordinates (RG32F) and what samples span of them (RGBA32F: their change to the next column of
         samples, then to the next row) at every sample, kept by `owner`; 0 where nothing is seen or a part has none.
         For materials that vary with them: no other pass needs it.
 
-        triangles, of : `triangle_texels`, and what they are of.
+        corners : of the window's triangles, whatever is linear on them. triangles : `triangle_texels`.
         """
         context = self.context
         outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
         scratch = resources.Owner(context)
         try:
-            uvs = scratch.table(resources.uv_texels(view, of), resources.UVS_A_ROW, resources.UV_TEXELS)
+            uvs = scratch.table(resources.uv_texels(corners), resources.UVS_A_ROW, resources.UV_TEXELS)
             self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
             context.enable_only(context.NOTHING)
             made, everywhere = self._full_screen("uv.frag")
@@ -195,15 +195,20 @@ class Passes:
         target: moderngl.Framebuffer,
         terms: TermShader,
         sizes: Mapping[str, int],
-        light: resources.LightTables,
+        light: Sequence[LightTables],
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
         """Four terms in each attachment of `target`: what a material gathers of a light that spreads."""
         self._check_names(terms)
-        whole = {**sizes, **light.sizes, "QUADS": len(target.color_attachments)}
+        whole = {**sizes, "QUADS": len(target.color_attachments), "ROW_LENGTH": resources.ROW_LENGTH}
+        textures, uniforms = dict(samplers), dict(values)
+        for one in light:
+            whole |= one.sizes
+            textures |= one.textures
+            uniforms |= one.uniforms
         made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
-        self.draw_layer(made, everywhere, target, None, {**samplers, **light.textures}, {**light.uniforms, **values})
+        self.draw_layer(made, everywhere, target, None, textures, uniforms)
 
     def shade(
         self,
@@ -303,7 +308,9 @@ class Passes:
             self._everywhere[made] = self.owner.keep(self.context.vertex_array(made, []))
         return made, self._everywhere[made]
 
-    def _compiled(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> moderngl.Program:
+    def _compiled(
+        self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float
+    ) -> moderngl.Program:
         if terms is not None:
             return self.owner.keep(program(self.context, vertex, fragment, sizes, terms))
         # What is linear stands first, so that it is found where nothing is said of mip-mapping.

@@ -210,13 +210,14 @@ class Renderer(Keeping):
         scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
         for light in scene.spread_lights:
             gathered, world_from_map = self._light_gathered(light, scene)
+            shadows = self._shadows(light, scene)
             for number, part in enumerate(scene.parts):
                 form = surfaces[part.material].environment_form()
                 for start in range(0, len(light.spectra), MOST_FIELDS):
                     fields = slice(start, min(start + MOST_FIELDS, len(light.spectra)))
                     each = [colours(one, form.palette)[0] for one in light.spectra[fields]]
                     rounded = np.concatenate([np.pad(one, ((0, -len(one) % 4), (0, 0))) for one in each])[None]
-                    yield SpreadLayer(number, light, fields, form, gathered, world_from_map, scale, rounded)
+                    yield SpreadLayer(number, light, fields, form, gathered, world_from_map, scale, rounded, shadows)
 
     def _say(self, done: int, total: int, what: str) -> None:
         if self.progress is not None:

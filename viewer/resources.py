@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
-from ..lighting.environment import octahedral
-from ..lighting.environment.gathering import GatheredLight
-from ..lighting.environment.pyramid import SOFTENING
 from ..materials.fast import MOST_TEXELS
 from ..spectral.errors import InputError
 from .raster import SUBSTEPS, Window, WindowTriangles
@@ -91,47 +87,11 @@ def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray,
     return texels
 
 
-def uv_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 2 4"]:
+def uv_texels(corners: Float[np.ndarray, "T 3 2"]) -> Float[np.ndarray, "T 2 4"]:
     """Per triangle the texture coordinates of its corners: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
-    texels = np.zeros((len(triangles.parent), UV_TEXELS, 4), dtype=np.float32)
-    texels.reshape(-1, 8)[:, :6] = view.uv(triangles).reshape(-1, 6)
+    texels = np.zeros((len(corners), UV_TEXELS, 4), dtype=np.float32)
+    texels.reshape(-1, 8)[:, :6] = corners.reshape(-1, 6)
     return texels
-
-
-@dataclass(frozen=True, eq=False)
-class LightTables:
-    """A light that spreads on the GPU, as `environment.glsl` reads some of its fields."""
-
-    sizes: dict[str, int | float]
-    uniforms: dict[str, object]
-    textures: dict[str, moderngl.Texture]
-    owner: Owner
-
-
-def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: slice) -> LightTables:
-    """Upload at most four fields: levels one below the other, each with a border of one texel."""
-    pyramid, owner = gathered.pyramid, Owner(context)
-    padded = [_bordered(level[..., fields]) for level in pyramid.levels]
-    rows = np.cumsum([0, *(len(level) for level in padded)])
-    stacked = np.zeros((rows[-1], max(len(level) for level in padded), 4), dtype=np.float32)
-    for level, top in zip(padded, rows.tolist(), strict=False):
-        stacked[top : top + len(level), : len(level)] = level
-    there = np.zeros((*pyramid.fields.shape[1:], 4), dtype=np.float32)
-    there[..., : len(pyramid.fields[fields])] = np.moveaxis(pyramid.fields[fields], 0, -1)
-    side = gathered.irradiance.shape[0]
-    textures = {"pyramid": stacked, "irradiance": _bordered(gathered.irradiance[..., fields]), "fields": there}
-    places = [(float(top), float(len(level) - 2)) for level, top in zip(padded, rows.tolist(), strict=False)]
-    return LightTables(
-        {"ENVIRONMENT_LEVELS": len(padded), "SOFTENING": SOFTENING, "IRRADIANCE_SIDE": side},
-        {"environment_levels": places, "environment_sharpness": pyramid.sharpness.tolist()},
-        {name: owner.texels(values) for name, values in textures.items()},
-        owner,
-    )
-
-
-def _bordered(level: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "padded padded 4"]:
-    found = octahedral.bordered(level)
-    return np.pad(found, ((0, 0), (0, 0), (0, 4 - found.shape[2]))).astype(np.float32)
 
 
 _VERTEX = np.dtype([("corner", "f4", 2), ("reference", "i4", 2), ("plane", "f4", 3), ("range", "f4", 2), ("n", "f4")])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..lighting.vectors import dot, unit
 from ..materials.points import Points
 from ..materials.terms import Terms
 from .footprints import footprints
-from .gathering import gathered_terms
+from .gathering import SeenSamples, gathered_terms
 from .geometry import LightGeometry
 from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
 from .raster import Window, WindowTriangles
@@ -34,11 +34,11 @@ class SoftwareTile(Tile):
     """A tile and, by part and light, the samples that are lit: the pixel (K,) of each, and what is shaded there.
 
     What arrives at a point is pi E / E_ref on a surface that faces the light, times visibility, over the samples of a
-    pixel. seen : by part, the pixel, points and frames of all samples, for lights that spread.
+    pixel. seen : by part, all samples, for lights that spread.
     """
 
     lit: dict[tuple[int, int], tuple[Int[np.ndarray, " K"], Points]]
-    seen: tuple[tuple[Int[np.ndarray, "_"], Points, Float[np.ndarray, "_ 3 3"]], ...]
+    seen: tuple[SeenSamples, ...]
 
 
 class SoftwareRenderer(Renderer):
@@ -65,26 +65,27 @@ class SoftwareRenderer(Renderer):
                 mine = part_of == part
                 lit[part, number] = surface.pixel[which[mine]], points.chosen(mine)
         coverage = (hits / side**2).astype(np.float32)
-        seen = tuple(self._seen(surface, first_face)) if self._with_frames else ()
+        seen = tuple(self._seen(view, surface)) if self._with_frames else ()
         return SoftwareTile(coverage, self._with_uv, self._with_frames, lit, seen)
 
-    def _seen(self, surface: Surface, first_face: Int[np.ndarray, "_"]):
-        """See `SoftwareTile`."""
+    def _seen(self, view: View, surface: Surface) -> Iterator[SeenSamples]:
+        """Part by part."""
+        first_face, face = view.scene.first_face, surface.face
         part_of = np.searchsorted(first_face, surface.face, side="right") - 1
         wo = np.einsum("nij,nj->ni", surface.frame, surface.to_viewer)
         # Textures are filtered where there are spans, whatever of.
         spans = {} if self.filtering == "mipmapped" else None
         points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
+        samples = SeenSamples(surface.pixel, points, surface.frame, face, surface.weights, view.side[face] < 0.0)
         for part in range(len(first_face) - 1):
-            mine = np.flatnonzero(part_of == part)
-            yield surface.pixel[mine], points.chosen(mine), surface.frame[mine]
+            yield samples.chosen(np.flatnonzero(part_of == part))
 
     def _terms(self, tile: SoftwareTile, layer: Layer | SpreadLayer) -> SoftwareTerms | None:
         if isinstance(layer, SpreadLayer):
-            pixel, points, frame = tile.seen[layer.part]
-            if not len(pixel):
+            samples = tile.seen[layer.part]
+            if not len(samples.pixel):
                 return None
-            terms = gathered_terms(layer, points, frame).summed(pixel)
+            terms = gathered_terms(layer, samples).summed(samples.pixel)
             return SoftwareTerms(layer, terms.nbytes, terms)
         found = []
         for light in layer.lights:

@@ -21,7 +21,7 @@ class Surface:
     pixel (N,) : row * width + column in the window. number (N,) : triangle of the window. point (N, 2) : column and row
     of the sample, in 1/256. face (N,) : triangle of the scene.
     position (N, 3) : in radii about the scene's centre. to_viewer (N, 3) : unit. frame (N, 3, 3) : rows tangent,
-    bitangent (along increasing v) and shading normal.
+    bitangent (along increasing v) and shading normal. weights (N, 3) : barycentric, of the triangle's corners.
     uv (N, 2), footprint (N, 2, 2) : see `lighting.texture_coordinates`; 0 on parts without uv (`SceneGeometry.has_uv`),
     None where they were not asked for or no part has any.
     """
@@ -33,6 +33,7 @@ class Surface:
     position: Float[np.ndarray, "N 3"]
     to_viewer: Float[np.ndarray, "N 3"]
     frame: Float[np.ndarray, "N 3 3"]
+    weights: Float[np.ndarray, "N 3"]
     uv: Float[np.ndarray, "N 2"] | None = None
     footprint: Float[np.ndarray, "N 2 2"] | None = None
 
@@ -44,6 +45,7 @@ class Interpolated:
     position: Float[np.ndarray, "N 3"]
     to_viewer: Float[np.ndarray, "N 3"]
     frame: Float[np.ndarray, "N 3 3"]
+    weights: Float[np.ndarray, "N 3"]
     whole: Float[np.ndarray, " N"]
 
 
@@ -61,7 +63,9 @@ def surface_samples(view: View, window: Window, triangles: WindowTriangles, with
     point = np.stack([column, row], axis=1) * SUBSTEPS + SUBSTEPS // 2
     at = interpolated(view, triangles, number, point)
     uv, footprint = uv_at(view, triangles, number, point) if with_uv and view.scene.uv is not None else (None, None)
-    return Surface(pixel, number, point, triangles.parent[number], at.position, at.to_viewer, at.frame, uv, footprint)
+    return Surface(
+        pixel, number, point, triangles.parent[number], at.position, at.to_viewer, at.frame, at.weights, uv, footprint
+    )
 
 
 def interpolated(
@@ -85,7 +89,7 @@ def interpolated(
     to_viewer = unit(view.eye - position) if view.perspective else np.broadcast_to(view.eye, position.shape)
     normal = facing_viewer(unit(normal), to_viewer)
     frame = orthonormal_frame(normal, tangent, view.handedness[face])
-    return Interpolated(position, to_viewer, frame, whole[:, 0])
+    return Interpolated(position, to_viewer, frame, weights, whole[:, 0])
 
 
 def uv_at(

@@ -16,6 +16,7 @@ from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number
 from . import latlong
+from .drawing import MapDrawing
 
 #: Where an environment's spectra come from: named by whoever made the scene, made from a colour, or measured.
 Origin = Literal["stated", "made", "measured"]
@@ -154,47 +155,17 @@ class EnvironmentLight(SpreadLight):
         return latlong.between_texels(self.fields, directions @ self.world_from_map)
 
     @cached_property
-    def _shares(self) -> tuple[Float[np.ndarray, " H"], Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]]:
-        """What `drawn` chooses by: the sums of the rows' shares up to each row's end, those of the columns' in each row
-        up to each column's end, and each texel's density, 1/sr.
-        """
-        height, width = self.fields.shape[1:]
-        total = self.fields.sum(axis=0)
-        # Linear between texels, light may come from any texel beside one that is bright.
-        padded = np.pad(total, 1, mode="edge")
-        padded[:, 0], padded[:, -1] = padded[:, -2], padded[:, 1]
-        near = total.copy()
-        for down, right in np.ndindex(3, 3):
-            np.maximum(near, padded[down : down + height, right : right + width], out=near)
-        power = np.maximum(total, 0.25 * near) * latlong.solid_angles(height, width)[:, None]
-        power /= power.sum()
-        rows = power.sum(axis=1)
-        columns = np.cumsum(power, axis=1) / np.where(rows > 0.0, rows, 1.0)[:, None]
-        return np.cumsum(rows), columns, power / latlong.solid_angles(height, width)[:, None]
+    def _drawing(self) -> MapDrawing:
+        return MapDrawing(self.fields.sum(axis=0))
 
     def drawn(self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]):
-        """Texels by what they send, evenly by solid angle within each."""
-        rows, columns, density = self._shares
-        height, width = density.shape
-        row = np.minimum(np.searchsorted(rows, uniform[:, 0] * rows[-1], side="right"), height - 1)
-        before = np.where(row > 0, rows[row - 1], 0.0)
-        down = (uniform[:, 0] * rows[-1] - before) / np.maximum(rows[row] - before, np.finfo(float).tiny)
-        # One row's shares after the other's, so that one search finds all columns.
-        flat = (columns + 2.0 * np.arange(height)[:, None]).ravel()
-        last = columns[row, -1]
-        sought = uniform[:, 1] * last
-        column = np.clip(np.searchsorted(flat, sought + 2.0 * row, side="right") - row * width, 0, width - 1)
-        before = np.where(column > 0, columns[row, column - 1], 0.0)
-        right = (sought - before) / np.maximum(columns[row, column] - before, np.finfo(float).tiny)
-        top, bottom = np.cos(np.pi * row / height), np.cos(np.pi * (row + 1) / height)
-        polar = np.arccos(np.clip(top + np.clip(down, 0.0, 1.0) * (bottom - top), -1.0, 1.0)) / np.pi
-        to = latlong.directions(polar, (column + np.clip(right, 0.0, 1.0)) / width)
-        return to @ self.world_from_map.T, density[row, column]
+        """As bright as all fields together are."""
+        to = self._drawing.drawn(uniform)
+        return to @ self.world_from_map.T, self._drawing.density(to)
 
     def density(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
         """1/sr with which `drawn` gives these directions."""
-        density = self._shares[2]
-        return density[latlong.texel_at(directions @ self.world_from_map, *density.shape)]
+        return self._drawing.density(directions @ self.world_from_map)
 
     def distance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
         """Infinite."""

@@ -1,12 +1,15 @@
 """Materials of glTF 2.0 files (.gltf, .glb; Khronos 2021, section 3.9): colours in RGB, with made-up spectra.
 
-Metallic and roughness, specular, refractive index, clearcoat, specular and glossiness, and unlit are rendered; what
-else a material says (bumps, transmission, sheen, ...) is kept in the record, with all of its maps, and is named in the
-notes. A material that shines gives a second record, its emission.
+Metallic and roughness, specular, refractive index, clearcoat, specular and glossiness, and unlit are rendered, and of
+maps, texel by texel, bumps, stretched highlights and masks, too; what else a material says (transmission, sheen, ...)
+is kept in the record, with all of its maps, and is named in the notes. A clear coat over maps, maps that lie apart on
+the mesh, and a second set of coordinates are rendered by the mean of the maps. A material that shines gives a second
+record, its emission.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,23 +17,30 @@ from typing import Any
 import numpy as np
 
 from ...spectral.errors import InputError
+from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
+from ..svbrdf.maps import Placement
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import Node, compact
 from .gltf_textures import KEPT_EXTENSIONS, TextureReader
 from .measured import placed, sha256_of
 from .naming import id_word, printable
+from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
 from .pictures.emitted import emission_of
 from .pictures.map_record import kept_maps
 from .pictures.stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
+from .pictures.textures import Texture
 
 NAME = "glTF materials"
+#: It asks how maps are drawn.
+DRAWS_MAPS = True
 SUFFIXES = (".gltf", ".glb")
 # Text beyond this does not fit into an attribute of HDF5.
 _LONGEST_TEXT = 32000
+_UNLIT = "unlit in the file: taken to be perfectly diffuse"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -45,7 +55,7 @@ def companions(path: Path) -> Iterable[Path]:
     return tuple(gltf_container.companions(path))
 
 
-def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """One record a material, "FILE/MATERIAL", and "FILE/MATERIAL-emission" where it shines.
 
     Raises `InputError` where the file as a whole cannot be used; a material that cannot is a `Rejected`.
@@ -72,7 +82,8 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
             name = _unique(id_word(label), taken)
             with placed(path, material.place):
                 material_id = f"{id_word(path.stem)}/{name}"
-                yield from _Material(gltf, material, label, material_id, content, number in coloured).sources(uplift)
+                one = _Material(gltf, material, label, material_id, content, number in coloured)
+                yield from one.sources(uplift, answer)
         except InputError as reason:
             yield Rejected(f"{path.name}: {material.place}", reason)
 
@@ -93,12 +104,14 @@ class _Material:
     def __init__(self, gltf: GltfFile, node: Node, label: str, material_id: str, content: str, coloured: bool) -> None:
         self.gltf, self.node, self.label, self.id, self.content = gltf, node, label, material_id, content
         self.coloured = coloured
+        self.placed: list[tuple[Node, str]] = []
+        self.bumps = self.stretched = False
         self.textures = TextureReader(gltf, node)
         self.extensions = node.child("extensions")
 
-    def sources(self, uplift: str) -> Iterator[MaterialSource]:
+    def sources(self, uplift: str, answer: Answer) -> Iterator[MaterialSource]:
         maps = self._maps()
-        model, parameters, notes = self._surface(maps, uplift)
+        model, parameters, notes = self._surface(maps, uplift, answer)
         kept, left_out = self.textures.all()
         notes += [*left_out, *self._unrendered()]
         original = {**self._description(), **kept_maps(kept, uplift)}
@@ -111,13 +124,27 @@ class _Material:
             original = {**self._description(), **spectrum, "surface": self.id}
             yield self._source(f"{self.id}-emission", "emission", {}, [note], original, uplift)
 
-    def _surface(self, maps: SurfaceMaps, uplift: str) -> tuple[str, dict[str, Any], list[str]]:
+    def _surface(self, maps: SurfaceMaps, uplift: str, answer: Answer) -> tuple[str, dict[str, Any], list[str]]:
+        why: list[str] = []
+        if answer.maps != "mean":
+            try:
+                more = self._more(answer)
+                surface, said = drawn_maps(_unlit(maps) if more.matt else maps, more, uplift)
+                if surface is not None:
+                    self.bumps, self.stretched = more.normal is not None, more.strength.scale > 0.0
+                    return "maps", surface.parameters(), [*said, *([_UNLIT] if more.matt else [])]
+            except NotDrawn as reason:
+                why = [f"not drawn texel by texel: {reason}"]
+        model, parameters, notes = self._mean(maps, uplift)
+        return model, parameters, why + notes
+
+    def _mean(self, maps: SurfaceMaps, uplift: str) -> tuple[str, dict[str, Any], list[str]]:
         if not self.extensions.has("KHR_materials_unlit"):
             parameters, notes = model_of(maps, uplift)
             return "metallic_roughness", dict(parameters), notes
-        parameters, notes = model_of(SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff), uplift)
+        parameters, notes = model_of(_unlit(maps), uplift)
         lambert = {"wavelengths_nm": parameters["wavelengths_nm"], "reflectance": parameters["diffuse"]}
-        return "lambert", lambert, [*notes, "unlit in the file: taken to be perfectly diffuse"]
+        return "lambert", lambert, [*notes, _UNLIT]
 
     def _maps(self) -> SurfaceMaps:
         coverage, cutoff = self._coverage()
@@ -125,9 +152,9 @@ class _Material:
         shared: dict[str, Any] = {
             "coverage": coverage,
             "cutoff": cutoff,
-            "coat": Number(self.textures.of(coat, "clearcoatTexture"), 0, coat.number("clearcoatFactor", 0, high=1)),
+            "coat": Number(self._texture(coat, "clearcoatTexture"), 0, coat.number("clearcoatFactor", 0, high=1)),
             "coat_roughness": Number(
-                self.textures.of(coat, "clearcoatRoughnessTexture"),
+                self._texture(coat, "clearcoatRoughnessTexture"),
                 1,
                 coat.number("clearcoatRoughnessFactor", 0, high=1),
             ),
@@ -137,23 +164,53 @@ class _Material:
         pbr = self.node.child("pbrMetallicRoughness")
         special = self.extensions.child("KHR_materials_specular")
         tint = special.numbers("specularColorFactor", (1.0, 1.0, 1.0))
-        packed = self.textures.of(pbr, "metallicRoughnessTexture")
+        packed = self._texture(pbr, "metallicRoughnessTexture")
         at_normal = self._dielectric()
         return SurfaceMaps(
-            base=Colour(self.textures.of(pbr, "baseColorTexture"), tuple(_factor(pbr, "baseColorFactor")[:3])),
+            base=Colour(self._texture(pbr, "baseColorTexture"), tuple(_factor(pbr, "baseColorFactor")[:3])),
             metallic=Number(packed, 2, pbr.number("metallicFactor", 1, high=1)),
             roughness=Number(packed, 1, pbr.number("roughnessFactor", 1, high=1)),
             reflected=Colour(
-                self.textures.of(special, "specularColorTexture"), tuple(at_normal * value for value in tint)
+                self._texture(special, "specularColorTexture"), tuple(at_normal * value for value in tint)
             ),
-            weight=Number(self.textures.of(special, "specularTexture"), 3, special.number("specularFactor", 1, high=1)),
+            weight=Number(self._texture(special, "specularTexture"), 3, special.number("specularFactor", 1, high=1)),
             **shared,
         )
 
+    def _texture(self, holder: Node, name: str) -> Texture | None:
+        """A texture of the surface; where it lies is asked for together with all others."""
+        if holder.has(name):
+            self.placed.append((holder, name))
+        return self.textures.of(holder, name)
+
+    def _more(self, answer: Answer) -> MoreMaps:
+        """What is drawn of texels alone. Bumps are OpenGL's, as the specification has it."""
+        matt, stretch = self.extensions.has("KHR_materials_unlit"), self.extensions.child("KHR_materials_anisotropy")
+        try:
+            normal, direction = self._texture(self.node, "normalTexture"), self._texture(stretch, "anisotropyTexture")
+            _ = [texture.values for texture in (normal, direction) if texture]
+        except InputError as reason:
+            raise NotDrawn(f"a map of directions: {reason.problem} ({reason.found})") from None
+        strength = Number(direction, 2, stretch.number("anisotropyStrength", 0, high=1))
+        turned = (normal is not None or strength.scale > 0.0) and not matt
+        places = {self.textures.placement(holder, name, turned) for holder, name in self.placed}
+        if len(places) > 1:
+            raise NotDrawn("its maps lie apart on the mesh")
+        return MoreMaps(
+            normal=None if matt else normal,
+            normal_scale=self.node.child("normalTexture").number("scale", 1, low=-math.inf),
+            strength=Number(scale=0.0) if matt else strength,
+            direction=direction,
+            turn=stretch.number("anisotropyRotation", 0, low=-math.inf),
+            placement=places.pop() if places else Placement(),
+            matt=matt,
+            mends=answer.maps == "mended",
+        )
+
     def _specular_glossiness(self, gloss: Node, shared: dict[str, Any]) -> SurfaceMaps:
-        packed = self.textures.of(gloss, "specularGlossinessTexture")
+        packed = self._texture(gloss, "specularGlossinessTexture")
         return SurfaceMaps(
-            base=Colour(self.textures.of(gloss, "diffuseTexture"), tuple(_factor(gloss, "diffuseFactor")[:3])),
+            base=Colour(self._texture(gloss, "diffuseTexture"), tuple(_factor(gloss, "diffuseFactor")[:3])),
             reflected=Colour(packed, tuple(gloss.numbers("specularFactor", (1.0, 1.0, 1.0), high=1))),
             roughness=Number(packed, 3, gloss.number("glossinessFactor", 1, high=1), inverted=True),
             glossy=True,
@@ -178,10 +235,10 @@ class _Material:
             return Number(), None
         if self.extensions.has("KHR_materials_pbrSpecularGlossiness"):
             gloss = self.extensions.child("KHR_materials_pbrSpecularGlossiness")
-            opacity = Number(self.textures.of(gloss, "diffuseTexture"), 3, _factor(gloss, "diffuseFactor")[3])
+            opacity = Number(self._texture(gloss, "diffuseTexture"), 3, _factor(gloss, "diffuseFactor")[3])
         else:
             pbr = self.node.child("pbrMetallicRoughness")
-            opacity = Number(self.textures.of(pbr, "baseColorTexture"), 3, _factor(pbr, "baseColorFactor")[3])
+            opacity = Number(self._texture(pbr, "baseColorTexture"), 3, _factor(pbr, "baseColorFactor")[3])
         return opacity, self.node.number("alphaCutoff", 0.5) if mode == "MASK" else None
 
     def _emitted(self) -> Colour | None:
@@ -193,8 +250,9 @@ class _Material:
 
     def _unrendered(self) -> list[str]:
         """What the material says that no model of ours shows, in words."""
-        names = [KEPT_EXTENSIONS.get(name, name) for name in self.extensions.values]
-        names += ["bumps of the normal map"] if self.node.has("normalTexture") else []
+        kept = [name for name in self.extensions.values if not (self.stretched and name == "KHR_materials_anisotropy")]
+        names = [KEPT_EXTENSIONS.get(name, name) for name in kept]
+        names += ["bumps of the normal map"] if self.node.has("normalTexture") and not self.bumps else []
         names += ["occlusion"] if self.node.has("occlusionTexture") else []
         names = [name for name in names if name]
         notes = [f"kept in the record and not rendered: {', '.join(names)}"] if names else []
@@ -233,6 +291,11 @@ def _licence(asset: Node) -> str:
     added = extras.get("license") if isinstance(extras, dict) else None
     said = (asset.text("copyright"), added if isinstance(added, str) else "")
     return "; ".join(printable(text.strip()) for text in said if text.strip())
+
+
+def _unlit(maps: SurfaceMaps) -> SurfaceMaps:
+    """The body alone."""
+    return SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff)
 
 
 def _factor(node: Node, name: str) -> list[float]:

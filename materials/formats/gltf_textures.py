@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from ...spectral.errors import InputError
+from ..svbrdf.maps import Placement
+from ..svbrdf.texels import Wrap
 from .gltf_container import GltfFile, named_by_backslashes
 from .gltf_json import Node
+from .pictures.drawn import NotDrawn
 from .pictures.textures import Texture
 
 # Textures of colours are in sRGB; all others hold numbers.
 _SRGB = ("baseColorTexture", "emissiveTexture", "diffuseTexture", "specularGlossinessTexture")
 _OTHER_PICTURES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "MSFT_texture_dds")
+# OpenGL's numbers, which samplers have.
+_WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _KTX2 = b"\xabKTX 20\xbb"
 #: Extensions of a material: what to call those that are kept and not rendered; "" for those that are rendered.
 KEPT_EXTENSIONS = {
@@ -63,6 +69,40 @@ class TextureReader:
             holder.refuse(name, "not decoded", "a KTX2 texture", "PNG, JPEG, WebP or AVIF", hint)
         _ = texture.mime
         return texture
+
+    def placement(self, holder: Node, name: str, turned: bool = False) -> Placement:
+        """Where a texture lies on the mesh, (u, v) growing upwards; `turned`: what it says has directions.
+
+        Raises
+        ------
+        NotDrawn : another set of coordinates than the first, or rotated (KHR_texture_transform's formula turns against
+            its words), or mirrored where it has directions.
+        InputError : a number or a word that the specification does not have.
+        """
+        information = holder.child(name)
+        transform = information.child("extensions").child("KHR_texture_transform")
+        coordinates = transform if transform.has("texCoord") else information
+        if coordinates.whole("texCoord", 0):
+            raise NotDrawn("coordinates of another set than the first")
+        if transform.number("rotation", 0.0, low=-math.inf):
+            raise NotDrawn("a texture that is rotated on the mesh, where the specification contradicts itself")
+        across, down = transform.numbers("scale", (1.0, 1.0), low=-math.inf)
+        left, top = transform.numbers("offset", (0.0, 0.0), low=-math.inf)
+        if turned and min(across, down) <= 0.0:
+            raise NotDrawn("directions in a texture that is mirrored on the mesh")
+        texture, _ = self._image(holder, name)
+        samplers = self.gltf.root.children("samplers")
+        if not texture.has("sampler"):
+            return Placement((across, down), (left, 1.0 - top - down))
+        sampler = samplers[texture.whole("sampler", below=len(samplers))]
+        wrap = []
+        for key in ("wrapS", "wrapT"):
+            code = sampler.whole(key, 10497)
+            if code not in _WRAPS:
+                expected = ", ".join(f"{known} ({word})" for known, word in _WRAPS.items())
+                sampler.refuse(key, "unknown way to go on beyond a texture", code, expected)
+            wrap.append(_WRAPS[code])
+        return Placement((across, down), (left, 1.0 - top - down), (wrap[0], wrap[1]))
 
     def all(self) -> tuple[list[Texture], list[str]]:
         """Every texture whose bytes are there, rendered or not, and what is to be said of them."""

@@ -1,12 +1,14 @@
 """Loose texture maps: albedo, roughness, metallic, normal, ... in pictures of their own, told apart by their names.
 
 The albedo stands for its set; its siblings in the same folder come with it. Integers are sRGB in an albedo and numbers
-elsewhere; floats (OpenEXR, TIFF) are linear. What is rendered is the mean of the maps; the maps are kept as they came.
+elsewhere; floats (OpenEXR, TIFF) are linear. Every texel is rendered, or the mean of all where that is asked for or
+maps say more than is drawn; the maps are kept as they came.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +16,25 @@ import numpy as np
 
 from ...spectral.errors import InputError
 from ...spectral.files import existing_file
+from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
+from ..svbrdf.maps import MappedSurface
 from .measured import placed
 from .naming import id_word, printable
+from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
 from .pictures.map_names import SUFFIXES, map_name, members
 from .pictures.map_record import kept_maps
+from .pictures.normal_maps import Green, green_of
 from .pictures.stand_in import Colour, Number, SurfaceMaps, model_of
 from .pictures.textures import Texture
 
-__all__ = ["NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
+__all__ = ["DRAWS_MAPS", "NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
 
 NAME = "texture maps"
+#: It asks how maps are drawn.
+DRAWS_MAPS = True
 MOST_BYTES = 256 << 20
 _COLOURED = ("albedo", "emission")
 # Of these, two in one set would leave open which one counts.
@@ -44,14 +52,14 @@ def companions(path: Path) -> Iterable[Path]:
     return tuple(other for files in members(path).values() for other in files if other != path)
 
 
-def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """The one record, "maps/NAME", of the set that a map belongs to.
 
     Raises
     ------
     InputError
         No albedo, two maps of one property, maps of different sizes; a picture that cannot be read or is too large;
-        colours that no reflectance has.
+        colours that no reflectance has; a normal map that does not say which way is up, normals that are none.
     """
     found = members(existing_file(path))
     if "albedo" not in found:
@@ -67,11 +75,10 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     textures = {role: [_texture(role, file) for file in files] for role, files in found.items()}
     every = [texture for several in textures.values() for texture in several]
     _check_sizes(path, every)
-    only = {role: several[0] for role, several in textures.items()}
     notes: list[str] = []
     with placed(path, "albedo"):
-        model, parameters = _surface(only, uplift, notes)
-    notes += _unrendered(textures) + [note for texture in every for note in texture.notes]
+        model, parameters, drawn = _surface(textures, uplift, answer, notes)
+    notes += _unrendered(textures, drawn) + [note for texture in every for note in texture.notes]
     notes += [f"spectra by {uplift}, of linear sRGB"]
     notes += [f"{printable(texture.file.name)}: SHA-256 {texture.digest}" for texture in every]
     name = map_name(path)
@@ -163,8 +170,13 @@ def _check_sizes(path: Path, textures: list[Texture]) -> None:
         )
 
 
-def _surface(only: dict[str, Texture], uplift: str, notes: list[str]) -> tuple[str, dict[str, Any]]:
-    """Model and parameters of the mean; what was assumed is added to `notes`."""
+def _surface(
+    textures: dict[str, list[Texture]], uplift: str, answer: Answer, notes: list[str]
+) -> tuple[str, dict[str, Any], set[str]]:
+    """Model, parameters, and the properties that are drawn beside colour, roughness and metal; what was assumed is
+    added to `notes`.
+    """
+    only = {role: several[0] for role, several in textures.items()}
     albedo = only["albedo"]
     if albedo.floating:
         beyond = int(((albedo.values[..., :3] < 0) | (albedo.values[..., :3] > 1)).sum())
@@ -173,13 +185,72 @@ def _surface(only: dict[str, Texture], uplift: str, notes: list[str]) -> tuple[s
         notes.append("the alpha of the albedo is kept and not rendered")
     roughness, metallic = _roughness(only, notes), _metallic(only, notes)
     maps = SurfaceMaps(base=Colour(albedo), metallic=metallic or Number(scale=0.0), roughness=roughness or Number())
+    facets = roughness or metallic
+    if facets:
+        notes += ["no roughness map: taken as 1"] if roughness is None else []
+    else:
+        notes.append("no map of roughness or metal: taken to be perfectly diffuse")
+    if answer.maps != "mean":
+        try:
+            surface, said, drawn = _drawn(textures, maps, facets is None, uplift, answer)
+            if surface is not None:
+                notes += said
+                return "maps", surface.parameters(), drawn
+        except NotDrawn as reason:
+            notes.append(f"not drawn texel by texel: {reason}")
     parameters, more_notes = model_of(maps, uplift)
     notes += more_notes
-    if roughness or metallic:
-        notes += ["no roughness map: taken as 1"] if roughness is None else []
-        return "metallic_roughness", dict(parameters)
-    notes.append("no map of roughness or metal: taken to be perfectly diffuse")
-    return "lambert", {"wavelengths_nm": parameters["wavelengths_nm"], "reflectance": parameters["diffuse"]}
+    if facets:
+        return "metallic_roughness", dict(parameters), set()
+    lambert = {"wavelengths_nm": parameters["wavelengths_nm"], "reflectance": parameters["diffuse"]}
+    return "lambert", lambert, set()
+
+
+def _drawn(
+    textures: dict[str, list[Texture]], maps: SurfaceMaps, matt: bool, uplift: str, answer: Answer
+) -> tuple[MappedSurface | None, list[str], set[str]]:
+    """The surface of all texels, None where they are alike; notes; and which of the other properties it shows."""
+    notes: list[str] = []
+    drawn: set[str] = set()
+    more = MoreMaps(matt=matt, mends=answer.maps == "mended")
+    role = next((role for role in ("normal_gl", "normal_dx", "normal") if role in textures), "")
+    if role:
+        if len(textures[role]) > 1:
+            raise NotDrawn(f"{len(textures[role])} normal maps, of which one can count")
+        drawn.add(role)
+        more = replace(more, normal=textures[role][0], green=_green(role, textures[role][0], answer, notes))
+    if "opacity" in textures:
+        opacity = textures["opacity"][0]
+        codes = opacity.band(0, slice(0, opacity.size[0]))
+        if ((codes == 0.0) | (codes == 1.0)).all():
+            drawn.add("opacity")
+            maps = replace(maps, coverage=Number(opacity), cutoff=0.5)
+        else:
+            notes.append("the opacity map is no mask of 0 and 1: it is rendered opaque")
+    surface, said = drawn_maps(maps, more, uplift)
+    return surface, notes + said, drawn
+
+
+def _green(role: str, texture: Texture, answer: Answer, notes: list[str]) -> Green:
+    """Which way green points in a normal map: by its name, by itself, or as it was answered."""
+    if role != "normal":
+        return "opengl" if role == "normal_gl" else "directx"
+    proved = green_of(texture)
+    if proved and answer.normal_map in (None, proved):
+        up = "up (OpenGL)" if proved == "opengl" else "down (DirectX)"
+        notes.append(f"green is {up} in the normal map: so its slopes are those of one height")
+        return proved
+    if answer.normal_map is None or proved:
+        raise InputError(
+            "a normal map that does not say which way is up" if proved is None else "not what --normal-map says",
+            file=texture.file,
+            field=texture.field,
+            found="slopes that are no height's either way" if proved is None else f"slopes of a height by {proved}",
+            expected="a name that ends in nor_gl, nor_dx, NormalGL or NormalDX",
+            hint="say it with --normal-map opengl or directx, or do without it with --maps mean",
+        )
+    notes.append(f"the normal map is taken as that of {answer.normal_map}: so it was answered")
+    return answer.normal_map
 
 
 def _roughness(only: dict[str, Texture], notes: list[str]) -> Number | None:
@@ -218,13 +289,13 @@ def _one_channel(texture: Texture) -> list[str]:
     return [f"the {texture.slot} map is in colour: its red channel counts"]
 
 
-def _unrendered(textures: dict[str, list[Texture]]) -> list[str]:
+def _unrendered(textures: dict[str, list[Texture]], drawn: set[str]) -> list[str]:
     rough = next((role for role in ("roughness", "packed", "gloss", "metallic_smoothness") if role in textures), "")
     metal = next((role for role in ("metallic", "packed", "metallic_smoothness") if role in textures), "")
-    used = {"albedo", rough, metal}
+    used = {"albedo", rough, metal, *drawn}
     names = [role for role in textures if role not in used]
     notes = [f"kept in the record and not rendered: {', '.join(sorted(names))}"] if names else []
-    if "normal" in textures:
+    if "normal" in textures and "normal" not in drawn:
         notes.append("the normal map does not say whether green is up (OpenGL) or down (DirectX)")
     for several in textures.values():
         for texture in several:

@@ -1,4 +1,4 @@
-"""Facets about a normal that is not the surface's own: GGX whose width is a matrix, so that it may be turned and summed.
+"""Facets about a normal that is not the surface's own: GGX whose width is a matrix, which may be turned and summed.
 
 A facet's slopes m, against the plane of the normal, are spread by S = ((a, b), (b, c)): for roughness that is alike in
 all directions S = alpha^2 times 1. D = 1 / (pi sqrt(det S) cos(theta_h)^4 (1 + m S^-1 m)^2), which for a diagonal S is
@@ -20,9 +20,9 @@ def turned_to(
     """
     x, y, z = np.moveaxis(normal, -1, 0)
     across = np.hypot(y, z)
-    cos, sin = (
-        np.divide(part, across, out=np.full_like(x, rest), where=across > 0) for part, rest in ((z, 1.0), (y, 0.0))
-    )
+    leans = across > 0
+    cos = np.divide(z, across, out=np.ones_like(x), where=leans)
+    sin = np.divide(y, across, out=np.zeros_like(x), where=leans)
     found = []
     for w in directions:
         # The normal leans in the plane of y and z first: `up` is what is left of w along it.

@@ -1,4 +1,4 @@
-"""The terms of a surface of maps: what texels scatter as planes of numbers, of which four or so are coefficients of colour.
+"""The terms of a surface of maps: what texels scatter as planes of numbers, a few of them coefficients of colour.
 
 Body and facets share their spectra: with coefficients b (body), e (body at grazing), s (facets) and edge f of a texel,
 the fall (1 - h.wi)^5 and the facets' D G / (4 cos cos) at its normal,
@@ -27,7 +27,7 @@ from ..points import Points
 from ..terms import Terms
 from .facets import facets, turned_to
 from .map_levels import normals_from_afar, spread_from_afar
-from .maps import Placement
+from .maps import WHOLE, Placement
 from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
 
 #: Along each side of what a sample spans: so many places are looked up, at the level whose texels lie as far apart.
@@ -78,7 +78,7 @@ class MapPlanes(Summand):
     layout: Layout
     palette: Palette
     cutoff: float = 0.0
-    placement: Placement = Placement()
+    placement: Placement = WHOLE
     precision: Literal["single", "half"] = "single"
     frame: Frame = "io"
 
@@ -99,23 +99,23 @@ class MapPlanes(Summand):
     def levels(self) -> tuple[list[np.ndarray], Layout]:
         """The planes at each level, and their layout, which has the widths and the z of mean normals besides."""
         layout, rank = self.layout, self.layout.rank
-        columns, constants, starts = list(layout.columns), [*layout.constants, 1.0], layout.starts
+        columns, starts = list(layout.columns), layout.starts
+        x, y = layout.constants[starts["normal"] : starts["normal"] + 2]
+        constants = [*layout.constants, max(1.0 - x * x - y * y, 0.0) ** 0.5]
         planes = self.planes.astype(np.float64)
         shape = planes.shape[:2]
 
         def kind(name: str, count: int) -> np.ndarray:
             return layout.numbers(planes.reshape(-1, planes.shape[2]), name, count).reshape(*shape, count)
 
-        if columns[starts["covers"]] >= 0:
+        if (covers := columns[starts["covers"]]) >= 0:
             there = (kind("covers", 1) >= self.cutoff).astype(np.float64)
-            covered = levels_of(np.concatenate([planes * there, there], axis=-1))
-            levels = [
-                np.divide(one[..., :-1], one[..., -1:], out=np.zeros_like(one[..., :-1]), where=one[..., -1:] > 0)
-                for one in covered
-            ]
-            for level, one in zip(levels[1:], covered[1:], strict=True):
-                level[..., columns[starts["covers"]]] = one[..., -1]
-            levels[0] = planes
+            levels = [planes]
+            for level in levels_of(np.concatenate([planes * there, there], axis=-1))[1:]:
+                count = level[..., -1:]
+                mean = np.divide(level[..., :-1], count, out=np.zeros_like(level[..., :-1]), where=count > 0)
+                mean[..., covers] = count[..., 0]
+                levels.append(mean)
         else:
             levels = levels_of(planes)
         normal, spread = starts["normal"], starts["spread"]
@@ -123,10 +123,8 @@ class MapPlanes(Summand):
         if any(varied):
             widths = spread_from_afar(kind("spread", 3))
             means, wider = normals_from_afar(kind("normal", 2))
-            added = [
-                np.concatenate([width + more, mean[..., 2:]], axis=-1)
-                for width, more, mean in zip(widths, wider, means, strict=True)
-            ]
+            each = zip(widths, wider, means, strict=True)
+            added = [np.concatenate([width + more, mean[..., 2:]], axis=-1) for width, more, mean in each]
             levels = [np.concatenate(both, axis=-1) for both in zip(levels, added, strict=True)]
             columns[spread : spread + 3] = range(planes.shape[2], planes.shape[2] + 3)
             columns.append(planes.shape[2] + 3)
@@ -158,7 +156,8 @@ class MapPlanes(Summand):
         levels, layout = self.levels
         assert points.footprint is not None
         uv, spanned = self._uv(points), points.footprint * self.placement.scale
-        level = level_at(spanned / TAPS, *self.planes.shape[:2], len(levels) - 1)
+        height, width, _ = self.planes.shape
+        level = level_at(spanned / TAPS, height, width, len(levels) - 1)
         fine = level.astype(np.int64)
         total = np.zeros((len(points), self.rank))
         for number in np.unique(fine):
@@ -168,7 +167,7 @@ class MapPlanes(Summand):
                 for down in _TAPS:
                     place = uv[here] + across * spanned[here, 0] + down * spanned[here, 1]
                     texels = look_up(levels[number], place, self.placement.wrap)
-                    found = self._shown(texels, layout, chosen, number > 0)
+                    found = self._shown(texels, layout, chosen, bool(number > 0))
                     if part.any():
                         coarser = look_up(levels[number + 1], place, self.placement.wrap)
                         found += part * (self._shown(coarser, layout, chosen, True) - found)
@@ -211,13 +210,7 @@ class MapPlanes(Summand):
         levels, layout = self.levels if filtered and self.uses_uv else ([self.planes], self.layout)
         texels, sizes, places = packed(levels, self.planes.dtype == np.float16 and not filtered)
         wraps = dict(zip(("WRAP_U", "WRAP_V"), map(WRAPS.index, self.placement.wrap), strict=True))
-        sizes = {
-            **sizes,
-            **wraps,
-            "PLANES": 4 * (texels.shape[1] // levels[0].shape[1]),
-            "RANK": layout.rank,
-            "TAPS": TAPS,
-        }
+        sizes |= wraps | {"PLANES": 4 * (texels.shape[1] // levels[0].shape[1]), "RANK": layout.rank, "TAPS": TAPS}
         names = {name.upper(): start for name, start in layout.starts.items()}
         sizes |= {f"AT_{name}": start for name, start in names.items()}
         for name, start in names.items():
@@ -225,7 +218,9 @@ class MapPlanes(Summand):
                 sizes |= {f"SPREAD_{axes}": layout.columns[start + k] for k, axes in enumerate(("XX", "XY", "YY"))}
             elif start < len(layout.columns):
                 sizes[name] = layout.columns[start]
-        constants = tuple(layout.constants)
+        # Compilers cut what is never read off the end of an array.
+        read = [number for number, column in enumerate(layout.columns) if column < 0]
+        constants = tuple(layout.constants[: max(read, default=0) + 1])
         uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff}
         uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
         return TermShader(

@@ -9,7 +9,9 @@ uniform vec4 placement;         // of the picture on the mesh: scale, offset
 uniform float cutoff;
 
 #define ROWS ((RANK + 4) / 4)
-#define NUMBER(first, k, constant) ((first) < 0 ? constants[(constant) + (k)] : numbers[max(first, 0) + (k)])
+// The index that is not read must lie inside its array, too.
+#define NUMBER(first, k, constant) \
+    ((first) < 0 ? constants[min((constant) + (k), CONSTANTS - 1)] : numbers[min(max(first, 0) + (k), PLANES - 1)])
 
 struct Here {
     vec4 terms[ROWS];

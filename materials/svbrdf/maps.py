@@ -1,12 +1,12 @@
-"""Surfaces of texture maps: the facets and the body of glTF's materials, with a colour, a roughness and a normal a texel.
+"""Surfaces of texture maps: the facets and the body of glTF's materials, with colour, roughness and normal by texels.
 
 Between texels, what they scatter is mixed as far as that is one number each: colours of body and facets, the square of
-alpha (as a matrix, where highlights are stretched), and the x and y of the unit normal. A texel that is part metal is so
-much metal beside so much of the other, as the specification's appendix B.2 has it.
+alpha (as a matrix, where highlights are stretched), and the x and y of the unit normal. A texel that is part metal is
+so much metal beside so much of the other, as the specification's appendix B.2 has it.
 
 Directions are turned into the frame of the texel's normal. What arrives is counted by the cosine there, so that f_r is
-the facets' own times cos(theta_i) there over cos(theta_i) of the mesh. Nothing is reflected where either direction is on
-or below the horizon of the mesh, or of the texel's normal: bumps neither shine through nor light what faces away.
+the facets' own times cos(theta_i) there over cos(theta_i) of the mesh. Nothing is reflected where either direction is
+on or below the horizon of the mesh, or of the texel's normal: bumps neither shine through nor light what faces away.
 """
 
 from __future__ import annotations
@@ -54,6 +54,10 @@ class Placement:
         return uv * self.scale + self.offset
 
 
+#: As the mesh has it, repeated.
+WHOLE = Placement()
+
+
 @dataclass(frozen=True, eq=False)
 class Texels:
     """What n texels scatter.
@@ -82,8 +86,8 @@ class MappedSurface(Surface):
         metal      = (base + (1 - base) (1 - h.wi)^5) D G / (4 cos cos)
         f_r        = (m metal + (1 - m) dielectric) cos(theta_i of the texel) / cos(theta_i of the mesh)
 
-    and (1 - F_d) with the largest of c's red, green and blue. `glossy`: `base` is the body's colour and `reflected` that
-    of all facets (KHR_materials_pbrSpecularGlossiness), and (1 - largest of c) base takes the place of base.
+    and (1 - F_d) with the largest of c's red, green and blue. `glossy`: `base` is the body's colour and `reflected`
+    that of all facets (KHR_materials_pbrSpecularGlossiness), and (1 - largest of c) base takes the place of base.
 
     Parameters
     ----------
@@ -116,7 +120,7 @@ class MappedSurface(Surface):
     turn: TexelMap | None = None
     coverage: TexelMap = _ONE
     cutoff: float = 0.0
-    placement: Placement = Placement()
+    placement: Placement = WHOLE
 
     def __post_init__(self) -> None:
         colours = 3 if self.uplift else len(self.wavelengths_nm)

@@ -1,4 +1,4 @@
-"""What a person says of files that do not say it themselves: the options `--as` and `--scale` of an import."""
+"""What a person says of files that do not say it: `--as`, `--scale`, `--maps` and `--normal-map` of an import."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from ..errors import InputError, UnknownNameError
 from ..spectrum import Quantity
 
 Scale = Literal["percent", "fraction"]
+#: How texture maps are drawn: texel by texel; that, with normals that are none taken as level; by their mean.
+MapsDrawn = Literal["texels", "mended", "mean"]
+#: Which way green points in a normal map: upwards in the picture, or downwards.
+NormalMap = Literal["opengl", "directx"]
 
 
 @dataclass(frozen=True)
@@ -17,6 +21,8 @@ class Answer:
     """What was measured, and on which scale it is written; None leaves that to the file.
 
     A file that says something else is refused, and not overruled: one answer is given for many files.
+
+    maps : None is "texels". normal_map : for normal maps that do not say it and do not prove it themselves.
 
     Raises
     ------
@@ -26,9 +32,13 @@ class Answer:
 
     quantity: Quantity | None = None
     scale: Scale | None = None
+    maps: MapsDrawn | None = None
+    normal_map: NormalMap | None = None
 
     def __post_init__(self) -> None:
-        for field, words, known in (("as", self.quantity, Quantity), ("scale", self.scale, Scale)):
+        said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
+        said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
+        for field, words, known in said:
             if words is not None and words not in get_args(known):
                 raise UnknownNameError(field, str(words), get_args(known))
         if self.quantity == "emission" and self.scale is not None:

@@ -40,7 +40,7 @@ def hammered(height=24, width=32, **others):
 
 
 SURFACE = hammered()
-FORM = SURFACE.own_form()
+FORM = SURFACE.own_form(1e-3)  # in single precision
 
 
 @pytest.fixture(params=["numpy", "GL"])
@@ -75,7 +75,7 @@ def differences(scene, surface, form, renderer, lights=LIGHTS):
 def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats):
     scene = scene_of(scenes, uv=repeats * shapes.plane(4.0, 4.0).uv)
     off = differences(scene, SURFACE, FORM, kind)
-    assert len(off) > 1000 and np.median(off) < 0.001 and np.percentile(off, 95) < 0.01
+    assert len(off) > 1000 and np.median(off) < 0.02 and np.percentile(off, 95) < 0.2
 
 
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
@@ -89,3 +89,17 @@ def test_gl_and_numpy_agree(scenes, gl, filtering, distance, wrap):
     np.testing.assert_array_equal(covered, coverage)
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
     assert off.max() < 0.1
+
+
+def test_far_away_means_are_nearer_to_many_samples(scenes, kind):
+    """Some ten texels a sample: what lies between is not seen without."""
+    scene = scene_of(scenes, 30.0, size=32, uv=8.0 * shapes.plane(4.0, 4.0).uv)
+    with SoftwareRenderer() as many:
+        truth, whole = many.render(scene, replace(scene.camera(), samples=12), {"cloth": FORM})
+    found = {}
+    for filtering in ("linear", "mipmapped"):
+        with kind(filtering) as renderer:
+            xyz, _ = renderer.render(scene, None, {"cloth": FORM})
+        inside = whole == 1.0
+        found[filtering] = delta_e_xyz(truth[inside].astype(float), xyz[inside].astype(float), scene.adopted_white())
+    assert np.mean(found["mipmapped"]) < 0.3 * np.mean(found["linear"]), {k: v.mean() for k, v in found.items()}

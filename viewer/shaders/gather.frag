@@ -4,6 +4,9 @@
 #include "environment.glsl"
 #include "gathered.glsl"
 #include "terms.glsl"
+#ifdef HIDDEN
+#include "hidden.glsl"
+#endif
 
 uniform sampler2D seen;         // triangle number + 1 at every sample
 uniform sampler2D tangent, bitangent, normal;   // with the direction to the viewer, see frames.frag
@@ -37,16 +40,39 @@ void main() {
         vec4 steps = texelFetch(footprint, at, 0);
         s.footprint = mat2(steps.xy, steps.zw);
 #endif
-        mat3 to_map = map_from_world * mat3(x.xyz, y.xyz, z.xyz);
+        mat3 to_world = mat3(x.xyz, y.xyz, z.xyz);
+        mat3 to_map = map_from_world * to_world;
         Here here = here_at(s);
-        vec4 light = on_surface(to_map[2]) / PI;
+        vec4 light = on_surface(to_map[2]);
+#ifdef HIDDEN
+        Hiding hiding = hiding_at(number, at, z.xyz);
+        float angles[MOST_BRIGHT];
+        for (int j = 0; j < BRIGHT; ++j) {
+            angles[j] = signed_distance(hiding, bright_axes[j].xyz);
+            light -= (1.0 - free_share(angles[j], bright_axes[j].w)) * bright_on(z.xyz, j) * bright_amplitudes[j];
+        }
+        for (int k = 0; k < 25; ++k) light -= hiding.lost[k / 4][k % 4] * rest[k];
+        light = max(light, vec4(0.0));
+#endif
         for (int k = 0; k < QUADS; ++k) {
             int row = first_row + k;
-            total[k] += light[row / rows] * value(here, LOBES, row % rows);
+            total[k] += light[row / rows] / PI * value(here, LOBES, row % rows);
         }
         for (int q = 0; q < LOBES; ++q) {
             vec4 lobe = lobe(here, q);
             light = under_gaussian(to_map * lobe.xyz, lobe.w);
+#ifdef HIDDEN
+            vec3 to = to_world * lobe.xyz;
+            float lambda = 1.0 / lobe.w, angle = signed_distance(hiding, to), alone = free_share(angle, lambda);
+            light *= alone;
+            for (int j = 0; j < BRIGHT; ++j) {
+                float both = lambda + bright_axes[j].w;
+                float between = mix(angle, angles[j], bright_axes[j].w / both);
+                light += (free_share(between, both) - alone) * bright_under(to, lambda, bright_axes[j])
+                    * bright_amplitudes[j];
+            }
+            light = max(light, vec4(0.0));
+#endif
             for (int k = 0; k < QUADS; ++k) {
                 int row = first_row + k;
                 total[k] += light[row / rows] * value(here, q, row % rows);

@@ -14,18 +14,18 @@ from pathlib import Path
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".tga", ".bmp", ".webp", ".exr")
 _ROLES = {
-    "albedo": "albedo alb basecolor basecolour diffuse diff color colour col albedotransparency",
+    "albedo": "albedo alb basecolor basecolour basegray basegrey diffuse diff dif color colour col albedotransparency",
     "roughness": "roughness rough rgh",
     "gloss": "gloss glossiness glossy smoothness",
     "metallic": "metallic metalness metal",
-    "normal": "normal normals nrm nor norm nmap",
+    "normal": "normal normals nrm nor norm nom nmap",
     "normal_gl": "norgl normalgl nrmgl normalopengl noropengl normalogl",
     "normal_dx": "nordx normaldx nrmdx normaldirectx nordirectx",
     "occlusion": "ao occlusion ambientocclusion occ ambient",
     "height": "height displacement disp bump",
     "packed": "arm orm metallicroughness occlusionroughnessmetallic",
     "metallic_smoothness": "metallicsmoothness metalsmoothness",
-    "specular": "specular spec reflection",
+    "specular": "specular spec spe reflection",
     "opacity": "opacity alpha transparency",
     "emission": "emission emissive emit",
     "cavity": "cavity curvature",

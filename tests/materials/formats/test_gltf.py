@@ -15,6 +15,7 @@ from metamer.materials.formats.pictures.map_record import kept_texture, texel_re
 from metamer.materials.records.models import rebuild
 from metamer.materials.source import Rejected
 from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import NO_ANSWER, Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
@@ -63,14 +64,18 @@ def document(*materials, pictures=(), **rest):
     return made | rest, binary
 
 
-def read(path, uplift="mallett-yuksel"):
-    return list(gltf.read_sources(path, uplift))
+def read(path, uplift="mallett-yuksel", answer=NO_ANSWER):
+    return list(gltf.read_sources(path, uplift, answer))
 
 
-def read_glb(tmp_path, *materials, uplift="mallett-yuksel", **rest):
+def read_glb(tmp_path, *materials, uplift="mallett-yuksel", answer=NO_ANSWER, **rest):
     path = tmp_path / "Show Room.glb"
     path.write_bytes(glb(*document(*materials, **rest)))
-    return read(path, uplift)
+    return read(path, uplift, answer)
+
+
+# Of maps, the mean.
+MEAN = Answer(maps="mean")
 
 
 def colour(samples):
@@ -130,7 +135,7 @@ def test_the_mean_of_a_texture_is_taken_in_linear_light(tmp_path):
     checks = np.zeros((2, 2, 3), np.uint8)
     checks[0, 0] = checks[1, 1] = 255
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0}}
-    (found,) = read_glb(tmp_path, material, pictures=[png(checks)])
+    (found,) = read_glb(tmp_path, material, answer=MEAN, pictures=[png(checks)])
     np.testing.assert_allclose(colour(found.parameters["diffuse"]), 0.5, atol=1e-3)
     assert "mean of the maps" in found.provenance.notes
 
@@ -141,7 +146,7 @@ def test_rust_on_steel_is_half_a_metal_and_half_a_dielectric(tmp_path):
     base[0, 0], base[0, 1] = 255, [188, 0, 0]
     packed = np.array([[[0, 0, 255], [0, 255, 0]]], np.uint8)
     pbr = {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}}
-    (found,) = read_glb(tmp_path, {"pbrMetallicRoughness": pbr}, pictures=[png(base), png(packed)])
+    (found,) = read_glb(tmp_path, {"pbrMetallicRoughness": pbr}, answer=MEAN, pictures=[png(base), png(packed)])
     rust = ((188 / 255 + 0.055) / 1.055) ** 2.4
     np.testing.assert_allclose(colour(found.parameters["diffuse"]), [rust / 2, 0, 0], atol=1e-3)
     np.testing.assert_allclose(colour(found.parameters["specular"]), 0.52, atol=1e-3)
@@ -228,9 +233,12 @@ def test_transparent_texels_do_not_count(tmp_path):
     leaf[0, 0], leaf[0, 1:] = [0, 255, 0, 255], [255, 0, 255, 10]
     pbr = {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0}
     for mode, red in (("MASK", 0.0), ("OPAQUE", 0.75)):
-        (found,) = read_glb(tmp_path, {"pbrMetallicRoughness": pbr, "alphaMode": mode}, pictures=[png(leaf)])
+        (found,) = read_glb(
+            tmp_path, {"pbrMetallicRoughness": pbr, "alphaMode": mode}, answer=MEAN, pictures=[png(leaf)]
+        )
         np.testing.assert_allclose(colour(found.parameters["diffuse"])[0], red, atol=2e-3)
-    (found,) = read_glb(tmp_path, {"pbrMetallicRoughness": pbr, "alphaMode": "MASK"}, pictures=[png(leaf)])
+    masked = {"pbrMetallicRoughness": pbr, "alphaMode": "MASK"}
+    (found,) = read_glb(tmp_path, masked, answer=MEAN, pictures=[png(leaf)])
     assert "opacity 0.25" in found.provenance.notes
 
 

@@ -15,6 +15,7 @@ from metamer.materials.formats.pictures.textures import Texture, linear_from_srg
 from metamer.materials.records.models import rebuild
 from metamer.materials.source import MaterialSource, Rejected
 from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import NO_ANSWER, Answer
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -60,8 +61,8 @@ def tiff16(values, order, planar=1):
     return out + b"\0\0\0\0" + struct.pack(f"{order}HHH", 16, 16, 16) + data
 
 
-def read(path, uplift="mallett-yuksel"):
-    (found,) = maps.read_sources(path, uplift)
+def read(path, uplift="mallett-yuksel", answer=NO_ANSWER):
+    (found,) = maps.read_sources(path, uplift, answer)
     assert isinstance(found, MaterialSource)
     rebuild(found.model, found.parameters)
     return found
@@ -128,7 +129,7 @@ def test_a_set_is_one_material_and_the_albedo_stands_for_it(tmp_path):
         maps.recognises(path, b"") for path in (rough, metal, normal, other)
     )
     assert set(maps.companions(albedo)) == {rough, metal, normal}
-    found = read(albedo)
+    found = read(albedo, answer=Answer(maps="mean"))
     assert (found.id, found.model) == ("maps/wood-1k", "metallic_roughness")
     assert found.provenance.kind == "uplifted(mallett-yuksel)"
     np.testing.assert_allclose(colour(found.parameters["diffuse"]), linear_from_srgb(np.array(188 / 255)), rtol=2e-3)

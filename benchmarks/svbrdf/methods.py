@@ -1,0 +1,114 @@
+"""The ways to render that are compared: a name and a function each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.environment.harmonics import cosine_factors, harmonics
+from ...lighting.lights import DirectionalLight
+from ...materials.gaussians.hemisphere import quick_share
+from ...materials.gaussians.ndf import slice_of
+from . import paper
+from .light import Gamma, PreparedLight
+from .surface import GlossySurface, ShadedPoints
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What a method renders: a surface at points under a light, beside a wall or in the open, in so many lobes.
+
+    wall : the unit vector that a plane through every point faces; directions behind it are hidden. None: nothing is.
+    """
+
+    surface: GlossySurface
+    points: ShadedPoints
+    light: PreparedLight
+    wall: Float[np.ndarray, "3"] | None
+    lobes: int
+
+    @property
+    def free_share(self) -> paper.FreeShare | None:
+        """What a signed distance function knows of the wall (eqs. 23 to 31): the angle from an axis to its edge."""
+        wall = self.wall
+        if wall is None:
+            return None
+        return lambda number, to, sharpness: quick_share(np.arcsin(np.clip(to @ wall, -1.0, 1.0)), sharpness)
+
+    def seen(self, directions: Float[np.ndarray, "... 3"]) -> np.ndarray:
+        """1 where a direction of the world is not hidden, 0 where it is."""
+        return np.ones(directions.shape[:-1]) if self.wall is None else (directions @ self.wall > 0.0).astype(float)
+
+
+#: A method: (N, K, 3) terms, cd/m^2: of the body, and of the facets at normal incidence and at grazing.
+Method = Callable[[Task], np.ndarray]
+
+
+def by_paper(task: Task) -> np.ndarray:
+    """Lobes warped, the visibility's share of each (eqs. 36 to 43)."""
+    return _with(task, task.free_share)
+
+
+def without_visibility(task: Task) -> np.ndarray:
+    """The same, as if nothing were hidden."""
+    return _with(task, None)
+
+
+def with_ambient_occlusion(task: Task) -> np.ndarray:
+    """The same, and all of it times the share of the clamped cosine that is free."""
+    found = _with(task, None)
+    return found if task.wall is None else found * _occlusion(task)
+
+
+def by_harmonics(task: Task) -> np.ndarray:
+    """25 harmonics of the light, the body exact in them, the lobes warped as the paper has them; ambient occlusion."""
+    body = (harmonics(task.points.normals) * cosine_factors()) @ task.light.kept_harmonics.T / np.pi
+    facets = _facets(task, task.light.smooth_gamma, None)
+    found = np.concatenate([body[:, :, None], facets], axis=2)
+    return found if task.wall is None else found * _occlusion(task)
+
+
+def at_half_vectors(task: Task) -> np.ndarray:
+    """Lobes of the distribution taken at the half vector itself: no warp; for lights of one direction."""
+    light = task.light.light
+    if not isinstance(light, DirectionalLight):
+        raise TypeError("a light of one direction is needed")
+    wi = task.points.local(np.broadcast_to(light.direction_to_light, (len(task.points), 3)))
+    wo, lit = task.points.viewer, wi[:, 2] > 0.0
+    half = wi + wo
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    arrives = np.where(lit, wi[:, 2] * light.illuminance_lux * task.seen(light.direction_to_light), 0.0)
+    facets = np.zeros((len(wi), 2))
+    if task.surface.density is not None:
+        facets = slice_of(task.surface.lobes(task.lobes), half)[:, None] * task.surface.smooth(wi, wo)
+    return (arrives[:, None] * np.column_stack([np.full(len(wi), 1.0 / np.pi), facets]))[:, None, :]
+
+
+def _occlusion(task: Task) -> Float[np.ndarray, "N 1 1"]:
+    """The share of the clamped cosine that is in front of the wall, which is closed."""
+    return (0.5 + 0.5 * task.points.normals @ task.wall)[:, None, None]
+
+
+def _with(task: Task, free_share: paper.FreeShare | None) -> np.ndarray:
+    body = paper.diffuse(task.points, task.light.lobes, free_share)
+    return np.concatenate([body[:, :, None], _facets(task, task.light.gamma, free_share)], axis=2)
+
+
+def _facets(task: Task, gamma: Gamma, free_share: paper.FreeShare | None) -> np.ndarray:
+    if task.surface.density is None:
+        return np.zeros((len(task.points), len(task.light.spectra), 2))
+    return paper.specular(task.surface, task.points, gamma, free_share, task.lobes)
+
+
+#: Those that render under any light; a further one is a line here.
+METHODS: dict[str, Method] = {
+    "paper": by_paper,
+    "no-visibility": without_visibility,
+    "ambient-occlusion": with_ambient_occlusion,
+    "sh25": by_harmonics,
+}
+#: Those for lights of one direction.
+DELTA_METHODS: dict[str, Method] = {"paper": by_paper, "half-vector": at_half_vectors}

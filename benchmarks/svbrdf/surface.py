@@ -1,0 +1,99 @@
+"""What is shaded: a matt body under facets, at points with a normal and a viewer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.gaussians.gaussian import Gaussians
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+
+#: Cosines below which the smooth factor is not followed: a lobe's axis may lie under the horizon.
+LEAST_COSINE = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class GlossySurface:
+    """f_r = body/pi + [(1 - s) normal + s grazing] D(h) V(i, o), with s = (1 - h.o)^5 and spectra on `wavelengths_nm`.
+
+    body, normal, grazing (L,) : reflectances. density : D of half vectors (..., 3) in the surface's frame, 1/sr; it may be
+    None where there is a body alone. masked : V, the masking over 4 cos i cos o, of (..., 3) and (..., 3). lobes : the
+    distribution as that many Gaussians.
+    """
+
+    name: str
+    body: Float[np.ndarray, " L"]
+    normal: Float[np.ndarray, " L"]
+    grazing: Float[np.ndarray, " L"]
+    density: Callable[[np.ndarray], np.ndarray] | None
+    masked: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    lobes: Callable[[int], Gaussians]
+
+    wavelengths_nm = WORKING_WAVELENGTHS_NM
+
+    @property
+    def spectra(self) -> Float[np.ndarray, "3 L"]:
+        """What the three terms are multiplied by: body, normal, grazing."""
+        return np.stack([self.body, self.normal, self.grazing])
+
+    def smooth(self, wi: Float[np.ndarray, "... 3"], wo: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 2"]:
+        """M_o of eq. 9, of the terms normal and grazing."""
+        wi, wo = np.broadcast_arrays(wi, wo)
+        inside = wi.copy()
+        inside[..., 2] = np.maximum(wi[..., 2], LEAST_COSINE)
+        half = wi + wo
+        rise = (1.0 - np.minimum(0.5 * np.linalg.norm(half, axis=-1), 1.0)) ** 5
+        return self.masked(inside, wo)[..., None] * np.stack([1.0 - rise, rise], axis=-1)
+
+    def terms(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """f_r cos i of the three terms, exact; 0 below the horizon."""
+        lit = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
+        found = np.zeros((len(wi), 3))
+        found[lit, 0] = wi[lit, 2] / np.pi
+        if self.density is not None:
+            half = wi[lit] + wo[lit]
+            half /= np.linalg.norm(half, axis=1, keepdims=True)
+            rise = (1.0 - np.minimum(np.sum(half * wo[lit], axis=1), 1.0)) ** 5
+            value = self.density(half) * self.masked(wi[lit], wo[lit]) * wi[lit, 2]
+            found[lit, 1:] = value[:, None] * np.stack([1.0 - rise, rise], axis=1)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class ShadedPoints:
+    """N points: `world_from_local` (N, 3, 3), whose columns are tangent, bitangent and normal; `viewer` (N, 3) local."""
+
+    world_from_local: Float[np.ndarray, "N 3 3"]
+    viewer: Float[np.ndarray, "N 3"]
+
+    @classmethod
+    def of_sphere(cls, across: int) -> ShadedPoints:
+        """A sphere seen from +z, `across` points wide, tangents along its parallels; not its last edge."""
+        middles = (np.arange(across) + 0.5) / across * 2.0 - 1.0
+        x, y = np.meshgrid(middles, middles)
+        seen = x * x + y * y < 0.995
+        x, y = x[seen], y[seen]
+        normal = np.stack([x, y, np.sqrt(1.0 - x * x - y * y)], axis=1)
+        tangent = np.stack([normal[:, 2], np.zeros_like(x), -x], axis=1)
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        world = np.stack([tangent, np.cross(normal, tangent), normal], axis=2)
+        return cls(world, world[:, 2, :].copy())
+
+    def __len__(self) -> int:
+        return len(self.viewer)
+
+    def world(self, local: Float[np.ndarray, "N *n 3"]) -> Float[np.ndarray, "N *n 3"]:
+        """Directions of each point's frame in the world."""
+        return np.einsum("nij,n...j->n...i", self.world_from_local, local)
+
+    def local(self, world: Float[np.ndarray, "N *n 3"]) -> Float[np.ndarray, "N *n 3"]:
+        """Directions of the world in each point's frame."""
+        return np.einsum("nji,n...j->n...i", self.world_from_local, world)
+
+    @property
+    def normals(self) -> Float[np.ndarray, "N 3"]:
+        """In the world."""
+        return self.world_from_local[:, :, 2]

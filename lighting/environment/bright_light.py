@@ -1,0 +1,84 @@
+"""An environment where something stands in its way: its bright parts as lobes that are hidden each for itself.
+
+One share of light for a whole lobe is as bad as none: what is hidden of a sun says nothing of the sky about it. So what
+lobes and surfaces gather stays what it is where all is free, and of it is taken what is hidden: of each bright part by
+itself, and of the rest by the lobe's own share, or by harmonics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from .brights import BrightParts, taken_apart
+from .environment import EnvironmentLight
+from .harmonics import gaussian_factors, harmonics, projected
+
+# Bright parts: more are slower and no better.
+_COUNT = 8
+# Nodes of what a bright part sends onto a surface, by the cosine to its axis; and those of the integral over it.
+_COSINES, _ACROSS, _AROUND = 257, 24, 24
+
+
+@dataclass(frozen=True, eq=False)
+class BrightLight:
+    """The bright parts of an environment as it is turned, world, and the harmonics of the rest.
+
+    parts : n lobes. lux (n, nodes) : what a lobe of amplitude 1 sends onto surfaces whose normals lie at cosines from
+    -1 to 1 to its axis. rest (K, 25) : all light but the lobes', in `harmonics`, cd/m^2 sr^(1/2).
+    """
+
+    parts: BrightParts
+    lux: Float[np.ndarray, "n nodes"]
+    rest: Float[np.ndarray, "K 25"]
+
+    @classmethod
+    def of(cls, environment: EnvironmentLight) -> BrightLight:
+        """Worked out anew when the light is turned: some tenths of a second."""
+        parts, _ = taken_apart(environment, _COUNT)
+        whole = _integrals(parts.sharpness)[:, None] * gaussian_factors(parts.sharpness) * harmonics(parts.axis)
+        rest = projected(environment) - parts.amplitude.T @ whole
+        return cls(parts, np.array([_on_surfaces(one) for one in parts.sharpness]).reshape(-1, _COSINES), rest)
+
+    def by_lobes(
+        self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
+    ) -> Float[np.ndarray, "N Q n"]:
+        """The mean of each bright part, of amplitude 1, under Gaussians about unit directions of the world.
+
+        Wang et al. 2009, eq. 4, over the Gaussian's integral, with the exponent written so that it does not overflow.
+        """
+        other = self.parts.sharpness
+        cosine = directions @ self.parts.axis.T
+        both = sharpness[..., None] + other
+        product = sharpness[..., None] * other * (1.0 - cosine)
+        length = np.sqrt(np.maximum(both * both - 2.0 * product, 1e-300))
+        inner = -2.0 * np.pi * np.expm1(-2.0 * length) / length * np.exp(-2.0 * product / (length + both))
+        return inner / _integrals(sharpness)[..., None]
+
+    def on_surfaces(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N n"]:
+        """Illuminance that each bright part of amplitude 1 gives surfaces of unit normals, world, lx."""
+        place = (np.clip(normals @ self.parts.axis.T, -1.0, 1.0) + 1.0) * (0.5 * (_COSINES - 1))
+        below = np.minimum(place.astype(np.int64), _COSINES - 2)
+        share = place - below
+        which = np.arange(len(self.lux))
+        return self.lux[which, below] * (1.0 - share) + self.lux[which, below + 1] * share
+
+
+def _integrals(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """Of exp(lambda (v . p - 1)) over the sphere, sr."""
+    return -2.0 * np.pi * np.expm1(-2.0 * sharpness) / sharpness
+
+
+def _on_surfaces(sharpness: float) -> Float[np.ndarray, " nodes"]:
+    """The integral of a lobe times the clamped cosine, by the cosine between normal and axis."""
+    # The lobe's own distribution: equal shares of it by 1 - cosine to the axis, which a Gaussian has an inverse for.
+    shares = (np.arange(_ACROSS) + 0.5) / _ACROSS
+    off = -np.log1p(shares * np.expm1(-2.0 * sharpness)) / sharpness
+    across = np.sqrt(np.maximum(off * (2.0 - off), 0.0))
+    around = np.cos(2.0 * np.pi * (np.arange(_AROUND) + 0.5) / _AROUND)
+    cosine = np.linspace(-1.0, 1.0, _COSINES)[:, None, None]
+    sine = np.sqrt(1.0 - cosine * cosine)
+    seen = np.maximum(cosine * (1.0 - off)[:, None] + sine * across[:, None] * around, 0.0)
+    return seen.mean(axis=(1, 2)) * float(_integrals(np.array(sharpness)))

@@ -1,0 +1,110 @@
+"""Visibility that was computed before: a file for each geometry, in a folder that may be deleted at any time.
+
+A file is named by a hash of all that it depends on: the vertices, normals and triangles of all parts, the code of this
+room, and the libraries that give the numbers. Materials, lights and cameras do not count. It holds a hash of its
+content; one that is damaged is computed anew, and that is said.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zipfile
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from ...spectral.files import check_writable, made_folder, written_whole
+from ...spectral.fingerprint import fingerprint
+from ..scene import Scene
+from .precompute import Progress, computed_visibility
+from .refinement import refined
+from .sites import nothing_hides, pieces_of
+from .visibility import SceneVisibility
+
+# What numpy makes of a file that is damaged.
+_UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
+# Libraries of which another version may give other numbers.
+_LIBRARIES = ("numpy", "scipy", "embreex")
+# Arrays of a file; the refinement is made anew, since the scene says it all.
+_ARRAYS = tuple(each.name for each in fields(SceneVisibility) if each.name != "refinement")
+_DIGEST, _NOTHING_HIDES = "digest", "nothing_hides"
+
+
+def scene_visibility(
+    scene: Scene,
+    folder: Path | str | None = None,
+    jobs: int = 1,
+    progress: Progress = lambda done, total, what: None,
+    say: Callable[[str], object] = lambda words: None,
+) -> SceneVisibility | None:
+    """The visibility of a scene, from `folder` where it is there, else computed and kept there.
+
+    Parameters
+    ----------
+    folder : of the cache, made where it is missing; None keeps nothing.
+    jobs, progress : as of `computed_visibility`.
+    say : hears a sentence where a file of the cache cannot be used.
+
+    Returns
+    -------
+    SceneVisibility or None : None where nothing hides anything from anything.
+
+    Raises
+    ------
+    InputError : it would not fit into memory; the folder cannot be made or written to.
+    """
+    if folder is None:
+        return computed_visibility(scene, jobs, progress)
+    # Known sooner than a file is read.
+    if nothing_hides(pieces_of(scene)):
+        return None
+    file = made_folder(folder) / f"{visibility_key(scene)}.npz"
+    if file.is_file():
+        try:
+            return _read(file, scene)
+        except _UNREADABLE:
+            say(f"{file} is damaged; the visibility of the scene is computed again")
+    # Before the work; this also clears away what a killed process has left of this file.
+    check_writable(file)
+    found = computed_visibility(scene, jobs, progress)
+    _write(file, found)
+    return found
+
+
+def visibility_key(scene: Scene) -> str:
+    """The hash of everything that the visibility of a scene depends on."""
+    meshes = tuple((part.mesh.vertices, part.mesh.normals, part.mesh.faces) for part in scene.parts)
+    return fingerprint(meshes, _code_hash())
+
+
+@cache
+def _code_hash() -> str:
+    """Of the modules of this room and of what they compute with, and the versions of libraries."""
+    room = Path(__file__).parent
+    found = hashlib.sha256(" ".join(f"{name} {version(name)}" for name in _LIBRARIES).encode())
+    for module in sorted([*room.glob("*.py"), room.parent / "vectors.py", room.parent / "geometry.py"]):
+        found.update(module.name.encode() + b"\0" + module.read_bytes())
+    return found.hexdigest()
+
+
+def _write(file: Path, visibility: SceneVisibility | None) -> None:
+    arrays = {} if visibility is None else {name: getattr(visibility, name) for name in _ARRAYS}
+    content = {**arrays, _NOTHING_HIDES: np.array(visibility is None)}
+    digest = np.array(fingerprint(content))
+    with written_whole(file) as beside, beside.open("wb") as stream:
+        np.savez(stream, allow_pickle=False, **content, **{_DIGEST: digest})
+
+
+def _read(file: Path, scene: Scene) -> SceneVisibility | None:
+    # Opened here: numpy leaves a damaged file open.
+    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as held:
+        content = {name: held[name] for name in held.files if name != _DIGEST}
+        if str(held[_DIGEST]) != fingerprint(content):
+            raise ValueError("not what was written")
+    if content.pop(_NOTHING_HIDES):
+        return None
+    return SceneVisibility(**content, refinement=refined(scene)[1])

@@ -1,0 +1,119 @@
+"""Maps of signed distances as a mean and a few axes, with one byte a term and place.
+
+Principal component analysis with weights (Wang et al. 2009, eq. 24, minds nothing but squares over the hemisphere):
+
+- Distances are bent, v = tanh(angle / `SOFT`), so that terms are not spent on how far off a far boundary is.
+- What counts are texels near a boundary, where an error moves a shadow, above the horizon. Below it a site has no
+  values of its own; they become what the axes make likely, and cost nothing.
+
+Axes and codes are found in turns, each by linear least squares with the other held. A code of one byte, in steps of
+1 / 127 of its term's largest, adds nothing that can be seen beside what the terms leave out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from . import octahedral
+from .tracing import BELOW, MAP
+
+#: Signed angles are stored as tanh(angle / SOFT), radians.
+SOFT = np.pi / 4.0
+#: The most terms there are; always a multiple of 4, as texels hold them.
+MOST_TERMS = 44
+# So far from a boundary (rad) a texel's weight is down by e; what it has at least, in the open and below the horizon.
+_NEAR, _OPEN, _UNSEEN = np.deg2rad(20.0), 0.1, 1e-3
+# Root mean square of bent distances that may be left out, where fewer terms leave so little.
+_LEFT_OUT = 0.01
+# Turns of axes and codes, and what holds those to zero that no weight determines.
+_TURNS, _RIDGE = 2, 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """mean (texels,) and axes (texels, K) of bent distances, float32."""
+
+    mean: Float[np.ndarray, " texels"]
+    axes: Float[np.ndarray, "texels K"]
+
+
+def bent(distances: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """What is stored of signed angles."""
+    return np.tanh(distances / SOFT)
+
+
+def straight(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """Signed angles of stored values, which mixing and rounding may carry a little beyond those of pi / 2."""
+    most = np.tanh(0.5 * np.pi / SOFT)
+    return np.clip(SOFT * np.arctanh(np.clip(values, -most, most)), -0.5 * np.pi, 0.5 * np.pi)
+
+
+def importance(
+    distances: Float[np.ndarray, "n texels"], normals: Float[np.ndarray, "n 3"]
+) -> Float[np.ndarray, "n texels"]:
+    """What each texel counts at sites of these normals."""
+    weights = np.exp(-np.abs(distances) / _NEAR) + _OPEN
+    seen = normals @ octahedral.directions(MAP).T > -BELOW
+    return np.where(seen, weights, _UNSEEN).astype(np.float32)
+
+
+def fitted_basis(values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]) -> Basis:
+    """The basis of bent distances of n sites, with as few terms as leave out little."""
+    mean = values.mean(axis=0)
+    spread = values - mean
+    variances, axes = np.linalg.eigh(spread.T @ spread / len(values))
+    variances, axes = np.maximum(variances[::-1], 0.0), axes[:, ::-1]
+    left = variances.sum() - np.cumsum(np.concatenate([[0.0], variances]))
+    needed = int(np.argmax(left <= _LEFT_OUT**2 * values.shape[1]))
+    terms = min(MOST_TERMS, -(-needed // 4) * 4)
+    basis = Basis(mean.astype(np.float32), np.ascontiguousarray(axes[:, :terms], dtype=np.float32))
+    for _ in range(_TURNS if terms else 0):
+        basis = _turned(basis, values, weights)
+    return basis
+
+
+def encoded(
+    basis: Basis, values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]
+) -> Float[np.ndarray, "n K"]:
+    """The codes that stand for values: the weighted least squares."""
+    if not basis.axes.shape[1]:
+        return np.zeros((len(values), 0), dtype=np.float32)
+    return _solved(weights, basis.axes, ((values - basis.mean) * weights) @ basis.axes, 0.0)
+
+
+def in_bytes(codes: Float[np.ndarray, "n K"]) -> tuple[Int[np.ndarray, "n K"], Float[np.ndarray, " K"]]:
+    """Codes as whole numbers from -127 to 127, and the size of one step of each term."""
+    largest = np.abs(codes).max(axis=0, initial=0.0)
+    steps = np.where(largest > 0.0, largest, 1.0) / 127.0
+    return np.rint(codes / steps).astype(np.int8), steps.astype(np.float32)
+
+
+def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
+    """The basis that suits the codes which the given one finds, its axes square to each other again."""
+    codes = encoded(basis, values, weights)
+    extended = np.concatenate([codes, np.ones((len(codes), 1), dtype=np.float32)], axis=1)
+    before = np.concatenate([basis.axes, basis.mean[:, None]], axis=1)
+    # Held to what they were, weakly: a texel that hardly any site sees has no axes of its own.
+    hold = 1e-5 * len(values)
+    solved = _solved(weights.T, extended, (weights * values).T @ extended + np.float32(hold) * before, hold)
+    axes, _ = np.linalg.qr(solved[:, :-1])
+    return Basis(np.ascontiguousarray(solved[:, -1]), np.ascontiguousarray(axes))
+
+
+def _solved(
+    weights: Float[np.ndarray, "n m"], known: Float[np.ndarray, "m K"], right: Float[np.ndarray, "n K"], hold: float
+) -> Float[np.ndarray, "n K"]:
+    """For each row w of weights the solution of (known^T diag(w) known + ridge) x = right."""
+    terms = known.shape[1]
+    i, j = np.triu_indices(terms)
+    # All products of two columns at once, so that every row's matrix comes out of one multiplication.
+    upper = weights @ (known[:, i] * known[:, j])
+    matrices = np.empty((len(weights), terms, terms), dtype=np.float32)
+    matrices[:, i, j] = upper
+    matrices[:, j, i] = upper
+    diagonal = np.arange(terms)
+    matrices[:, diagonal, diagonal] += np.float32(_RIDGE + hold)
+    return np.linalg.solve(matrices, right[..., None].astype(np.float32))[..., 0]

@@ -1,0 +1,38 @@
+"""All triangles of a scene for the one question whether anything lies on a ray."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..geometry import SHADOW_OFFSET
+
+#: How far off a surface rays start, in radii of the scene: as shadow rays do.
+OFFSET = SHADOW_OFFSET
+
+
+class Occluders:
+    """Embree's index of triangles (F, 3, 3), in coordinates in which the scene has radius 1 about the origin.
+
+    Embree works in float32; scaled so, its coordinates are fine enough for rays that start `OFFSET` off a surface.
+    """
+
+    def __init__(self, triangles: Float[np.ndarray, "F 3 3"]) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self._scene = EmbreeScene()
+        TriangleMesh(self._scene, np.ascontiguousarray(triangles, dtype=np.float32))
+
+    def free(
+        self,
+        starts: Float[np.ndarray, "n 3"],
+        to: Float[np.ndarray, "n 3"],
+        lengths: Float[np.ndarray, " n"] | None = None,
+    ) -> Bool[np.ndarray, " n"]:
+        """Whether nothing lies on rays along unit vectors; `lengths` ends them, else they go on for ever."""
+        if not len(starts):
+            return np.ones(0, dtype=bool)
+        given = (np.ascontiguousarray(each, dtype=np.float32) for each in (starts, to))
+        ends = None if lengths is None else np.ascontiguousarray(lengths, dtype=np.float32)
+        return self._scene.run(*given, dists=ends, query="OCCLUDED") < 0

@@ -1,0 +1,93 @@
+"""Octahedral maps of all directions: a square of texels that covers the sphere evenly and needs no trigonometry.
+
+A direction is divided by the sum of its absolute components, which lays it onto an octahedron; its upper half (y >= 0)
+is the diamond in the middle of the square [-1, 1]^2 with coordinates (x, z), the lower half is folded out into the
+corners (Engelhardt and Dachsbacher 2008). Axes are those of the world, so that maps of different places can be mixed
+texel by texel. Texel (row, column) of an n x n map has its middle at (2 (column + 1/2) / n - 1, 2 (row + 1/2) / n - 1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..vectors import unit
+
+
+def directions(size: int) -> Float[np.ndarray, "texels 3"]:
+    """Unit directions of the middles of all texels, row by row."""
+    middles = (np.arange(size) + 0.5) / size * 2.0 - 1.0
+    x, z = (each.ravel() for each in np.meshgrid(middles, middles))
+    y = 1.0 - np.abs(x) - np.abs(z)
+    folded_x, folded_z = _folded(x, z)
+    return unit(np.stack([np.where(y < 0.0, folded_x, x), y, np.where(y < 0.0, folded_z, z)], axis=1))
+
+
+def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
+    """The coordinates in [-1, 1]^2 of directions of any length but 0."""
+    scaled = to / np.abs(to).sum(axis=-1, keepdims=True)
+    x, y, z = scaled[..., 0], scaled[..., 1], scaled[..., 2]
+    folded_x, folded_z = _folded(x, z)
+    return np.where(y < 0.0, folded_x, x), np.where(y < 0.0, folded_z, z)
+
+
+def solid_angles(size: int) -> Float[np.ndarray, " texels"]:
+    """Solid angles of all texels, sr; they add up to 4 pi.
+
+    A texel's area over the cube of the length of the direction that it lies at on the octahedron, |x| + |y| + |z| = 1.
+    """
+    to = directions(size)
+    density = np.abs(to).sum(axis=1) ** 3
+    return density * (4.0 * np.pi / density.sum())
+
+
+def texel_at(to: Float[np.ndarray, "*n 3"], size: int) -> Int[np.ndarray, "*n"]:
+    """The number of the texel in which each direction lies."""
+    x, z = places(to)
+    column, row = (np.clip(((each + 1.0) * (0.5 * size)).astype(np.int64), 0, size - 1) for each in (x, z))
+    return row * size + column
+
+
+def neighbours(size: int) -> Int[np.ndarray, "pairs 2"]:
+    """Every pair of texels that share an edge, once, those over the fold of the square's rim among them."""
+    number = np.arange(size * size).reshape(size, size)
+    half = size // 2
+    beside = [(number[:, 1:], number[:, :-1]), (number[1:], number[:-1])]
+    # The two in the middle of each rim are beside each other already.
+    for rim in (number[0], number[-1], number[:, 0], number[:, -1]):
+        beside.append((rim[: half - 1], rim[::-1][: half - 1]))
+    return np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in beside])
+
+
+def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*n 4"], Float[np.ndarray, "*n 4"]]:
+    """The four texels around each direction and the weights that make a map linear between their middles.
+
+    Beyond the rim of the square the map goes on folded: column c of row -1 is column size - 1 - c of row 0.
+    """
+    x, z = places(to)
+    column, row = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
+    left, top = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
+    right_share, bottom_share = column - left, row - top
+    texels, weights = [], []
+    for down in (0, 1):
+        for right in (0, 1):
+            texels.append(_folded_texel(top + down, left + right, size))
+            weights.append(
+                (bottom_share if down else 1.0 - bottom_share) * (right_share if right else 1.0 - right_share)
+            )
+    return np.stack(texels, axis=-1), np.stack(weights, axis=-1)
+
+
+def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], size: int) -> Int[np.ndarray, "*n"]:
+    """The number of a texel that may lie one beyond the rim."""
+    over, beside = (row < 0) | (row >= size), (column < 0) | (column >= size)
+    inside_row, inside_column = np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)
+    # At a corner both turn, and the texel is the opposite corner's: all four corners are the one lowest direction.
+    found_row = np.where(beside, size - 1 - inside_row, inside_row)
+    found_column = np.where(over, size - 1 - inside_column, inside_column)
+    return found_row * size + found_column
+
+
+def _folded(x: Float[np.ndarray, "*n"], z: Float[np.ndarray, "*n"]) -> tuple[np.ndarray, np.ndarray]:
+    """The lower half of the octahedron folded out into the corners, and back: it is its own inverse."""
+    return (1.0 - np.abs(z)) * np.where(x >= 0.0, 1.0, -1.0), (1.0 - np.abs(x)) * np.where(z >= 0.0, 1.0, -1.0)

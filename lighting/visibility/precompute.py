@@ -1,0 +1,187 @@
+"""From a scene to its visibility: all sites traced, tile by tile, by several processes where wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.errors import InputError
+from ...spectral.memory import available_bytes, gigabytes
+from ...spectral.processes import in_order
+from ..scene import Scene
+from . import compression, harmonics
+from .compression import Basis
+from .occluders import Occluders
+from .refinement import refined
+from .sites import Sites, nothing_hides, pieces_of, scaled_triangles, sites
+from .tracing import Traced, traced
+from .visibility import SceneVisibility
+
+Progress = Callable[[int, int, str], None]
+#: CPU seconds a site, and bytes at the peak a triangle and a site: measured on one core of a small machine.
+SECONDS_A_SITE, BYTES_A_TRIANGLE, BYTES_A_SITE, BYTES_A_PROCESS = 1e-3, 900, 600, 300_000_000
+# Sites that are traced together: some 30 MB of rays.
+_TILE = 128
+# Sites, evenly spread over all, that the axes are found from.
+_TRAINING = 2048
+
+
+@dataclass(frozen=True)
+class VisibilityCost:
+    """What the visibility of a scene costs at most, known before the work.
+
+    vertices, triangles : of all parts together, divided ones as they are divided. jobs : processes.
+    """
+
+    vertices: int
+    triangles: int
+    jobs: int = 1
+
+    @property
+    def cpu_seconds(self) -> float:
+        """Of all processes together."""
+        return SECONDS_A_SITE * self.vertices
+
+    @property
+    def memory_bytes(self) -> int:
+        """At the peak, all processes together: each has the triangles."""
+        each = BYTES_A_TRIANGLE * self.triangles + BYTES_A_SITE * self.vertices + BYTES_A_PROCESS
+        return each * max(1, self.jobs)
+
+    @property
+    def words(self) -> str:
+        """For a person."""
+        return (
+            f"{self.triangles:,} triangles, {self.vertices:,} vertices, {gigabytes(self.memory_bytes)} of memory and "
+            f"{max(1.0, self.cpu_seconds / max(1, self.jobs)):.0f} s"
+        )
+
+    def check_room(self) -> None:
+        """Raise `InputError` where this does not fit into the memory that there is."""
+        free = available_bytes()
+        if free is not None and self.memory_bytes > free:
+            raise InputError(
+                "the visibility of this scene does not fit into memory",
+                found=self.words,
+                expected=f"at most {gigabytes(free)}, what is free here",
+                hint="use fewer processes, or thin the meshes out",
+            )
+
+
+def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
+    """What `computed_visibility` costs; some vertices may turn out to be one site."""
+    meshes = [part.mesh for part in refined(scene)[0].parts]
+    return VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
+
+
+def computed_visibility(
+    scene: Scene, jobs: int = 1, progress: Progress = lambda done, total, what: None
+) -> SceneVisibility | None:
+    """Trace the visibility of all vertices of a scene against all of its parts.
+
+    Parameters
+    ----------
+    jobs : processes; the result is the same, bit for bit.
+    progress : called with (sites done, sites in all, what is done) after each tile.
+
+    Returns
+    -------
+    SceneVisibility or None : None where nothing hides anything from anything. Of one convex body that is known at once.
+
+    Raises
+    ------
+    InputError : it would not fit into memory.
+    """
+    found = pieces_of(scene)
+    if nothing_hides(found):
+        return None
+    fine, refinement, order = refined(scene)
+    meshes = [part.mesh for part in fine.parts]
+    cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
+    cost.check_room()
+    triangles = scaled_triangles(scene).astype(np.float32)
+    divided = bool((refinement.divisions > 1).any())
+    where = sites(fine, pieces_of(fine) if divided else found, Occluders(triangles))
+    total = len(where)
+    training = np.unique(np.linspace(0, total - 1, min(total, _TRAINING)).astype(np.int64))
+    known: list[Traced] = []
+    for one in _in_tiles(triangles, where, training, None, jobs):
+        known.append(one)
+        progress(sum(len(each.lost) for each in known), total, "visibility")
+    distances = np.concatenate([one.distances for one in known])
+    weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
+    basis = compression.fitted_basis(values, weights)
+
+    codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
+    lost = np.empty((total, harmonics.COUNT), dtype=np.float16)
+    free = all(one.all_free for one in known)
+    codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
+    lost[training] = np.concatenate([one.lost for one in known])
+    del known, distances, weights, values
+
+    rest = np.setdiff1d(np.arange(total), training)
+    at = 0
+    for coded, tile_lost, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
+        tile = rest[at : at + len(tile_lost)]
+        codes[tile], lost[tile] = coded, tile_lost
+        free, at = free and tile_free, at + len(tile)
+        progress(len(training) + at, total, "visibility")
+    if free:
+        return None
+    return SceneVisibility(
+        basis.mean,
+        basis.axes,
+        *compression.in_bytes(codes.astype(np.float32)),
+        *compression.in_bytes(lost.astype(np.float32)),
+        where.fronts[order].astype(np.int32),
+        where.backs[order].astype(np.int32),
+        refinement,
+    )
+
+
+def _tiles(count: int) -> Iterator[slice]:
+    for low, high in pairwise([*range(0, count, _TILE), count]):
+        yield slice(low, high)
+
+
+def _in_tiles(
+    triangles: Float[np.ndarray, "F 3 3"],
+    where: Sites,
+    which: Int[np.ndarray, " n"],
+    basis: Basis | None,
+    jobs: int,
+) -> Generator:
+    """What `_tile` gives for these sites, tile by tile, in order."""
+    if not len(which):
+        return
+    tiles = [which[tile] for tile in _tiles(len(which))]
+    tasks = ((where.starts[tile], where.normals[tile]) for tile in tiles)
+    start = _start_worker, (triangles, basis)
+    try:
+        with closing(in_order(_tile, tasks, min(jobs, len(tiles)), start)) as results:
+            yield from results
+    finally:
+        _worker.clear()
+
+
+# What a process holds: set once by `_start_worker`, since triangles are many and the same for every tile.
+_worker: dict = {}
+
+
+def _start_worker(triangles: Float[np.ndarray, "F 3 3"], basis: Basis | None) -> None:
+    _worker.update(occluders=Occluders(triangles), basis=basis)
+
+
+def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
+    """`Traced` of a tile; where there is a basis, codes (n, K) in place of distances."""
+    found = traced(starts, normals, _worker["occluders"])
+    basis = _worker["basis"]
+    if basis is None:
+        return found
+    weights = compression.importance(found.distances, normals)
+    return compression.encoded(basis, compression.bent(found.distances), weights), found.lost, found.all_free

@@ -1,0 +1,159 @@
+"""Where visibility is computed: vertices that differ in place or normal, and where exactly their rays start.
+
+Vertices that agree in part, place and normal, as along a seam of uv, are one site; a vertex that no triangle uses is
+none. Rays start `OFFSET` off the vertex along its normal, with two exceptions, since a vertex may stand on a boundary
+where the surface beside it does not:
+
+- Where the triangles at a site do not go all the way round it (the rim of a sheet, one side of a crease), the start
+  moves inwards by `_INWARDS` of the way to the middle of those triangles. So the foot of a wall sees what the wall
+  sees.
+- Where something lies between the start and most of the triangles around it (a body that touches a floor at that
+  vertex), the start moves onto the widest of those triangles.
+
+A sheet may be seen from both sides, so its vertices have two sites, one on each. The back of a solid is its inside,
+which is dark and has none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..scene import Scene
+from ..vectors import dot, unit, welded
+from .occluders import OFFSET, Occluders
+from .pieces import Pieces, corner_angles, pieces
+
+# How far a start moves inwards, as a share of the way to the mean middle of its triangles; and how far from a vertex a
+# triangle is looked for.
+_INWARDS, _BESIDE = 0.03, 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Sites:
+    """The S sites of a scene, in coordinates in which it has radius 1 about the origin.
+
+    starts (S, 3) : where rays start. normals (S, 3) : unit, on the side of the rays.
+    fronts (V,), backs (V,) : the sites of each vertex of all parts, one after the other, on the side that its normal
+        looks to, and on the other; -1 where there is none.
+    """
+
+    starts: Float[np.ndarray, "S 3"]
+    normals: Float[np.ndarray, "S 3"]
+    fronts: Int[np.ndarray, " V"]
+    backs: Int[np.ndarray, " V"]
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+
+def scaled_triangles(scene: Scene) -> Float[np.ndarray, "F 3 3"]:
+    """All triangles of a scene, moved and scaled so that it has radius 1 about the origin."""
+    low, high = scene.bounds
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    corners = [(part.mesh.vertices[part.mesh.faces] - centre) / radius for part in scene.parts]
+    return np.concatenate(corners)
+
+
+def nothing_hides(found: tuple[Pieces, ...]) -> bool:
+    """Whether a scene of these pieces is one convex solid, so that every direction above a surface is free."""
+    return len(found) == 1 and len(found[0].convex) == 1 and bool(found[0].convex[0])
+
+
+def pieces_of(scene: Scene) -> tuple[Pieces, ...]:
+    """The pieces of each part."""
+    return tuple(pieces(part.mesh) for part in scene.parts)
+
+
+def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Sites:
+    """The sites of a scene; `found` and `occluders` are those of the scene."""
+    triangles = scaled_triangles(scene)
+    offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in scene.parts)])
+    normals = np.concatenate([part.mesh.normals for part in scene.parts])
+    face_normals = np.concatenate([part.mesh.face_normals for part in scene.parts])
+    angles = np.concatenate([corner_angles(part.mesh) for part in scene.parts]).ravel()
+    vertex = np.concatenate(
+        [part.mesh.faces + offset for part, offset in zip(scene.parts, offsets, strict=False)]
+    ).ravel()
+    of_part = np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts])
+    solid = np.concatenate([each.solid[each.of_face] for each in found])
+
+    # One row a corner: sheets sort before solids.
+    places = triangles.reshape(-1, 3)
+    rows = np.column_stack([np.repeat(solid, 3), np.repeat(of_part, 3), places, normals[vertex]])
+    kinds, site = welded(rows.astype(np.float64))
+    fronts = np.full(offsets[-1], -1, dtype=np.int64)
+    # Where a vertex is shared by a sheet and a solid, it counts as the sheet's, which has both sides.
+    order = np.argsort(-site, kind="stable")
+    fronts[vertex[order]] = site[order]
+    sheets = int((kinds[:, 0] == 0.0).sum())
+    place, normal = kinds[:, 2:5], kinds[:, 5:8]
+
+    middle = np.repeat(triangles.mean(axis=1), 3, axis=0)
+    inwards = _INWARDS * _weighted_mean(site, angles, middle - places, len(kinds))
+    inwards[~_open(site, welded(places)[1].reshape(-1, 3), len(kinds))] = 0.0
+
+    def side(sign: float, count: int) -> Float[np.ndarray, "n 3"]:
+        """Starts of the first sites on one side."""
+        ours = site < count
+        normals = sign * normal[:count]
+        # Along the surface or out of it, never into it.
+        along = inwards[:count] - np.minimum(dot(inwards[:count], normals), 0.0)[:, None] * normals
+        starts = place[:count] + along + OFFSET * normals
+        beside = places + _BESIDE * (middle - places) + sign * OFFSET * np.repeat(face_normals, 3, axis=0)
+        return _out_of_contact(starts, site[ours], beside[ours], angles[ours], occluders)
+
+    return Sites(
+        np.concatenate([side(1.0, len(kinds)), side(-1.0, sheets)]),
+        np.concatenate([normal, -normal[:sheets]]),
+        fronts,
+        np.where((fronts >= 0) & (fronts < sheets), fronts + len(kinds), -1),
+    )
+
+
+def _open(site: Int[np.ndarray, " corners"], number: Int[np.ndarray, "F 3"], count: int) -> np.ndarray:
+    """(S,) whether the triangles at a site do not go all the way round: some spoke has one triangle only."""
+    following, last = number[:, [1, 2, 0]].ravel(), number[:, [2, 0, 1]].ravel()
+    far = int(number.max()) + 1
+    spokes = np.concatenate([site * far + following, site * far + last])
+    signs = np.concatenate([np.ones(len(site)), -np.ones(len(site))])
+    which, back = np.unique(spokes, return_inverse=True)
+    lonely = which[np.bincount(back, weights=signs) != 0.0] // far
+    found = np.zeros(count, dtype=bool)
+    found[lonely] = True
+    return found
+
+
+def _weighted_mean(
+    site: Int[np.ndarray, " corners"],
+    weights: Float[np.ndarray, " corners"],
+    values: Float[np.ndarray, "corners 3"],
+    count: int,
+) -> Float[np.ndarray, "S 3"]:
+    total = np.bincount(site, weights=weights, minlength=count)
+    sums = np.stack([np.bincount(site, weights=weights * values[:, k], minlength=count) for k in range(3)], axis=1)
+    # A corner of a triangle with area has an angle; one that rounds to none moves nothing.
+    return sums / np.where(total > 0.0, total, 1.0)[:, None]
+
+
+def _out_of_contact(
+    starts: Float[np.ndarray, "S 3"],
+    site: Int[np.ndarray, " corners"],
+    beside: Float[np.ndarray, "corners 3"],
+    angles: Float[np.ndarray, " corners"],
+    occluders: Occluders,
+) -> Float[np.ndarray, "S 3"]:
+    """The starts; those that something parts from most of their triangles, measured by angle, lie on such a one."""
+    way = beside - starts[site]
+    length = np.linalg.norm(way, axis=1)
+    hidden = ~occluders.free(starts[site], unit(way), length)
+    share = np.bincount(site, weights=angles * hidden, minlength=len(starts))
+    parted = share > 0.5 * np.bincount(site, weights=angles, minlength=len(starts))
+    chosen = np.flatnonzero(hidden & parted[site])
+    # The widest comes last, and stays.
+    chosen = chosen[np.lexsort((chosen, angles[chosen]))]
+    found = starts.copy()
+    found[site[chosen]] = beside[chosen]
+    return found

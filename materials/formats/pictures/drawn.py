@@ -1,0 +1,166 @@
+"""Maps of a material as a surface that is drawn texel by texel; where that cannot be, why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ....spectral.errors import InputError
+from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...svbrdf.maps import WHOLE, MappedSurface, Placement
+from ...svbrdf.texel_map import TexelMap
+from ...svbrdf.texels import look_up
+from .normal_maps import Green, is_level, mended, normals_of
+from .stand_in import Colour, Number, SurfaceMaps
+from .textures import Texture
+
+
+class NotDrawn(Exception):
+    """Why maps are not drawn texel by texel, in words: their mean then is."""
+
+
+@dataclass(frozen=True)
+class MoreMaps:
+    """What has no mean, beside `SurfaceMaps`.
+
+    normal : the map, which way its green points, and what its x and y are multiplied by.
+    strength, direction, turn : of a stretched highlight (KHR_materials_anisotropy): how much, the direction in red and
+        green, and radians beside it.
+    placement : where all maps lie on the mesh. matt : nothing but the body is there. mends : bad normals lie level.
+    """
+
+    normal: Texture | None = None
+    green: Green = "opengl"
+    normal_scale: float = 1.0
+    strength: Number = field(default_factory=lambda: Number(scale=0.0))
+    direction: Texture | None = None
+    turn: float = 0.0
+    placement: Placement = WHOLE
+    matt: bool = False
+    mends: bool = False
+
+
+def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSurface | None, list[str]]:
+    """The surface, and what was assumed, in words; None where all texels are alike, so that their mean says all.
+
+    Raises
+    ------
+    NotDrawn : there is more to it than is drawn texel by texel.
+    InputError : a normal that is none, by its row and column; a texture that cannot be decoded.
+    """
+    if maps.coat.scale > 0.0:
+        raise NotDrawn("a clear coat over maps")
+    notes: list[str] = []
+    found = {"base": _colour(maps.base), "roughness": _number(maps.roughness), "weight": _number(maps.weight)}
+    found |= {"metallic": _number(maps.metallic), "reflected": _colour(maps.reflected)}
+    if more.matt:
+        found |= {"weight": TexelMap.constant(0.0), "roughness": TexelMap.constant(1.0)}
+    cutoff = 0.0
+    if maps.cutoff is not None:
+        found["coverage"], cutoff = _number(maps.coverage), maps.cutoff
+        notes.append("where the mask leaves nothing it is drawn black: what lies behind does not show through")
+    elif maps.coverage.texture is not None or maps.coverage.scale < 1.0:
+        notes.append("what is blended is rendered opaque")
+    if more.normal is not None:
+        normal, said = normals_of(more.normal, more.green, more.normal_scale)
+        normal, mending = mended(normal) if more.mends else (normal, [])
+        notes += said + mending
+        if not is_level(normal):
+            found["normal"] = normal
+    found = {name: _alike(one) for name, one in found.items()}
+    _check_colours(found)
+    sizes = list(dict.fromkeys(one.size for one in found.values() if one.size != (1, 1)))
+    size = max(sizes, key=lambda size: size[0] * size[1], default=(1, 1))
+    if len(sizes) > 1:
+        shown = ", ".join(f"{width} x {height}" for height, width in sizes)
+        notes.append(f"maps of different sizes ({shown}) were brought to {size[1]} x {size[0]}, linear between texels")
+    found = {name: _brought_to(size, one, more.placement) for name, one in found.items()}
+    if more.strength.scale > 0.0:
+        found |= _stretched(found["roughness"], more, size)
+    if "normal" not in found and "turn" not in found and all(one.size == (1, 1) for one in found.values()):
+        return None, []
+    surface = MappedSurface(
+        WORKING_WAVELENGTHS_NM, uplift=uplift, glossy=maps.glossy, cutoff=cutoff, placement=more.placement, **found
+    )
+    height, width = surface.size
+    return surface, [f"{width} x {height} texels, each of which is rendered", *notes]
+
+
+def _colour(part: Colour) -> TexelMap:
+    if part.texture is None:
+        return TexelMap.constant(*part.scale)
+    values = part.texture.values
+    values = values[..., :3] if values.shape[2] >= 3 else np.repeat(values[..., :1], 3, axis=2)
+    srgb = part.texture.encoding == "sRGB" and values.dtype.kind == "u"
+    return TexelMap(np.ascontiguousarray(values), srgb, tuple(part.scale))
+
+
+def _number(part: Number) -> TexelMap:
+    texture, scale = part.texture, part.scale
+    if texture is None or (part.channel == 3 and texture.values.shape[2] not in (2, 4)):
+        return TexelMap.constant(1.0 - scale if part.inverted else scale)
+    channels = texture.values.shape[2]
+    at = -1 if part.channel == 3 else part.channel if channels >= 3 else 0
+    values = np.ascontiguousarray(texture.values[..., at][..., None])
+    return TexelMap(values, False, (-scale,), (1.0,)) if part.inverted else TexelMap(values, False, (scale,))
+
+
+def _alike(one: TexelMap) -> TexelMap:
+    """One texel where all are alike."""
+    alike = not (one.values != one.values[:1, :1]).any()
+    return replace(one, values=one.values[:1, :1]) if alike else one
+
+
+def _check_colours(found: dict[str, TexelMap]) -> None:
+    """Numbers beyond 0 and 1, which floats may be: their mean may be none, one texel alone is."""
+    for name in ("base", "reflected", "roughness", "metallic", "weight"):
+        one = found[name]
+        if one.values.dtype.kind == "f" and one.size != (1, 1):
+            values = one.decoded(one.values)
+            beyond = int(((values < 0.0) | (values > 1.0)).sum())
+            if beyond:
+                raise NotDrawn(f"{beyond} values of the {name} map are below 0 or above 1")
+
+
+def _brought_to(size: tuple[int, int], one: TexelMap, placement: Placement) -> TexelMap:
+    """A map of another size, linear between its texels."""
+    if one.size in ((1, 1), size):
+        return one
+    height, width = size
+    across, down = np.meshgrid((np.arange(width) + 0.5) / width, 1.0 - (np.arange(height) + 0.5) / height)
+    uv = np.stack([across.ravel(), down.ravel()], axis=1)
+    values = look_up(one.decoded(one.values), uv, placement.wrap).reshape(height, width, -1)
+    return TexelMap(values.astype(np.float32))
+
+
+def _stretched(roughness: TexelMap, more: MoreMaps, size: tuple[int, int]) -> dict[str, TexelMap]:
+    """Roughness along and across the direction of KHR_materials_anisotropy, and how far that is turned from u."""
+    strength = _brought_to(size, _alike(_number(more.strength)), more.placement)
+    alpha = roughness.decoded(roughness.values) ** 2
+    share = strength.decoded(strength.values) ** 2
+    along = alpha + (1.0 - alpha) * share
+    both = np.concatenate(np.broadcast_arrays(np.sqrt(along), np.sqrt(alpha)), axis=-1)
+    turn = TexelMap.constant(more.turn)
+    if more.direction is not None:
+        values = _fitting(more.direction)
+        angle = np.arctan2(values[..., 1:2], values[..., :1]) + more.turn
+        if angle.shape[:2] != size:
+            raise NotDrawn("directions of stretched highlights in a map of another size")
+        turn = TexelMap(angle.astype(np.float32))
+    return {"roughness": TexelMap(both.astype(np.float32)), "turn": turn}
+
+
+def _fitting(direction: Texture) -> np.ndarray:
+    """x and y of the directions in red and green."""
+    values = direction.values
+    if values.shape[2] < 3:
+        raise InputError(
+            "a map of directions without colours",
+            file=direction.file,
+            field=direction.field,
+            found="grey",
+            expected="x and y in red and green",
+        )
+    whole = TexelMap(np.ascontiguousarray(values[..., :2]), False, (2.0,), (-1.0,))
+    return whole.decoded(whole.values)

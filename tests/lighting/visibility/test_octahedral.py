@@ -1,0 +1,56 @@
+"""Octahedral maps: every direction has its place, and nothing jumps at the folds."""
+
+import numpy as np
+import pytest
+from metamer.lighting.vectors import unit
+from metamer.lighting.visibility import octahedral
+
+RANDOM = unit(np.random.default_rng(3).normal(size=(4000, 3)))
+
+
+def test_directions_lie_in_their_own_texels():
+    assert (octahedral.texel_at(octahedral.directions(32), 32) == np.arange(32**2)).all()
+
+
+def test_the_axes_lie_where_the_convention_says():
+    x, z = octahedral.places(np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -3.0]]))
+    assert x.tolist() == [0.0, 1.0, 0.0] and z.tolist() == [0.0, 0.0, -1.0]
+    corner = octahedral.places(np.array([[1e-9, -1.0, 1e-9]]))
+    assert np.allclose(corner, 1.0)
+
+
+def test_solid_angles_are_those_of_the_sphere():
+    to, angles = octahedral.directions(64), octahedral.solid_angles(64)
+    assert angles.sum() == pytest.approx(4.0 * np.pi)
+    assert angles @ to[:, 1] ** 2 == pytest.approx(4.0 * np.pi / 3.0, rel=1e-3)
+    assert (angles[to[:, 2] > 0.0]).sum() == pytest.approx(2.0 * np.pi, rel=1e-3)
+
+
+def test_every_texel_has_four_neighbours_that_are_near():
+    pairs, to = octahedral.neighbours(64), octahedral.directions(64)
+    counts = np.bincount(pairs.ravel())
+    # The two in the middle of each rim share two edges.
+    assert (counts == 4).sum() == 64**2 - 8 and counts.min() == 3
+    assert len(np.unique(np.sort(pairs, axis=1), axis=0)) == len(pairs)
+    assert np.degrees(np.arccos((to[pairs[:, 0]] * to[pairs[:, 1]]).sum(axis=1).min())) < 4.5
+
+
+@pytest.mark.parametrize("size", [8, 32])
+def test_what_is_between_texels_is_continuous_over_the_folds(size):
+    """Along great circles through poles, corners and rims no step of a random map is larger than the way allows."""
+    values = np.random.default_rng(1).normal(size=size**2)
+    angle = np.linspace(0.0, 2.0 * np.pi, 20001)
+    for a, b in ((0, 1), (1, 2), (0, 2)):
+        circle = np.zeros((len(angle), 3))
+        circle[:, a], circle[:, b] = np.cos(angle), np.sin(angle)
+        for way in (circle, circle @ np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))[0]):
+            texels, weights = octahedral.around(way, size)
+            along = (values[texels] * weights).sum(axis=-1)
+            assert np.abs(np.diff(along)).max() < 20.0 * size * (angle[1] - angle[0])
+
+
+def test_weights_are_shares_and_meet_the_direction():
+    texels, weights = octahedral.around(RANDOM, 32)
+    assert weights.min() >= 0.0 and np.allclose(weights.sum(axis=-1), 1.0)
+    mixed = np.einsum("nk,nkc->nc", weights, octahedral.directions(32)[texels])
+    assert np.degrees(np.arccos((unit(mixed) * RANDOM).sum(axis=1))).max() < 2.5

@@ -1,0 +1,85 @@
+"""The work itself: tiles, processes, progress, and what it costs."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from metamer.lighting.shapes import plane, speed_shape, sphere
+from metamer.lighting.visibility import precompute
+from metamer.lighting.visibility.precompute import VisibilityCost, computed_visibility, visibility_cost
+from metamer.spectral.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def scene(scene_of):
+    return scene_of(speed_shape(3), sphere(2, radius=0.3).placed(translate=(0.0, 1.2, 0.0)))
+
+
+@pytest.fixture(scope="module")
+def alone(scene):
+    return computed_visibility(scene)
+
+
+def same(one, other):
+    names = [each.name for each in fields(one) if each.name != "refinement"]
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+
+
+def test_several_processes_give_the_same_bytes(scene, alone):
+    assert same(alone, computed_visibility(scene, jobs=2))
+
+
+def test_progress_grows_to_the_whole(scene):
+    heard = []
+    computed_visibility(scene, progress=lambda done, total, what: heard.append((done, total, what)))
+    done = [one[0] for one in heard]
+    assert done == sorted(set(done)) and len(done) > 4
+    assert done[-1] == heard[0][1] and {what for *_, what in heard} == {"visibility"}
+
+
+def test_axes_from_few_sites_serve_all(scene, alone, monkeypatch):
+    """As in a mesh of two million triangles, where two thousand sites speak for a million."""
+    monkeypatch.setattr(precompute, "_TRAINING", 150)
+    few = computed_visibility(scene)
+    assert few.codes.shape[0] == alone.codes.shape[0] > 5 * 150
+    corners = scene.parts[0].mesh.faces[::40]
+    weights = np.full((len(corners), 3), 1 / 3)
+    to = scene.parts[0].mesh.face_normals[::40][:, None] + 0.3 * np.eye(3)[None]
+    one, other = (each.signed_distances(corners, weights, to) for each in (alone, few))
+    assert (np.sign(one) != np.sign(other)).mean() < 0.05
+
+
+def test_no_tile_holds_more_rays_than_memory_is_reckoned_for(scene, monkeypatch):
+    """What is traced together does not grow with the mesh."""
+    most = []
+    traced = precompute.traced
+    monkeypatch.setattr(precompute, "traced", lambda s, n, o: most.append(len(s)) or traced(s, n, o))
+    computed_visibility(scene)
+    assert max(most) <= precompute._TILE and sum(most) == 642 + 162
+
+
+def test_cost_is_known_before_the_work(scene):
+    cost = visibility_cost(scene, jobs=2)
+    assert cost.vertices == 642 + 162 and cost.triangles == 1280 + 320
+    assert "1,600 triangles" in cost.words and cost.memory_bytes > 2 * 300_000_000
+
+
+def test_two_million_triangles_fit_a_small_machine():
+    cost = VisibilityCost(1_000_000, 2_000_000)
+    assert cost.memory_bytes < 5e9 and cost.cpu_seconds < 3600.0
+
+
+def test_what_does_not_fit_is_refused_in_numbers(scene, monkeypatch):
+    monkeypatch.setattr(precompute, "available_bytes", lambda: 1_000_000)
+    monkeypatch.setattr(precompute, "Occluders", lambda *_: pytest.fail("work before the refusal"))
+    with pytest.raises(InputError, match="does not fit into memory"):
+        computed_visibility(scene)
+
+
+def test_simple_scenes_have_few_terms(scene_of):
+    simple = computed_visibility(scene_of(plane(2.0, 2.0), plane(2.0, 2.0).placed(translate=(0.0, 1.0, 0.0))))
+    assert simple.axes.shape[1] % 4 == 0 and simple.axes.shape[1] < 44
+
+
+def test_a_vertex_costs_less_than_a_hundred_bytes(alone):
+    assert alone.bytes_a_vertex <= 100.0

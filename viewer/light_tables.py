@@ -1,0 +1,131 @@
+"""Lights that spread, and what hides them, as textures and numbers for `environment.glsl` and `hidden.glsl`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from ..lighting.environment import octahedral
+from ..lighting.environment.bright_light import BrightLight
+from ..lighting.environment.gathering import GatheredLight
+from ..lighting.environment.pyramid import SOFTENING
+from ..lighting.visibility.compression import SOFT
+from ..lighting.visibility.visibility import SceneVisibility
+from .resources import ROW_LENGTH, Owner
+
+if TYPE_CHECKING:
+    import moderngl
+
+
+@dataclass(frozen=True, eq=False)
+class LightTables:
+    """What a shader is given of a light: `#define`s, numbers and textures by name, and who frees those."""
+
+    sizes: dict[str, int | float]
+    uniforms: dict[str, object]
+    textures: dict[str, moderngl.Texture]
+    owner: Owner
+
+
+def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: slice) -> LightTables:
+    """Upload at most four fields: levels one below the other, each with a border of one texel."""
+    pyramid, owner = gathered.pyramid, Owner(context)
+    padded = [_bordered(level[..., fields]) for level in pyramid.levels]
+    rows = np.cumsum([0, *(len(level) for level in padded)])
+    stacked = np.zeros((rows[-1], max(len(level) for level in padded), 4), dtype=np.float32)
+    for level, top in zip(padded, rows.tolist(), strict=False):
+        stacked[top : top + len(level), : len(level)] = level
+    there = np.zeros((*pyramid.fields.shape[1:], 4), dtype=np.float32)
+    there[..., : len(pyramid.fields[fields])] = np.moveaxis(pyramid.fields[fields], 0, -1)
+    side = gathered.irradiance.shape[0]
+    textures = {"pyramid": stacked, "irradiance": _bordered(gathered.irradiance[..., fields]), "fields": there}
+    places = [(float(top), float(len(level) - 2)) for level, top in zip(padded, rows.tolist(), strict=False)]
+    return LightTables(
+        {"ENVIRONMENT_LEVELS": len(padded), "SOFTENING": SOFTENING, "IRRADIANCE_SIDE": side},
+        {"environment_levels": places, "environment_sharpness": pyramid.sharpness.tolist()},
+        {name: owner.texels(values) for name, values in textures.items()},
+        owner,
+    )
+
+
+def _bordered(level: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "padded padded 4"]:
+    found = octahedral.bordered(level)
+    return np.pad(found, ((0, 0), (0, 0), (0, 4 - found.shape[2]))).astype(np.float32)
+
+
+def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice) -> LightTables:
+    """The bright parts of at most four fields, and the harmonics of the rest."""
+    parts, owner = bright.parts, Owner(context)
+    count = len(parts.axis)
+    axes, amplitudes = np.zeros((max(count, 1), 4)), np.zeros((max(count, 1), 4))
+    axes[:count, :3], axes[:count, 3] = parts.axis, parts.sharpness
+    chosen = parts.amplitude[:, fields]
+    amplitudes[:count, : chosen.shape[1]] = chosen
+    rest = np.zeros((bright.rest.shape[1], 4))
+    rest[:, : chosen.shape[1]] = bright.rest[fields].T
+    lux = np.zeros((max(count, 1), bright.lux.shape[1], 1), dtype=np.float32)
+    lux[:count, :, 0] = bright.lux
+    one = len(axes) == 1
+    return LightTables(
+        {"BRIGHT": count, "MOST_BRIGHT": len(axes)},
+        {
+            # GL takes an array of one for the one.
+            "bright_axes": tuple(axes[0]) if one else [tuple(axis) for axis in axes],
+            "bright_amplitudes": tuple(amplitudes[0]) if one else [tuple(each) for each in amplitudes],
+            "rest": [tuple(each) for each in rest],
+        },
+        {"bright_lux": owner.texture(lux.shape[1::-1], 1, lux.tobytes())},
+        owner,
+    )
+
+
+def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) -> LightTables:
+    """Sites, and the axes that their codes are of; a row of the table of sites holds whole sites."""
+    owner, side = Owner(context), round(len(visibility.mean) ** 0.5)
+    quads = -(-visibility.codes.shape[1] // 4)
+    planes = np.zeros((side, side, quads + 1, 4), dtype=np.float32)
+    axes = visibility.axes * visibility.steps
+    planes.reshape(side, side, -1)[..., : axes.shape[1]] = axes.reshape(side, side, -1)
+    planes[..., quads, 0] = visibility.mean.reshape(side, side)
+    beside = [octahedral.bordered(planes[:, :, quad]) for quad in range(quads + 1)]
+    held = np.zeros((len(visibility.codes), quads + 7, 4), dtype=np.float32)
+    held[:, :quads].reshape(len(held), -1)[:, : visibility.codes.shape[1]] = visibility.codes
+    held[:, quads:].reshape(len(held), -1)[:, : visibility.lost.shape[1]] = visibility.lost
+    sites = np.stack([visibility.fronts, visibility.backs], axis=1).astype(np.int32)
+    a_row = ROW_LENGTH // (quads + 7)
+    most = float(np.tanh(0.5 * np.pi / SOFT))
+    return LightTables(
+        {"HIDDEN": 1, "MAP_QUADS": quads, "MAP_SIDE": side, "SITES_A_ROW": a_row, "MAP_SOFT": SOFT, "MOST_BENT": most},
+        {"lost_steps": [tuple(four) for four in np.pad(visibility.lost_steps, (0, 3)).reshape(7, 4).tolist()]},
+        {
+            "map_axes": owner.texels(np.concatenate(beside, axis=1)),
+            "sites": owner.table(held, a_row, quads + 7),
+            "sites_of": owner.table(sites, ROW_LENGTH),
+            "nodes": owner.table(_nodes(visibility), ROW_LENGTH),
+        },
+        owner,
+    )
+
+
+def divisions(visibility: SceneVisibility) -> list[tuple[int, int, int, int]]:
+    """By part: its first triangle, where its nodes begin, parts along a side, nodes of a triangle."""
+    refinement, start, found = visibility.refinement, 0, []
+    for number, k in enumerate(refinement.divisions.tolist()):
+        first, last = refinement.first[number : number + 2].tolist()
+        count = (k + 1) * (k + 2) // 2
+        found.append((first, start, k, count))
+        start += (last - first) * count
+    return found
+
+
+def _nodes(visibility: SceneVisibility) -> np.ndarray:
+    """The vertices of all triangles, part by part; an undivided triangle has its corners."""
+    refinement = visibility.refinement
+    parts = []
+    for number, k in enumerate(refinement.divisions.tolist()):
+        first, last = refinement.first[number : number + 2].tolist()
+        parts.append((refinement.nodes[number] if k > 1 else refinement.corners[first:last]).ravel())
+    return np.concatenate(parts).astype(np.int32)
