@@ -12,9 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from .camera import Camera
-from .geometry import VisibleGeometry, visible_geometry
+from .geometry import Tracer, VisibleGeometry, visible_geometry
 from .mesh import Mesh
 from .scene import Scene
+from .vectors import dot
 
 # A hole of up to this share of all directions leaves a body closed: scanned and exported meshes have cracks.
 CRACK = 1e-3
@@ -25,6 +26,8 @@ ON_SURFACE = 1e-3
 SPECKS = 1e-3
 # Rays that are enough to say why a picture is black.
 _ENOUGH = 250_000
+# Samples, and directions at each, that tell whether a light that spreads reaches a picture.
+_FEW_SAMPLES, _FEW_DIRECTIONS = 4096, 16
 # Triangles handled at once.
 _BLOCK = 200_000
 
@@ -89,7 +92,7 @@ def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeome
     lit = np.zeros(len(seen.pixel), dtype=bool)
     for reached in seen.lit:
         lit[reached.sample] = True
-    if not lit.size or lit.mean() >= SPECKS:
+    if not lit.size or lit.mean() >= SPECKS or _spread_light_reaches(scene, seen):
         return ()
     parts = _named("part", [scene.parts[number].name for number in np.unique(seen.part)])
     lights = _named("light", [light.name for light in scene.lights])
@@ -98,6 +101,25 @@ def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeome
         f'the picture of camera "{camera.name}" is black: of {parts}, all that it sees, {lights} {none}: '
         "behind every surface in view, or hidden from it",
     )
+
+
+def _spread_light_reaches(scene: Scene, seen: VisibleGeometry) -> bool:
+    """Whether lights that spread reach what a camera sees, by a few directions of each at a few thousand samples."""
+    if not scene.spread_lights or seen.frame is None or seen.geometric is None:
+        return False
+    some = np.unique(np.linspace(0, len(seen.pixel) - 1, _FEW_SAMPLES).astype(np.int64))
+    sample = np.repeat(some, _FEW_DIRECTIONS)
+    tracer, rng = Tracer(scene), np.random.default_rng(0)
+    position, geometric, shading = seen.position[sample], seen.geometric[sample], seen.frame[sample, 2]
+    lit = np.zeros(len(sample), dtype=bool)
+    for light in scene.spread_lights:
+        towards, _ = light.drawn(position, rng.random((len(sample), 2)))
+        towards = np.ascontiguousarray(towards)
+        above = (dot(geometric, towards) > 0.0) & (dot(shading, towards) > 0.0)
+        start = tracer.lifted(position, geometric)
+        free = tracer.free(start, towards, light.distance(start, towards))
+        lit |= above & free & (light.luminance(position, towards) > 0.0).any(axis=1)
+    return bool(lit.reshape(-1, _FEW_DIRECTIONS).any(axis=1).mean() >= SPECKS)
 
 
 def winding_number(mesh: Mesh, point: Float[np.ndarray, "3"]) -> float:

@@ -126,7 +126,7 @@ class SpreadSum:
                     for index in np.unique(worn):
                         mine = np.flatnonzero(worn == index)
                         material = self._scene.parts[index].material
-                        self._add(self._sums[half], light, material, sample[mine], uniform[mine])
+                        self._add(self._sums[half], light, material, sample[mine], uniform[mine, :4])
         self.directions = directions
 
     @property
@@ -165,6 +165,8 @@ class SpreadSum:
         at, towards, wi = twice[some], np.ascontiguousarray(towards[some]), wi[some]
         start = self._tracer.lifted(position[at], geometry.geometric[sample[at]])
         free = np.flatnonzero(self._tracer.free(start, towards, shining.distance(start, towards)))
+        if not len(free):
+            return
         at, wi, luminance = at[free], wi[free], luminance[free]
         density = by_light[some[free]] + sampler.density(wo[at], wi)
         own = sample[at]

@@ -266,10 +266,15 @@ def _merl(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
 
 def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
+    from .formats.mitsuba_maps import write_mitsuba_maps
     from .formats.mitsuba_writer import write_mitsuba
+    from .svbrdf.maps import MappedSurface
 
     (record,) = records
     with _of(record):
+        surface = record.surface()
+        if isinstance(surface, MappedSurface) and not surface.glossy:
+            return write_mitsuba_maps(path, surface, "; ".join(_lines(record.id, provenance_tags(record))))
         said = _lines(record.id, provenance_tags(record)) + _mean_only(record)
         notes = write_mitsuba(path, record.brdf(), "; ".join(said))
     return (*notes, *_mean_only(record))

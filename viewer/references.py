@@ -31,21 +31,26 @@ def references(
     spectra: Sequence[Spectrum | None],
     geometry: VisibleGeometry,
     jobs: int,
+    budget: float = 1.0,
 ) -> Generator[Reference, None, None]:
     """References of scenes that differ in materials only, in their order, each under all `spectra`.
 
-    `geometry` is what `view` sees of any of them. With one job, or one scene, everything happens in this process.
+    `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
+    job, or one scene, everything happens in this process.
     """
-    start = _start_worker, (catalogue.folder, view, spectra, geometry)
+    start = _start_worker, (catalogue.folder, view, spectra, geometry, budget)
     yield from in_order(_reference, ((scene,) for scene in scenes), min(jobs, len(scenes)), start)
 
 
-def _start_worker(folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry) -> None:
-    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry)
+def _start_worker(
+    folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry, budget: float
+) -> None:
+    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry, budget=budget)
 
 
 def _reference(scene: Scene) -> Reference:
     start = time.perf_counter()
     surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
-    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], geometry=_worker["geometry"])
+    seen = {name: _worker[name] for name in ("geometry", "budget")}
+    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen)
     return found.xyz, time.perf_counter() - start

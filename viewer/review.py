@@ -186,7 +186,7 @@ def _draw_missing(
             progress(done, setting.total, row.material)
 
     scenes = [cases[index].scene for index in missing]
-    truths = references(scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs)
+    truths = references(scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs, setting.budget)
     with closing(truths):
         for index, truth in zip(missing, truths, strict=True):
             with drawn_rows(out, keys[index]) as (folder, kept):

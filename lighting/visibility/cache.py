@@ -59,16 +59,17 @@ def scene_visibility(
     """
     if folder is None:
         return computed_visibility(scene, jobs, progress)
-    # Known sooner than a file is read.
-    if nothing_hides(pieces_of(scene)):
-        return None
-    file = made_folder(folder) / f"{visibility_key(scene)}.npz"
+    file = Path(folder) / f"{visibility_key(scene)}.npz"
     if file.is_file():
         try:
             return _read(file, scene)
         except _UNREADABLE:
             say(f"{file} is damaged; the visibility of the scene is computed again")
+    # Known at once: such scenes have no file.
+    if nothing_hides(pieces_of(scene)):
+        return None
     # Before the work; this also clears away what a killed process has left of this file.
+    made_folder(folder)
     check_writable(file)
     found = computed_visibility(scene, jobs, progress)
     _write(file, found)

@@ -14,11 +14,10 @@ from . import harmonics, octahedral
 from .occluders import OFFSET, Occluders
 from .precompute import computed_visibility
 from .sites import scaled_triangles
-from .tracing import RAYS
 from .visibility import SceneVisibility
 
-# Points whose rays are traced at once.
-_BLOCK = 256
+# Points whose rays are traced at once. Side of the map of a sky: another one than that of the rays of vertices.
+_BLOCK, _SKY = 256, 80
 
 
 @dataclass(frozen=True)
@@ -93,8 +92,9 @@ def misclassified(visibility: SceneVisibility, truth: Truth, coarse: bool = Fals
 
 
 def illuminance_error(visibility: SceneVisibility, truth: Truth) -> float:
-    """Of transfer, against `truth` along the directions of a map of `RAYS`: see `VisibilityMeasure`."""
-    to, angles = truth.directions[0], octahedral.solid_angles(RAYS)
+    """Of transfer, against `truth` along all directions of one octahedral map: see `VisibilityMeasure`."""
+    to = truth.directions[0]
+    angles = octahedral.solid_angles(round(len(to) ** 0.5))
     luminance = (2.0 + to[:, 1]) * angles
     cosines = np.maximum(truth.normals @ to.T, 0.0)
     exact = (cosines * truth.free) @ luminance
@@ -113,7 +113,7 @@ def measured(scene: Scene, points: int = 1500, seed: int = 0) -> VisibilityMeasu
         return None
     count = len(visibility.fronts)
     hard = truth(scene, points, 96, seed)
-    soft = truth(scene, min(points, 400), octahedral.directions(RAYS), seed + 1)
+    soft = truth(scene, min(points, 400), octahedral.directions(_SKY), seed + 1)
     return VisibilityMeasure(
         count,
         1000.0 * seconds / count,

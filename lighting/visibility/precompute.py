@@ -23,8 +23,11 @@ from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
-#: CPU seconds a site, and bytes at the peak a triangle and a site: measured on one core of a small machine.
-SECONDS_A_SITE, BYTES_A_TRIANGLE, BYTES_A_SITE, BYTES_A_PROCESS = 1e-3, 900, 600, 300_000_000
+#: CPU seconds a vertex: 0.5 to 0.9 ms were measured on one core of a small machine, and 1.4 ms a vertex of a sheet.
+SECONDS_A_VERTEX = 1.5e-3
+#: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
+#: and of a process itself.
+BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
 # Sites that are traced together: some 30 MB of rays.
 _TILE = 128
 # Sites, evenly spread over all, that the axes are found from.
@@ -45,13 +48,14 @@ class VisibilityCost:
     @property
     def cpu_seconds(self) -> float:
         """Of all processes together."""
-        return SECONDS_A_SITE * self.vertices
+        return SECONDS_A_VERTEX * self.vertices
 
     @property
     def memory_bytes(self) -> int:
-        """At the peak, all processes together: each has the triangles."""
-        each = BYTES_A_TRIANGLE * self.triangles + BYTES_A_SITE * self.vertices + BYTES_A_PROCESS
-        return each * max(1, self.jobs)
+        """At the peak, all processes together: each worker has the triangles."""
+        ours = BYTES_A_TRIANGLE * self.triangles + BYTES_A_VERTEX * self.vertices + BYTES_A_PROCESS
+        workers = self.jobs if self.jobs > 1 else 0
+        return ours + workers * (BYTES_SHARED * self.triangles + BYTES_A_PROCESS)
 
     @property
     def words(self) -> str:
@@ -86,7 +90,8 @@ def computed_visibility(
 
     Parameters
     ----------
-    jobs : processes; the result is the same, bit for bit.
+    jobs : processes; the result is the same, bit for bit, where BLAS works in one thread, as commands have it
+        (`processes.one_thread`).
     progress : called with (sites done, sites in all, what is done) after each tile.
 
     Returns

@@ -125,7 +125,12 @@ class SceneVisibility:
         sites = self.fronts[vertices]
         if (sites < 0).any():
             number = int(np.asarray(vertices)[sites < 0][0])
-            raise InputError("no triangle uses this vertex", field="vertices", found=number)
+            raise InputError(
+                "no triangle uses this vertex",
+                field="vertices",
+                found=number,
+                hint="ask with the corners of triangles, numbered over all parts, or with what `located` gives",
+            )
         return sites if back is None else np.where(back[:, None], self.backs[vertices], sites)
 
     def _maps(self, sites: Int[np.ndarray, "n 3"], weights: Float[np.ndarray, "n 3"]) -> np.ndarray:

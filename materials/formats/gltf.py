@@ -21,7 +21,7 @@ from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
-from ..svbrdf.maps import Placement
+from ..svbrdf.map_set import Placement
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import Node, compact

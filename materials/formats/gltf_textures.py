@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...spectral.errors import InputError
-from ..svbrdf.maps import Placement
+from ..svbrdf.map_set import Placement
 from ..svbrdf.texels import Wrap
 from .gltf_container import GltfFile, named_by_backslashes
 from .gltf_json import Node

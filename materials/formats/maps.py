@@ -218,7 +218,7 @@ def _drawn(
         if len(textures[role]) > 1:
             raise NotDrawn(f"{len(textures[role])} normal maps, of which one can count")
         drawn.add(role)
-        more = replace(more, normal=textures[role][0], green=_green(role, textures[role][0], answer, notes))
+        more = replace(more, normal=textures[role][0], green=_green(role, textures, answer, notes))
     if "opacity" in textures:
         opacity = textures["opacity"][0]
         codes = opacity.band(0, slice(0, opacity.size[0]))
@@ -231,10 +231,11 @@ def _drawn(
     return surface, notes + said, drawn
 
 
-def _green(role: str, texture: Texture, answer: Answer, notes: list[str]) -> Green:
+def _green(role: str, textures: dict[str, list[Texture]], answer: Answer, notes: list[str]) -> Green:
     """Which way green points in a normal map: by its name, by itself, or as it was answered."""
     if role != "normal":
         return "opengl" if role == "normal_gl" else "directx"
+    texture = textures[role][0]
     proved = green_of(texture)
     if proved and answer.normal_map in (None, proved):
         up = "up (OpenGL)" if proved == "opengl" else "down (DirectX)"
@@ -243,8 +244,8 @@ def _green(role: str, texture: Texture, answer: Answer, notes: list[str]) -> Gre
     if answer.normal_map is None or proved:
         raise InputError(
             "a normal map that does not say which way is up" if proved is None else "not what --normal-map says",
-            file=texture.file,
-            field=texture.field,
+            file=textures["albedo"][0].file,
+            field=printable(texture.file.name),
             found="slopes that are no height's either way" if proved is None else f"slopes of a height by {proved}",
             expected="a name that ends in nor_gl, nor_dx, NormalGL or NormalDX",
             hint="say it with --normal-map opengl or directx, or do without it with --maps mean",

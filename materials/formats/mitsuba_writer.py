@@ -56,22 +56,27 @@ def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...
         A fluorescent surface, which Mitsuba has no plugin for, one without mirror planes, or a folder that cannot be
         written to.
     """
-    from xml.etree import ElementTree
-
     bsdf = _plugin(brdf)
     if bsdf is not None:
         notes = (f"{type(brdf).__name__} is Mitsuba's {bsdf.get('type')}, exactly",)
     else:
         fields, notes = _table(brdf, comment)
         write_tensors(folder / TABLE, fields)
-        bsdf = _element("bsdf", _element("string", name="filename", value=TABLE), type="measured")
+        bsdf = element("bsdf", element("string", name="filename", value=TABLE), type="measured")
+    write_scene(folder, bsdf, comment, notes)
+    return notes
+
+
+def write_scene(folder: Path, bsdf: Element, comment: str, notes: tuple[str, ...]) -> None:
+    """Write `scene.xml` of a sphere of that plugin, with what there is to say of it."""
+    from xml.etree import ElementTree
+
     scene = _scene(bsdf)
     text = " ".join(f"{comment} + {' + '.join(notes)}".split()).replace("--", "-")
     scene.insert(0, ElementTree.Comment(f" {text} "))
     ElementTree.indent(scene)
     with written_whole(folder / SCENE) as beside:
         ElementTree.ElementTree(scene).write(beside, encoding="UTF-8", xml_declaration=True)
-    return notes
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,36 +138,36 @@ def _plugin(brdf: Brdf) -> Element | None:
         return _diffuse(brdf.wavelengths_nm, brdf.reflectance.samples)
     if not isinstance(brdf, CookTorrance) or brdf.masking != "smith" or brdf.roughness < _SMOOTHEST:
         return None
-    facets = _element(
+    facets = element(
         "bsdf",
-        _element("string", name="distribution", value=brdf.distribution),
-        _element("float", name="alpha", value=repr(float(brdf.roughness))),
+        element("string", name="distribution", value=brdf.distribution),
+        element("float", name="alpha", value=repr(float(brdf.roughness))),
         _spectrum("eta", brdf.wavelengths_nm, brdf.eta),
         _spectrum("k", brdf.wavelengths_nm, brdf.k),
         type="roughconductor",
     )
     if brdf.specular_weight == 1.0:
         return facets
-    weight = _element("float", name="weight", value=repr(float(brdf.specular_weight)))
-    return _element("bsdf", weight, _diffuse(brdf.wavelengths_nm, brdf.diffuse.samples), facets, type="blendbsdf")
+    weight = element("float", name="weight", value=repr(float(brdf.specular_weight)))
+    return element("bsdf", weight, _diffuse(brdf.wavelengths_nm, brdf.diffuse.samples), facets, type="blendbsdf")
 
 
 def _diffuse(wavelengths_nm: np.ndarray, reflectance: np.ndarray) -> Element:
-    return _element("bsdf", _spectrum("reflectance", wavelengths_nm, reflectance), type="diffuse")
+    return element("bsdf", _spectrum("reflectance", wavelengths_nm, reflectance), type="diffuse")
 
 
 def _spectrum(name: str, wavelengths_nm: np.ndarray, values: np.ndarray) -> Element:
     """Linear between samples, held to both ends of the range that Mitsuba integrates over; no samples of nothing."""
     if not (values != values[0]).any():
-        value = _element("float", name="value", value=f"{values[0]:.9g}")
-        return _element("spectrum", value, type="uniform", name=name)
+        value = element("float", name="value", value=f"{values[0]:.9g}")
+        return element("spectrum", value, type="uniform", name=name)
     inside = wavelengths_nm[(wavelengths_nm > _RANGE[0]) & (wavelengths_nm < _RANGE[1])]
     nodes = np.concatenate([[_RANGE[0]], inside, [_RANGE[1]]])
     listed = (
-        _element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers))
+        element("string", name=label, value=", ".join(f"{number:.9g}" for number in numbers))
         for label, numbers in (("wavelengths", nodes), ("values", np.interp(nodes, wavelengths_nm, values)))
     )
-    return _element("spectrum", *listed, type="irregular", name=name)
+    return element("spectrum", *listed, type="irregular", name=name)
 
 
 def _scene(bsdf: Element) -> Element:
@@ -188,7 +193,8 @@ def _irradiance() -> tuple[np.ndarray, np.ndarray]:
     return light.wavelengths_nm, light.samples * np.pi * _LUMINOUS_INTEGRAL / luminous
 
 
-def _element(tag: str, *children: Element, **attributes: str) -> Element:
+def element(tag: str, *children: Element, **attributes: str) -> Element:
+    """An element of XML, with what is in it."""
     from xml.etree.ElementTree import Element
 
     element = Element(tag, attributes)

@@ -27,7 +27,7 @@ from ..points import Points
 from ..terms import Terms
 from .facets import facets, turned_to
 from .map_levels import normals_from_afar, spread_from_afar
-from .maps import WHOLE, Placement
+from .map_set import ROUNDING, WHOLE, Placement
 from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
 
 #: Along each side of what a sample spans: so many places are looked up, at the level whose texels lie as far apart.
@@ -71,7 +71,7 @@ class MapPlanes(Summand):
     """Terms of all texels of a surface of maps.
 
     planes : (H,W,P) what differs from texel to texel, in float16 where `precision` is "half". layout : what it is.
-    palette : one entry of R + 1 spectra, 1/sr, the last of them 1. cutoff, placement : see `MappedSurface`.
+    palette : one entry of R + 1 spectra, 1/sr, the last of them 1. cutoff, placement : see `MapSet`.
     """
 
     planes: np.ndarray
@@ -109,7 +109,7 @@ class MapPlanes(Summand):
             return layout.numbers(planes.reshape(-1, planes.shape[2]), name, count).reshape(*shape, count)
 
         if (covers := columns[starts["covers"]]) >= 0:
-            there = (kind("covers", 1) >= self.cutoff).astype(np.float64)
+            there = (kind("covers", 1) >= self.cutoff - ROUNDING).astype(np.float64)
             levels = [planes]
             for level in levels_of(np.concatenate([planes * there, there], axis=-1))[1:]:
                 count = level[..., -1:]
@@ -193,7 +193,7 @@ class MapPlanes(Summand):
         wi, wo = turned_to(normal, points.wi, points.wo)
         above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
         covers = kind("covers")[:, 0]
-        there = above * (covers if coarse else covers >= self.cutoff)
+        there = above * (covers if coarse else covers >= self.cutoff - ROUNDING)
         wi, wo = (np.where(above[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
         fall = schlick(points.wi, points.wo)
         shine = facets(wi, wo, kind("spread", 3)) * wi[:, 2] * there
@@ -221,7 +221,7 @@ class MapPlanes(Summand):
         # Compilers cut what is never read off the end of an array.
         read = [number for number, column in enumerate(layout.columns) if column < 0]
         constants = tuple(layout.constants[: max(read, default=0) + 1])
-        uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff}
+        uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff - ROUNDING}
         uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
         return TermShader(
             Path(__file__).with_name("maps.glsl"), {**sizes, "CONSTANTS": len(constants)}, {"planes": texels}, uniforms

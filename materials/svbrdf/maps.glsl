@@ -60,8 +60,8 @@ float facets(vec3 wi, vec3 wo, vec3 spread) {
     return density / (side(wi, spread) * side(wo, spread));
 }
 
-// What a level shows at a point, `share` of it; `coarse`: of means of texels.
-void add(inout Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
+// With what a level shows at a point, `share` of it; `coarse`: of means of texels.
+Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     float numbers[PLANES];
     for (int row = 0; row < PLANES / 4; ++row) {
         vec4 four = between(at, row);
@@ -84,7 +84,7 @@ void add(inout Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
 #endif
     covers = covers >= cutoff ? 1.0 : 0.0;
     vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
-    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return;
+    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return here;
     if (!coarse) lit = to_light.z;
     vec3 d = wi - wo;
     // 1 - cos = sin^2 / (1 + cos), and |wi - wo| = 2 sin: no cancellation near retro-reflection.
@@ -97,6 +97,7 @@ void add(inout Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
         here.terms[r / 4][r % 4] += NUMBER(BODY, r, AT_BODY) * through + NUMBER(REST, r, AT_REST) * rest
             + NUMBER(FACET, r, AT_FACET) * reflected;
     here.terms[RANK / 4][RANK % 4] += NUMBER(EDGE, 0, AT_EDGE) * fall * shine;
+    return here;
 }
 
 Here here_at(Sample s) {
@@ -113,14 +114,14 @@ Here here_at(Sample s) {
     for (int n = 0; n < TAPS * TAPS; ++n) {
         vec2 tap = (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
         vec2 place = uv + tap.x * spanned[0] + tap.y * spanned[1];
-        add(here, four_about(place, LEVEL(fine)), fine > 0, wi, wo, (1.0 - part) * share);
-        if (part > 0.0) add(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
+        here = added(here, four_about(place, LEVEL(fine)), fine > 0, wi, wo, (1.0 - part) * share);
+        if (part > 0.0) here = added(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
     }
 #else
-    add(here, four_about(uv, LEVEL(0)), false, wi, wo, s.angles.w);
+    here = added(here, four_about(uv, LEVEL(0)), false, wi, wo, s.angles.w);
 #endif
 #else
-    add(here, four_about(vec2(0.5), LEVEL(0)), false, wi, wo, s.angles.w);
+    here = added(here, four_about(vec2(0.5), LEVEL(0)), false, wi, wo, s.angles.w);
 #endif
     return here;
 }

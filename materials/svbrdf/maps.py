@@ -11,75 +11,29 @@ on or below the horizon of the mesh, or of the texel's normal: bumps neither shi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, ClassVar, cast
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
-from ...spectral.upsampling import upsampling
 from ..analytic.metallic_roughness import MetallicRoughness, schlick
 from ..fast import Fast
 from ..points import Points
 from ..surface import Surface
-from .facets import facets, spread_of, turned_to
-from .texel_map import TexelMap
-from .texels import REPEATED, WRAPS, Wrap, between
+from .facets import facets, turned_to
+from .map_set import ROUNDING, MapSet
+from .maps_form import maps_form
+from .texels import between
 
-#: Below, highlights are narrower than any picture shows; a perfect mirror has no BRDF at all.
-LEAST_ALPHA = 0.002
-#: Of glTF's dielectrics, whose refractive index is 1.5.
-DIELECTRIC_F0 = 0.04
 # Points that are worked on at once: spectra of four texels of each are held.
 _BLOCK = 4096
-# Texels of which derived numbers are held at once.
-_TEXELS = 1 << 16
-_ONE, _NONE = TexelMap.constant(1.0), TexelMap.constant(0.0)
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Where on its mesh's (u, v) a picture lies: at scale x uv + offset, and how it goes on beyond [0, 1]."""
-
-    scale: tuple[float, float] = (1.0, 1.0)
-    offset: tuple[float, float] = (0.0, 0.0)
-    wrap: tuple[Wrap, Wrap] = REPEATED
-
-    def of(self, uv: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N 2"]:
-        """(u, v) on the picture."""
-        return uv * self.scale + self.offset
-
-
-#: As the mesh has it, repeated.
-WHOLE = Placement()
 
 
 @dataclass(frozen=True, eq=False)
-class Texels:
-    """What n texels scatter.
-
-    body, facets : (n,C) what body and facets reflect, at the normal: RGB, or C = L wavelengths.
-    through : (n,) 1 - F of a dielectric at the normal, and `rest` at grazing: what reaches its body.
-    edge : (n,) what facets reflect at grazing. normal : (n,2) x and y of the unit normal.
-    spread : (n,3) see `facets`. covers : (n,) opacity.
-    """
-
-    body: Float[np.ndarray, "n C"]
-    facets: Float[np.ndarray, "n C"]
-    through: Float[np.ndarray, " n"]
-    rest: Float[np.ndarray, " n"]
-    edge: Float[np.ndarray, " n"]
-    normal: Float[np.ndarray, "n 2"]
-    spread: Float[np.ndarray, "n 3"]
-    covers: Float[np.ndarray, " n"]
-
-
-@dataclass(frozen=True, eq=False)
-class MappedSurface(Surface):
+class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVariableOverride]
     """glTF 2.0's material (Khronos 2021, appendix B) with the extensions specular, ior and anisotropy, by texels.
 
         dielectric = (1 - F_d) base / pi + F_d D G / (4 cos cos),   F_d = w (c + (1 - c) (1 - h.wi)^5)
@@ -87,116 +41,12 @@ class MappedSurface(Surface):
         f_r        = (m metal + (1 - m) dielectric) cos(theta_i of the texel) / cos(theta_i of the mesh)
 
     and (1 - F_d) with the largest of c's red, green and blue. `glossy`: `base` is the body's colour and `reflected`
-    that of all facets (KHR_materials_pbrSpecularGlossiness), and (1 - largest of c) base takes the place of base.
-
-    Parameters
-    ----------
-    wavelengths_nm : (L,) nm, ascending.
-    base : red, green and blue, made into spectra by `uplift`; or where that is "" L measured reflectances.
-    metallic, weight : m and w. roughness : the square root of alpha, or two of them, along x and along y.
-    reflected : c, red, green and blue, or one number.
-    normal : x, y and z, of any length, z up; x along u and y along v. turn : radians that x of a stretched highlight is
-        turned from u towards v. coverage : opacity; where it is below `cutoff` there is nothing, which is drawn black.
-    placement : of all maps.
-
-    Raises
-    ------
-    InputError : maps of different sizes, or with another number of channels; a normal without length or below the
-        surface, by its row and column.
+    that of all facets (KHR_materials_pbrSpecularGlossiness), and (1 - largest of c) base takes the place of base. See
+    `MapSet` for the parameters.
     """
 
     NAME: ClassVar[str] = "maps"
     uses_uv: ClassVar[bool] = True
-
-    wavelengths_nm: Float[np.ndarray, " L"]
-    base: TexelMap
-    roughness: TexelMap
-    uplift: str
-    metallic: TexelMap = _NONE
-    reflected: TexelMap = field(default_factory=lambda: TexelMap.constant(DIELECTRIC_F0))
-    weight: TexelMap = _ONE
-    glossy: bool = False
-    normal: TexelMap | None = None
-    turn: TexelMap | None = None
-    coverage: TexelMap = _ONE
-    cutoff: float = 0.0
-    placement: Placement = WHOLE
-
-    def __post_init__(self) -> None:
-        colours = 3 if self.uplift else len(self.wavelengths_nm)
-        channels = {"base": (colours,), "roughness": (1, 2), "metallic": (1,), "reflected": (1, 3), "weight": (1,)}
-        channels |= {"normal": (3,), "turn": (1,), "coverage": (1,)}
-        for name, one in self.maps.items():
-            if one.values.shape[2] not in channels[name]:
-                expected = " or ".join(map(str, channels[name])) + " channels"
-                raise InputError(
-                    "not such a map", field=name, found=f"{one.values.shape[2]} channels", expected=expected
-                )
-        sizes = {name: one.size for name, one in self.maps.items() if one.size != (1, 1)}
-        if len(set(sizes.values())) > 1:
-            raise InputError("maps of different sizes", field="maps", found=sizes, expected="one size")
-        if self.normal is not None:
-            check_normals(self.normal)
-
-    @property
-    def maps(self) -> dict[str, TexelMap]:
-        """Every map that there is, by the name of its field."""
-        names = ("base", "roughness", "metallic", "reflected", "weight", "normal", "turn", "coverage")
-        return {name: one for name in names if (one := getattr(self, name)) is not None}
-
-    @property
-    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Without bumps, and with one roughness for all directions."""
-        return self.normal is None and self.roughness.values.shape[2] == 1
-
-    @cached_property
-    def size(self) -> tuple[int, int]:
-        """(H, W) of the maps; (1, 1) where none changes from texel to texel."""
-        return max(one.size for one in self.maps.values())
-
-    def texels(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> Texels:
-        """What texels scatter."""
-
-        def number(one: TexelMap) -> np.ndarray:
-            return one.at(rows, columns)[:, 0]
-
-        base, reflected = self.base.at(rows, columns), np.minimum(self.reflected.at(rows, columns), 1.0)
-        weight, most = number(self.weight), reflected.max(axis=1)
-        if self.glossy:
-            metal = np.zeros(len(rows))
-            body, shine, edge = base * (1.0 - most)[:, None], reflected * np.ones(3), np.ones(len(rows))
-            weight = np.ones(len(rows))
-        else:
-            metal = number(self.metallic)
-            body = base * (1.0 - metal)[:, None]
-            shine = self._coloured(reflected) * ((1.0 - metal) * weight)[:, None] + base * metal[:, None]
-            edge = (1.0 - metal) * weight + metal
-        alpha = np.maximum(self.roughness.at(rows, columns) ** 2, LEAST_ALPHA) * np.ones(2)
-        turn = None if self.turn is None else number(self.turn)
-        normal = np.zeros((len(rows), 2))
-        if self.normal is not None:
-            vector = self.normal.at(rows, columns)
-            normal = vector[:, :2] / np.linalg.norm(vector, axis=1, keepdims=True)
-        through, rest = 1.0 - weight * most, 1.0 - weight
-        return Texels(body, shine, through, rest, edge, normal, spread_of(alpha, turn), number(self.coverage))
-
-    def _coloured(self, reflected: np.ndarray) -> np.ndarray:
-        """What facets reflect, in as many numbers as `base` has."""
-        if self.uplift or reflected.shape[1] == 1:
-            return reflected * np.ones(self.base.values.shape[2])
-        # Beside measured colours, one that was stated in RGB has to be made up.
-        return spectra_of(reflected, "mallett-yuksel", self.wavelengths_nm)
-
-    def spectra(self, colours: Float[np.ndarray, "n C"]) -> Float[np.ndarray, "n L"]:
-        """Reflectances of `Texels.body` or `Texels.facets`."""
-        return spectra_of(colours, self.uplift, self.wavelengths_nm) if self.uplift else colours
-
-    def blocks(self) -> Iterator[tuple[slice, Texels]]:
-        """All texels, row after row, some at a time: their numbers, and what they scatter."""
-        height, width = self.size
-        for start in range(0, height * width, _TEXELS):
-            numbers = np.arange(start, min(start + _TEXELS, height * width))
-            yield slice(start, start + len(numbers)), self.texels(*np.divmod(numbers, width))
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
         """f_r at the point itself: what a sample spans is not averaged. See `Surface.at`."""
@@ -216,9 +66,9 @@ class MappedSurface(Surface):
             return np.einsum("nk,nk...->n...", shares, values.reshape(len(points), 4, *values.shape[1:]))
 
         lean = mixed(four.normal)
-        normal = np.concatenate([lean, np.sqrt(1.0 - np.sum(lean**2, axis=1, keepdims=True))], axis=1)
+        normal = np.concatenate([lean, np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1, keepdims=True), 0.0))], axis=1)
         wi, wo = turned_to(normal, points.wi, points.wo)
-        seen = (wi[:, 2] > 0) & (wo[:, 2] > 0) & (mixed(four.covers) >= self.cutoff)
+        seen = (wi[:, 2] > 0) & (wo[:, 2] > 0) & (mixed(four.covers) >= self.cutoff - ROUNDING)
         wi, wo = (np.where(seen[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
         fall = schlick(points.wi, points.wo)
         shine = facets(wi, wo, mixed(four.spread))
@@ -237,106 +87,24 @@ class MappedSurface(Surface):
         InputError : a mean that is no reflectance.
         """
         total: Any = 0.0
+        # What is linear in red, green and blue is made into a spectrum once.
+        linear = self.uplift == "mallett-yuksel"
+        made = (lambda colours: colours) if linear else self.spectra
         for _, found in self.blocks():
-            share = (found.covers >= self.cutoff).astype(float)
+            share = (found.covers >= self.cutoff - ROUNDING).astype(float)
             alpha = np.sqrt(np.sqrt(found.spread[:, 0] * found.spread[:, 2] - found.spread[:, 1] ** 2))
             numbers = np.stack([np.ones(len(share)), found.edge, alpha], axis=1)
-            each = np.concatenate([numbers, self.spectra(found.body), self.spectra(found.facets)], axis=1)
-            total = total + share @ each
+            total = total + share @ np.concatenate([numbers, made(found.body), made(found.facets)], axis=1)
         if not total[0] > 0:
             raise InputError("no texel is there", field="coverage", expected=f"opacity of {self.cutoff:g} somewhere")
-        mean, count = total[1:] / total[0], len(self.wavelengths_nm)
+        mean = total[1:] / total[0]
+        colours = mean[2:].reshape(2, -1)
+        colours = self.spectra(colours) if linear else colours
         # Rounding, and Mallett and Yuksel's white of 1.00000001.
-        colours = np.where((mean[2:] > 1.0) & (mean[2:] < 1.0 + 1e-6), 1.0, mean[2:])
-        body, shine = (
-            Spectrum.sampled(self.wavelengths_nm, part, "reflectance") for part in (colours[:count], colours[count:])
-        )
+        colours = np.where((colours > 1.0) & (colours < 1.0 + 1e-6), 1.0, colours)
+        body, shine = (Spectrum.sampled(self.wavelengths_nm, part, "reflectance") for part in colours)
         return MetallicRoughness(body, shine, min(float(mean[0]), 1.0), min(float(mean[1]), 1.0))
 
     def own_form(self, budget: float = 0.5) -> Fast:
         """As few spectra as show every texel within the budget; see `maps_form`."""
-        from .maps_form import maps_form
-
         return maps_form(self, budget)
-
-    def parameters(self) -> dict[str, Any]:
-        """What rebuilds this surface."""
-        kept: dict[str, Any] = {"wavelengths_nm": self.wavelengths_nm, "uplift": self.uplift or "none"}
-        kept |= {"glossy": int(self.glossy), "cutoff": self.cutoff}
-        kept |= {"scale": np.array(self.placement.scale), "offset": np.array(self.placement.offset)}
-        kept |= {"wrap": " ".join(self.placement.wrap)}
-        for name, one in self.maps.items():
-            kept |= one.parameters(name)
-        return kept
-
-    @classmethod
-    def from_parameters(cls, parameters: Mapping[str, Any]) -> MappedSurface:
-        """The surface whose `parameters()` these are.
-
-        Raises
-        ------
-        InputError : a parameter is missing or not what it should be.
-        """
-        try:
-            names = {name.partition(".")[0] for name in parameters if name.endswith(".values")}
-            maps: dict[str, Any] = {name: TexelMap.from_parameters(parameters, name) for name in names}
-            words = str(parameters["wrap"]).split()
-            if len(words) != 2 or not set(words) <= set(WRAPS):
-                raise InputError("unknown word", field="wrap", found=parameters["wrap"], expected=", ".join(WRAPS))
-            scale, offset = (tuple(np.asarray(parameters[name], float).tolist()) for name in ("scale", "offset"))
-            uplift = str(parameters["uplift"])
-            return cls(
-                wavelengths_nm=np.asarray(parameters["wavelengths_nm"], dtype=np.float64),
-                uplift="" if uplift == "none" else uplift,
-                glossy=bool(int(parameters["glossy"])),
-                cutoff=float(parameters["cutoff"]),
-                placement=Placement(scale, offset, cast("tuple[Wrap, Wrap]", tuple(words))),
-                **maps,
-            )
-        except (KeyError, TypeError) as reason:
-            raise InputError("missing parameter of maps", field=str(reason)) from None
-
-
-def check_normals(normal: TexelMap) -> None:
-    """Raises `InputError` for a normal without length, and one that points below the surface, by its row and column."""
-    height, width = normal.size
-    step = max(1, _TEXELS // width)
-    for start in range(0, height, step):
-        vectors = normal.decoded(normal.values[start : start + step])
-        length = np.linalg.norm(vectors, axis=-1)
-        # Integers have no 0: half of their codes lies between two of them.
-        short, below = length < 0.02, vectors[..., 2] <= 0.0
-        if (short | below).any():
-            row, column = (int(at) for at in np.argwhere(short | below)[0])
-            found = ", ".join(f"{value:.3g}" for value in vectors[row, column])
-            raise InputError(
-                "a normal without length" if short[row, column] else "a normal that points below the surface",
-                field=f"normal, row {start + row}, column {column}",
-                found=f"({found}), and {int((short | below).sum()) - 1} more in {vectors.size // 3} texels about it",
-                expected="x, y and z of a vector that points up",
-                hint="export the normal map again, or mend those texels; --maps mean does without it",
-            )
-
-
-def spectra_of(
-    rgb: Float[np.ndarray, "n 3"], method: str, wavelengths_nm: Float[np.ndarray, " L"]
-) -> Float[np.ndarray, "n L"]:
-    """Reflectances of linear colours, at working or other wavelengths; see `Upsampling.spectra`.
-
-    Where a method would exceed 1, enough of Mallett and Yuksel's spectrum of the same colour, which does not, is mixed
-    in: the colour stays.
-    """
-    from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
-
-    made = upsampling(method).spectra(rgb)
-    high = made > 1.0
-    some = np.flatnonzero(high.any(axis=1)) if method != "mallett-yuksel" else ()
-    if len(some):
-        bounded = np.minimum(upsampling("mallett-yuksel").spectra(rgb[some]), 1.0)
-        over = np.where(high[some], made[some] - 1.0, 0.0)
-        apart = np.where(high[some], made[some] - bounded, 1.0)
-        share = (over / apart).max(axis=1, keepdims=True)
-        made[some] = np.minimum((1.0 - share) * made[some] + share * bounded, 1.0)
-    if np.array_equal(wavelengths_nm, WORKING_WAVELENGTHS_NM):
-        return made
-    return made @ interpolation_matrix(WORKING_WAVELENGTHS_NM, wavelengths_nm).T

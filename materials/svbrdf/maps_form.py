@@ -18,7 +18,7 @@ from ..fast import Fast, Summand
 from ..fit_error import FitError
 from ..protocol import LIGHTS, sphere_protocol
 from .map_planes import Layout, MapPlanes
-from .maps import MappedSurface
+from .map_set import MapSet
 from .texture_form import differences
 
 # Texels that the number of coefficients is judged on.
@@ -92,7 +92,7 @@ class MapsForm(Fast):
         return cls(MapPlanes.from_stored(kept), error)
 
 
-def maps_form(surface: MappedSurface, budget: float = 0.5) -> MapsForm:
+def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
     """The fast form of a surface of maps.
 
     As few coefficients as keep the colours of bodies and facets within a fifth of `budget` (ΔE94, 99th percentile) and
@@ -130,7 +130,7 @@ def maps_form(surface: MappedSurface, budget: float = 0.5) -> MapsForm:
     return _halved(form, surface.isotropic, budget)
 
 
-def _basis(surface: MappedSurface, budget: float) -> SpectralBasis:
+def _basis(surface: MapSet, budget: float) -> SpectralBasis:
     """What coefficients of body and facets are in."""
     height, width = surface.size
     numbers = np.arange(0, height * width, max(1, height * width // _JUDGED))

@@ -7,7 +7,8 @@ import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_images
-from metamer.materials.svbrdf.maps import MappedSurface, Placement
+from metamer.materials.svbrdf.map_set import Placement
+from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant

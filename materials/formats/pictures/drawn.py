@@ -8,12 +8,15 @@ import numpy as np
 
 from ....spectral.errors import InputError
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...svbrdf.maps import WHOLE, MappedSurface, Placement
+from ...svbrdf.map_set import WHOLE, Placement, check_normals
+from ...svbrdf.maps import MappedSurface
 from ...svbrdf.texel_map import TexelMap
 from ...svbrdf.texels import look_up
 from .normal_maps import Green, is_level, mended, normals_of
 from .stand_in import Colour, Number, SurfaceMaps
 from .textures import Texture
+
+_NO_NORMALS = "mend them and import it again, or take them as level with --maps mended, or do without with --maps mean"
 
 
 class NotDrawn(Exception):
@@ -66,6 +69,10 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
         normal, said = normals_of(more.normal, more.green, more.normal_scale)
         normal, mending = mended(normal) if more.mends else (normal, [])
         notes += said + mending
+        try:
+            check_normals(normal)
+        except InputError as reason:
+            raise reason.at(hint=_NO_NORMALS) from None
         if not is_level(normal):
             found["normal"] = normal
     found = {name: _alike(one) for name, one in found.items()}

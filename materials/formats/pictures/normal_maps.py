@@ -60,7 +60,7 @@ def normals_of(texture: Texture, green: Green, strength: float = 1.0) -> tuple[T
 
 
 def mended(normal: TexelMap) -> tuple[TexelMap, list[str]]:
-    """The map with level normals where it has none, and how many; see `maps.check_normals`."""
+    """The map with level normals where it has none, and how many; see `map_set.check_normals`."""
     vectors = normal.decoded(normal.values)
     bad = (np.linalg.norm(vectors, axis=-1) < 0.02) | (vectors[..., 2] <= 0.0)
     if not bad.any():

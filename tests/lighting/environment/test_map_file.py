@@ -118,7 +118,7 @@ def test_a_bad_texel_is_named_by_row_and_column(tmp_path, value, word, found):
 def test_what_negative_texels_hold_of_the_light_is_said(tmp_path):
     grey = np.ones((64, 128), np.float32)
     grey[:8, :4] = -1.0
-    path = write(tmp_path / "bad.exr", {name: grey for name in "RGB"})
+    path = write(tmp_path / "bad.exr", dict.fromkeys("RGB", grey))
     share = (1 - np.cos(np.pi / 8)) / 2 / 32
     note = read_map(path, bad_texels="black").notes[-1]
     assert f"{share:.2g} of all directions" in note and f"hold {share / (1 - share):.2g} of the light" in note

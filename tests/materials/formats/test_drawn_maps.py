@@ -79,10 +79,11 @@ def test_normal_maps_of_both_conventions_prove_themselves(tmp_path, green):
 def test_a_normal_map_that_proves_nothing_is_asked_about(tmp_path):
     albedo = save(tmp_path / "wall_diff.png", BASE)
     rough = 127.5 + RNG.normal(0, 40, (32, 48, 3)) * (1, 1, 0) + (0, 0, 100)
-    normal = save(tmp_path / "wall_normal.png", np.clip(rough, 0, 255))
+    save(tmp_path / "wall_normal.png", np.clip(rough, 0, 255))
     with pytest.raises(InputError, match="does not say which way is up") as caught:
         read(albedo)
-    assert caught.value.file == normal and "--normal-map" in caught.value.hint and "--maps mean" in caught.value.hint
+    assert (caught.value.file, caught.value.field) == (albedo, "wall_normal.png")
+    assert "--normal-map" in caught.value.hint and "--maps mean" in caught.value.hint
     leans = [lean_at(surface_of(albedo, Answer(normal_map=green)), 5, 5) for green in ("opengl", "directx")]
     np.testing.assert_allclose(leans[0], leans[1] * (1, -1))
     assert read(albedo, Answer(maps="mean")).model == "lambert"
@@ -102,6 +103,7 @@ def test_zero_normals_are_refused_by_their_place_or_mended(tmp_path):
     with pytest.raises(InputError, match=r"normal without length|points below") as caught:
         read(albedo)
     assert caught.value.field == "normal, row 4, column 9" and caught.value.file == albedo
+    assert "--maps mended" in caught.value.hint
     mended = read(albedo, Answer(maps="mended"))
     assert "1 of 1536 normals" in mended.provenance.notes
     assert not lean_at(rebuild(mended.model, mended.parameters), 4, 9).any()

@@ -79,7 +79,7 @@ def test_the_fit_counts_for_every_surface(changed, module):
 @pytest.mark.parametrize(
     ("module", "models"),
     [
-        ("spectral/upsampling", {"merl", "rgl"}),
+        ("spectral/upsampling", {"maps", "merl", "rgl"}),
         ("materials/fluorescent", {"fluorescent_lambert"}),
         ("materials/measured/kriging", {"scattered"}),
         ("materials/measured/rgl_measurement", {"rgl"}),

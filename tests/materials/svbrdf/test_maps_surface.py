@@ -11,7 +11,8 @@ from metamer.materials.points import Points
 from metamer.materials.protocol import LIGHTS, measured
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
-from metamer.materials.svbrdf.maps import MappedSurface, Placement, spectra_of
+from metamer.materials.svbrdf.map_set import Placement, spectra_of
+from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.maps_form import MapsForm
 from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.spectral.difference import delta_e_xyz
