@@ -137,6 +137,11 @@ class Fast(Surface):
     def environment_form(self) -> EnvironmentForm:
         """How it gathers light from all around, its palette at the wavelengths of the surface's own."""
 
+    @property
+    def environment_error(self) -> FitError | None:
+        """How far that is from the original, where it was measured (`slices.error`)."""
+        return None
+
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
         """What a file keeps: text, numbers, arrays and mappings of those, by name."""
