@@ -96,8 +96,9 @@ def mixtures(
     """Directions, sharpness and values of slices (`ViewSlices`) of whatever f_r `sampled` gives in `size` numbers.
 
     Each slice is integrated over `slice_directions`. Its smooth part, polynomials of the second degree (`smooth`), is
-    the bent cosine's. What else comes from each direction, the mean of its numbers' magnitudes, is shared between Gaussians and cosine by expectation and maximisation, and the numbers with it: so the
-    integral of a slice is exact, whatever the Gaussians do.
+    the bent cosine's. What else comes from each direction, the mean of its numbers' magnitudes, is shared between
+    Gaussians and cosine by expectation and maximisation, and the numbers with it: so the integral of a slice is exact,
+    whatever the Gaussians do.
     """
     return _mixtures(partial(_slice, sampled, _grids(isotropic)), size, isotropic, lobes)
 
