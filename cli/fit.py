@@ -111,7 +111,6 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
             tried=tried,
             doing=lambda phase: watch.at(phase, share_done(trials, args.budget)),
         )
-        watch.at("lobes for light from all around", share_done(trials, args.budget))
         found = replace(found, fast=found.fast.with_slices_of(brdf, args.budget))
     watching.close()
     missed = args.rank is None and found.score > args.budget

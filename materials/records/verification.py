@@ -138,11 +138,11 @@ def verify_material(
         measured = measured_again(record)
         if measured is None:
             return Verified(material_id, None, declared, note=f"declared by another protocol: {declared.protocol}")
-        environment = record.environment_error, environment_measured_again(record)
-        problem = _mismatch(declared, measured, path) or (
-            _mismatch(*environment, path, _ENVIRONMENT) if environment[0] and environment[1] else None
-        )
-        return Verified(material_id, problem, declared, measured, "", *environment)
+        said, found = record.environment_error, environment_measured_again(record)
+        problem = _mismatch(declared, measured, path)
+        if problem is None and said is not None and found is not None:
+            problem = _mismatch(said, found, path, _ENVIRONMENT)
+        return Verified(material_id, problem, declared, measured, "", said, found)
     except InputError as reason:
         # Of a file that large arrays were left in, nobody else says whose they are.
         named = reason if reason.file in (None, path) else reason.at(named_in=material_id)

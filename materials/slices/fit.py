@@ -151,7 +151,8 @@ def _mixtures(
                 mixture = mixture.refined(to[counts], drawn[counts], _ROUNDS if t else _FIRST_ROUNDS)
                 mixture = mixture.shared(to, power, _SHARING_ROUNDS)
             directions[t, a], sharpness[t, a] = mixture.axes, mixture.sharpness
-            found = (mixture.responsibilities(to) * weights) @ values
+            # This way round it takes OpenBLAS a hundredth of the time.
+            found = (values.T @ (mixture.responsibilities(to) * weights).T).T
             spectra[t, a, :lobes], spectra[t, a, lobes:] = found[:-1], np.pi * smooth
             spectra[t, a, lobes] += found[-1]
     return directions, sharpness, spectra
@@ -166,7 +167,7 @@ def _slice(sampled: Sampled, grids: Grids, theta: float, azimuth: float) -> tupl
 
 def _matt(slice_at: SliceAt) -> Float[np.ndarray, " C"] | None:
     """f_r where it is the same in all directions, which all of four slices have to say; else None."""
-    least, most = np.inf, -np.inf
+    least = most = slice_at(*_LOOKS[0])[2][0]
     for look in _LOOKS:
         _, _, values = slice_at(*look)
         least, most = np.minimum(least, values.min(axis=0)), np.maximum(most, values.max(axis=0))

@@ -152,9 +152,9 @@ class ViewSlices(EnvironmentForm):
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> ViewSlices:
         """The form whose `stored()` this is; KeyError where something is missing."""
-        arrays = (np.asarray(kept[name], dtype=np.float64) for name in _ARRAYS)
+        directions, sharpness, value = (np.asarray(kept[name], dtype=np.float64) for name in _ARRAYS)
         error = _error_from(kept["error"]) if "error" in kept else None
-        return cls(*arrays, Palette.from_stored(kept["palette"]), error)
+        return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]), error)
 
 
 def _kept_error(error: FitError) -> dict[str, Any]:
@@ -167,9 +167,13 @@ def _kept_error(error: FitError) -> dict[str, Any]:
 def _error_from(kept: Mapping[str, Any]) -> FitError:
     names = kept["lights"].split()
     lights = {name: LightError(name, *map(float, row)) for name, row in zip(names, kept["figures"], strict=True)}
-    worst = (getattr(lights[kept["light"]], name) for name in _FIGURES)
-    words = (kept["light"], kept["observer"], kept["protocol"])
-    return FitError(*worst, *words, 0.0, lights=tuple(lights.values()))
+    worst = lights[kept["light"]]
+    return FitError(
+        *(worst.mean, worst.p95, worst.p99, worst.maximum),
+        *(worst.light, kept["observer"], kept["protocol"]),
+        relative_error=0.0,
+        lights=tuple(lights.values()),
+    )
 
 
 def _turned(
