@@ -5,9 +5,9 @@ import pytest
 from metamer.lighting.visibility.free_share import free_share
 from metamer.materials.directions import spherical
 from metamer.materials.gaussians import ndf
-from metamer.materials.gaussians.gaussian import Gaussians
-from metamer.materials.gaussians.hemisphere import share_in_hemisphere
 from metamer.materials.gaussians.warp import LEAST_COSINE, mirrored, stretch, warped
+from metamer.materials.hemisphere_share import share_in_hemisphere
+from metamer.materials.spherical_gaussian import Gaussians
 
 UP = np.array([0.0, 0.0, 1.0])
 
