@@ -18,6 +18,7 @@ from .cases import FILES, WALL, cases, lights
 from .hiding import Hiding, Wall, shape_on_floor
 from .light import PreparedLight
 from .methods import DELTA_METHODS, METHODS, Method, Task
+from .ours import by_slices
 from .surface import ShadedPoints
 from .truth import truth
 
@@ -62,6 +63,9 @@ def run(full: bool = False, data: Path | None = None, progress: Callable[[str], 
             "bytes_per_vertex": hiding.bytes_per_vertex if hiding else None,
         }
         methods = METHODS if isinstance(light.light, EnvironmentLight) else DELTA_METHODS
+        if methods is METHODS and not isinstance(hiding, Wall):
+            # A wall has no vertices that visibility could be kept at.
+            methods = {"ours": by_slices, **METHODS}
         for lobes in case.lobes:
             for name, method in methods.items():
                 task = Task(case.surface, points, light, hiding, lobes)

@@ -73,6 +73,8 @@ def load_environment(
         What `read_map` refuses; neither of the two or both; a map without light.
     """
     path = Path(map)
+    # By its first author, as people write it.
+    uplift = next((one for one in METHODS if uplift == one.split("-")[0]), uplift)
     if uplift is not None and uplift not in METHODS:
         raise UnknownNameError("upsampling method", uplift, METHODS, field="uplift")
     if spectrum is not None and uplift is not None:

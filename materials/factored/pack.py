@@ -34,6 +34,8 @@ from .texels import factor_shader, halved
 
 # Samples multiplied at once: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
+# Of a fit's budget, what the mean of the environment form may be off: more lobes cost little.
+_SHARE = 0.5
 # Beside the packs' numbers in a file.
 _SLICES = "slices"
 
@@ -257,7 +259,7 @@ class FactoredBrdf(Brdf, Fast):
         What fluoresces has no samples that stand for it: there the form is that of the packs.
         """
         if original.bispectral is None:
-            return replace(self, slices=fewest_slices(original, budget))
+            return replace(self, slices=fewest_slices(original, _SHARE * budget))
         return replace(self, slices=measured_form(self.environment_form(), original))
 
     def stored(self) -> dict[str, Any]:

@@ -36,9 +36,8 @@ _HIGHLIGHTS, _WORTH = 4.0, 0.9
 _POLAR, _TURNED = 24, (16, 16)
 # Rounds of the first slice, of each that starts as its neighbour, and of shares alone.
 _FIRST_ROUNDS, _ROUNDS, _SHARING_ROUNDS = 60, 10, 8
-# Gaussians are placed by this power of what comes from a direction, since tails show beside a sun: 1 has a third more
-# of error.
-_TEMPER = 0.8
+# Gaussians are placed by this power of what comes from a direction, since tails show beside a sun.
+_TEMPER = 0.9
 # Directions from which less than this share of all comes do not move a Gaussian.
 _COUNTS = 1.0e-6
 # Difference of mean logarithms of densities, that rounding does not decide.

@@ -61,7 +61,9 @@ def energies(surface: Brdf, wo: np.ndarray, grids: Grids) -> np.ndarray:
 
 def form_energies(form: ViewSlices, wo: np.ndarray) -> np.ndarray:
     lobes = form.lobes(Points(wo[None], wo[None]))
-    return (lobes.value.sum(axis=1) + lobes.matt)[0] @ form.palette.samples[0]
+    # Over the cosine, 1 has pi, z two thirds of it, and 3 zz - 1 half of it; the other bends have nothing.
+    cosine = np.array([1.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.5]) @ lobes.matt[0]
+    return (lobes.value.sum(axis=1)[0] + cosine) @ form.palette.samples[0]
 
 
 def energy_of_lobes(form: ViewSlices, wo: np.ndarray) -> np.ndarray:
