@@ -274,9 +274,9 @@ def held_off_notes(
         _, distance, counted = light.counted_from(low, high)
         if isinstance(light, SpreadLight) and distance * FAR < radius:
             notes.append(
-                f"{light.name} stands {distance:.3g} from the middle of a scene of radius {radius:.3g}, and is drawn as "
-                "it is seen from there, alike from everywhere: colours beside the middle are off; only the reference "
-                "(metamer render --reference, and a review's figures) sees it from each place"
+                f"{light.name} stands {distance:.3g} from the middle of a scene of radius {radius:.3g}, and is drawn "
+                "as it is seen from there, alike from everywhere: colours beside the middle are off; only the "
+                "reference (metamer render --reference, and a review's figures) sees it from each place"
             )
         if distance < counted:
             notes.append(
