@@ -82,4 +82,4 @@ def _on_surfaces(sharpness: float) -> Float[np.ndarray, " nodes"]:
     cosine = np.linspace(-1.0, 1.0, _COSINES)[:, None, None]
     sine = np.sqrt(1.0 - cosine * cosine)
     seen = np.maximum(cosine * (1.0 - off)[:, None] + sine * across[:, None] * around, 0.0)
-    return seen.mean(axis=(1, 2)) * float(_integrals(np.array(sharpness)))
+    return seen.mean(axis=(1, 2)) * float(_integrals(np.array([sharpness]))[0])

@@ -32,7 +32,7 @@ from ..points import Points
 from ..protocol import LIGHTS
 from ..surface import Surface
 from . import sky
-from .quadrature import Grids, fading, half_angles, slice_directions
+from .quadrature import BLOCK, Grids, fading, half_angles, slice_directions
 from .view_slices import ViewSlices
 
 _OBSERVER = "1931_2"
@@ -130,7 +130,9 @@ def _moments(isotropic: bool) -> Float[np.ndarray, "N 9"]:
 def _sent(
     surface: Surface, to: Float[np.ndarray, "S 3"], wo: Float[np.ndarray, "3"], folding: Folding
 ) -> Float[np.ndarray, "S M3"]:
-    return surface.xyz(Points(to, np.broadcast_to(wo, to.shape)), folding) * to[:, 2:]
+    each = (to[start : start + BLOCK] for start in range(0, max(len(to), 1), BLOCK))
+    xyz = [surface.xyz(Points(some, np.broadcast_to(wo, some.shape)), folding) for some in each]
+    return np.concatenate(xyz) * to[:, 2:]
 
 
 def _by_light(xyz: Float[np.ndarray, "N M3"]) -> Float[np.ndarray, "M N 3"]:

@@ -21,7 +21,7 @@ from ..protocol import LIGHTS
 from ..surface import Surface
 from .error import references, with_error
 from .mixture import Mixture
-from .quadrature import PLAIN, STRETCHED, Grids, slice_directions
+from .quadrature import BLOCK, PLAIN, STRETCHED, Grids, slice_directions
 from .smooth import smooth_part
 from .view_slices import ViewSlices, polar_angles
 
@@ -107,7 +107,11 @@ def _grids(isotropic: bool) -> Grids:
 
 
 def _sampled(surface: Surface) -> Sampled:
-    return lambda wi, wo: surface.at(Points(wi, wo))
+    def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        rows = (slice(start, start + BLOCK) for start in range(0, len(wi), BLOCK))
+        return np.concatenate([surface.at(Points(wi[some], wo[some])) for some in rows])
+
+    return sampled
 
 
 def _formed(surface: Surface, lobes: int, slice_at: SliceAt) -> ViewSlices:

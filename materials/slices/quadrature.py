@@ -13,6 +13,8 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
+#: Directions that a surface is asked for at once: some hold large tables of each.
+BLOCK = 256
 # Of the half vector, radians: the first cell of the fine grid ends there; mirrors sharper than that are points to it.
 _FIRST = 1.0e-4
 # Gauss-Legendre nodes an octave.

@@ -57,7 +57,7 @@ def test_neither_stated_nor_made_is_asked_for_and_both_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"(?s)uplift: .*expected: one of the two"):
         load_environment(path, illuminant("D65"), "smits")
     with pytest.raises(UnknownNameError, match="nearest: jakob-hanika"):
-        load_environment(path, uplift="jakob")
+        load_environment(path, uplift="jakob-hannika")
     write_exr(tmp_path / "y.exr", {}, {"Y": np.ones((2, 4))})
     for uplift in (None, "smits"):
         with pytest.raises(InputError, match="a map that does not say of what spectrum") as caught:

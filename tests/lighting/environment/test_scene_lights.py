@@ -115,7 +115,7 @@ def test_a_softbox_that_faces_away_leaves_no_white(scene):
     [
         (SKY, "spectrum", "named in: "),
         (SKY + 'spectrum = "D65"\nuplift = "smits"\n', "light 1 (sky).uplift", "one of the two"),
-        (SKY + 'uplift = "jakob"\n', "light 1 (sky).uplift", "nearest: jakob-hanika"),
+        (SKY + 'uplift = "jacob"\n', "light 1 (sky).uplift", "nearest: jakob-hanika"),
         (SKY + 'uplift = "smits"\nbad_texels = "white"\n', "light 1 (sky).bad_texels", "black"),
         (SKY + 'spectrum = "D65"\nilluminance_lux = 0\n', "light 1 (sky).illuminance_lux", "no power"),
         (SKY + 'uplift = "smits"\nentry = 2\n', "light 1 (sky).entry", "only a file has columns"),
