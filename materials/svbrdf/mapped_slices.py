@@ -120,8 +120,8 @@ class MappedSlices(EnvironmentForm):
         levels, layout = self.maps.levels if filtered and self.maps.uses_uv else ([self.maps.planes], self.maps.layout)
         low, high = [], []
         for level in levels:
-            a, b, c = np.moveaxis(layout.numbers(level.reshape(-1, level.shape[2]), "spread", 3), -1, 0)
-            a, b, c = (each.astype(np.float64) for each in (a, b, c))
+            texels = level.reshape(level.shape[0] * level.shape[1], level.shape[2])
+            a, b, c = np.moveaxis(layout.numbers(texels, "spread", 3).astype(np.float64), -1, 0)
             low.append(((a * c - b * b) ** 0.25).min())
             # Between texels a matrix may have a larger determinant than both, but half its trace is no less than that.
             high.append(np.sqrt(0.5 * (a + c)).max())
