@@ -2,8 +2,8 @@
 
 Of the terms of a surface of maps (`map_planes`) four geometries are common to all texels. At each of a few alphas,
 each a fixed ratio from the next, their slices are mixtures of the same Gaussians and bent cosines over a grid of
-viewers. Whatever alpha, a mixture begins at the same shares of a slice and takes the same rounds, so that Gaussians of
-one number belong together from one alpha to the next, and what lies between is linear in the logarithm of alpha.
+viewers. A slice between two alphas is a share of both: their Gaussians are not each other's, and means of them would
+be none.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ LOBES = 6
 RATIO = 1.5
 #: The geometries: body and body at grazing, facets and facets at grazing.
 KINDS = 4
-# Gaussians are placed where highlights are: of the body they only take what its bent cosine leaves over.
-_BODY = 0.1
+# What counts where Gaussians are placed: highlights, at grazing those that all materials share the more; of the body they
+# only take what its bent cosine leaves over.
+_COUNTS = np.array([0.1, 0.1, 1.0, 4.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,14 +95,11 @@ def _slices(low: float, count: int) -> FacetSlices:
 
 @lru_cache(maxsize=64)
 def _of_alpha(alpha: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    scale = np.array([_BODY, _BODY, 1.0, 1.0])
-
     def terms(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         fall, cosine = schlick(wi, wo), wi[:, 2]
         spread = np.broadcast_to(alpha * alpha * np.array([1.0, 0.0, 1.0]), wi.shape)
         body, shine = cosine / np.pi, facets(wi, wo, spread) * cosine
-        return scale * np.stack([(1.0 - fall) * body, fall * body, (1.0 - fall) * shine, fall * shine], axis=1)
+        return _COUNTS * np.stack([(1.0 - fall) * body, fall * body, (1.0 - fall) * shine, fall * shine], axis=1)
 
     directions, sharpness, values = mixtures(terms, KINDS, True, LOBES)
-    return directions[:, 0], -np.log(sharpness[:, 0]), values[:, 0] / scale
-
+    return directions[:, 0], -np.log(sharpness[:, 0]), values[:, 0] / _COUNTS
