@@ -25,8 +25,8 @@ LOBES = 6
 RATIO = 1.5
 #: The geometries: body and body at grazing, facets and facets at grazing.
 KINDS = 4
-# What counts where Gaussians are placed: highlights, at grazing those that all materials share the more; of the body they
-# only take what its bent cosine leaves over.
+# What counts where Gaussians are placed: highlights, at grazing those that all materials share the more; of the body
+# they only take what its bent cosine leaves over.
 _COUNTS = np.array([0.1, 0.1, 1.0, 4.0])
 
 
@@ -76,21 +76,21 @@ class FacetSlices:
 
 
 def facet_slices(low: float, high: float) -> FacetSlices:
-    """Slices of the alphas from `low` to `high`: of that alone where both are equal but for rounding, else of powers of `RATIO` around.
+    """Slices of the alphas from `low` to `high`: of powers of `RATIO` around; of that alone where both are equal but for
+    rounding.
 
     Worked out when first asked for, and shared by all whose powers are the same.
     """
     if high <= low * (1.0 + 1.0e-6):
-        return _slices(float(low), 1)
+        return _slices((float(low),))
     first, last = np.floor(np.log(low) / np.log(RATIO)), np.ceil(np.log(high) / np.log(RATIO))
-    return _slices(RATIO ** float(first), int(last - first) + 1)
+    return _slices(tuple(RATIO**power for power in range(int(first), int(last) + 1)))
 
 
 @lru_cache(maxsize=32)
-def _slices(low: float, count: int) -> FacetSlices:
-    alphas = low * RATIO ** np.arange(count)
-    found = [_of_alpha(float(alpha)) for alpha in alphas]
-    return FacetSlices(alphas, *(np.stack(each) for each in zip(*found, strict=True)))
+def _slices(alphas: tuple[float, ...]) -> FacetSlices:
+    found = [_of_alpha(alpha) for alpha in alphas]
+    return FacetSlices(np.array(alphas), *(np.stack(each) for each in zip(*found, strict=True)))
 
 
 @lru_cache(maxsize=64)
@@ -99,7 +99,8 @@ def _of_alpha(alpha: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         fall, cosine = schlick(wi, wo), wi[:, 2]
         spread = np.broadcast_to(alpha * alpha * np.array([1.0, 0.0, 1.0]), wi.shape)
         body, shine = cosine / np.pi, facets(wi, wo, spread) * cosine
-        return _COUNTS * np.stack([(1.0 - fall) * body, fall * body, (1.0 - fall) * shine, fall * shine], axis=1)
+        rest = 1.0 - fall
+        return _COUNTS * np.stack([rest * body, fall * body, rest * shine, fall * shine], axis=1)
 
     directions, sharpness, values = mixtures(terms, KINDS, True, LOBES)
     return directions[:, 0], -np.log(sharpness[:, 0]), values[:, 0] / _COUNTS

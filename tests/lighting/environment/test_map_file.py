@@ -101,12 +101,7 @@ def test_primaries_that_the_file_states_are_taken(tmp_path):
 
 @pytest.mark.parametrize(
     ("value", "word", "found"),
-    [
-        (np.nan, "not a number", "nan"),
-        (np.inf, "infinite", "inf"),
-        (-0.25, "negative", "-0.25"),
-        (-np.inf, "inf", "-inf"),
-    ],
+    [(np.nan, "not a number", "nan"), (np.inf, "infinite", "inf"), (-0.25, "negative", "-0.25"), (-np.inf, "inf", "-inf")],
 )
 def test_a_bad_texel_is_named_by_row_and_column(tmp_path, value, word, found):
     green = RGB["G"].copy()
