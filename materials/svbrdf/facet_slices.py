@@ -76,8 +76,8 @@ class FacetSlices:
 
 
 def facet_slices(low: float, high: float) -> FacetSlices:
-    """Slices of the alphas from `low` to `high`: of powers of `RATIO` around; of that alone where both are equal but for
-    rounding.
+    """Slices of the alphas from `low` to `high`: of powers of `RATIO` around, or of that alone where both are equal but
+    for rounding.
 
     Worked out when first asked for, and shared by all whose powers are the same.
     """

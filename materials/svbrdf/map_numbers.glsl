@@ -11,3 +11,11 @@ uniform float cutoff;
 // The index that is not read must lie inside its array, too.
 #define NUMBER(first, k, constant) \
     ((first) < 0 ? constants[min((constant) + (k), CONSTANTS - 1)] : numbers[min(max(first, 0) + (k), PLANES - 1)])
+
+// See facets.turned_to.
+vec3 turned_to(vec3 normal, vec3 w) {
+    float across = length(normal.yz);
+    vec2 lean = across > 0.0 ? normal.zy / across : vec2(1.0, 0.0);
+    float up = lean.y * w.y + lean.x * w.z;
+    return vec3(across * w.x - normal.x * up, lean.x * w.y - lean.y * w.z, normal.x * w.x + across * up);
+}

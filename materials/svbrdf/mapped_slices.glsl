@@ -14,6 +14,7 @@ uniform sampler2D slices;       // of each Gaussian, and of the cosine, last: bo
 uniform float last;             // theta_o of the last viewer
 uniform float first_alpha;
 uniform float logistic;
+uniform float widened;
 uniform float steps;            // of alphas, to one of its logarithm
 
 struct Here {
@@ -36,26 +37,55 @@ void numbers_at(Four at, out float numbers[PLANES]) {
 
 Here here_at(Gathered s) {
     float numbers[PLANES], covers, shorter = 1.0;
-    vec3 normal;
+    vec3 normal, wider = vec3(0.0);
 #ifdef USES_UV
     vec2 uv = s.uv * placement.xy + placement.zw;
 #else
     vec2 uv = vec2(0.5);
 #endif
 #if defined(MIPMAPPED) && defined(USES_UV)
-    float level = level_at(mat2(s.footprint[0] * placement.xy, s.footprint[1] * placement.xy)), coarse[PLANES];
+    mat2 spanned = mat2(s.footprint[0] * placement.xy, s.footprint[1] * placement.xy);
+    float level = level_at(mat2(spanned[0] / float(TAPS), spanned[1] / float(TAPS))), total[PLANES], coarse[PLANES];
     int fine = int(level);
-    float part = level - float(fine);
-    numbers_at(four_about(uv, LEVEL(fine)), numbers);
-    numbers_at(four_about(uv, LEVEL(min(fine + 1, LEVELS - 1))), coarse);
+    float part = level - float(fine), there = 0.0;
+    vec3 first = vec3(0.0), second = vec3(0.0);     // moments of normals
+    for (int k = 0; k < PLANES; ++k) total[k] = 0.0;
+    for (int n = 0; n < TAPS * TAPS; ++n) {
+        vec2 tap = (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
+        vec2 place = uv + tap.x * spanned[0] + tap.y * spanned[1];
+        numbers_at(four_about(place, LEVEL(fine)), numbers);
+        numbers_at(four_about(place, LEVEL(min(fine + 1, LEVELS - 1))), coarse);
+        float share = 1.0;
 #if COVERS >= 0
-    if (fine == 0) numbers[COVERS] = numbers[COVERS] >= cutoff ? 1.0 : 0.0;
+        if (fine == 0) numbers[COVERS] = numbers[COVERS] >= cutoff ? 1.0 : 0.0;
+        share = mix(numbers[COVERS], coarse[COVERS], part);
 #endif
-    for (int k = 0; k < PLANES; ++k) numbers[k] = mix(numbers[k], coarse[k], part);
-    normal = vec3(NUMBER(NORMAL, 0, AT_NORMAL), NUMBER(NORMAL, 1, AT_NORMAL), NUMBER(UP, 0, AT_UP));
+        for (int k = 0; k < PLANES; ++k) numbers[k] = mix(numbers[k], coarse[k], part);
+        for (int k = 0; k < PLANES; ++k) total[k] += share * numbers[k];
+        vec3 mean = vec3(NUMBER(NORMAL, 0, AT_NORMAL), NUMBER(NORMAL, 1, AT_NORMAL), NUMBER(UP, 0, AT_UP));
+        first += share * mean;
+        second += share * vec3(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+        there += share;
+    }
+    bool some = there > 0.0;
+    for (int k = 0; k < PLANES; ++k) numbers[k] = total[k] / (some ? there : 1.0);
+    normal = some ? first / there : vec3(0.0, 0.0, 1.0);
+#if NORMAL >= 0
+    // See map_levels.wider.
+    second = some ? second / there : vec3(0.0);
+    vec3 covariance = second - vec3(normal.x * normal.x, normal.x * normal.y, normal.y * normal.y);
+    vec3 up = normalize(normal);
+    float flatter_up = max(up.z, 1e-3);
+    mat2 turn = mat2(turned_to(up, vec3(1.0, 0.0, -up.x / flatter_up)).xy,
+        turned_to(up, vec3(0.0, 1.0, -up.y / flatter_up)).xy);
+    mat2 turned = turn * mat2(covariance.xy, covariance.yz) * transpose(turn);
+    wider = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
+    float most = sqrt(wider.x * wider.z);
+    wider.y = clamp(wider.y, -most, most);
+#endif
     shorter = length(normal);
     normal /= shorter;
-    covers = NUMBER(COVERS, 0, AT_COVERS);
+    covers = COVERS >= 0 ? there / float(TAPS * TAPS) : NUMBER(COVERS, 0, AT_COVERS);
 #else
     numbers_at(four_about(uv, LEVEL(0)), numbers);
     normal = vec3(NUMBER(NORMAL, 0, AT_NORMAL), NUMBER(NORMAL, 1, AT_NORMAL), 0.0);
@@ -71,9 +101,10 @@ Here here_at(Gathered s) {
     here.frame = mat3(x, cross(normal, x), normal);
 
     vec3 spread = vec3(NUMBER(SPREAD_XX, 0, AT_SPREAD), NUMBER(SPREAD_XY, 0, AT_SPREAD + 1),
-        NUMBER(SPREAD_YY, 0, AT_SPREAD + 2));
+        NUMBER(SPREAD_YY, 0, AT_SPREAD + 2)) + wider;
     float alpha = sqrt(sqrt(spread.x * spread.z - spread.y * spread.y));
-    float rough = clamp(log(alpha / first_alpha) * steps, 0.0, float(ALPHAS - 1));
+    // Where nothing is there, alpha does not matter but must be some.
+    float rough = covers > 0.0 ? clamp(log(alpha / first_alpha) * steps, 0.0, float(ALPHAS - 1)) : 0.0;
     int smoother = min(int(rough), max(ALPHAS - 2, 0));
     float place = (1.0 - pow(1.0 - clamp(atan(across, height) / last, 0.0, 1.0), 2.0 / 3.0)) * float(POLAR - 1);
     int polar = min(int(place), POLAR - 2);

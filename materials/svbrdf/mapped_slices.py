@@ -14,7 +14,8 @@ from ..points import Points
 from ..slices.view_slices import LAST
 from ..term_shader import TermShader
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
-from .map_planes import Layout, MapPlanes
+from .map_levels import WIDENED, wider
+from .map_planes import TAPS, Layout, MapPlanes
 from .map_set import ROUNDING
 from .texels import level_at, look_up
 
@@ -31,8 +32,8 @@ class MappedSlices(EnvironmentForm):
     as under lights of one direction. Light from below the mesh's own horizon is left out of Gaussians by the share of
     them that lies there; of cosines by what is lost of light that is even.
 
-    Where points say what they span of the texture, its numbers are means over that, of the level whose texels are as
-    wide as its longer side.
+    Where points say what they span of the texture, its numbers are means over that, of the places that `MapPlanes`
+    looks up, and the facets are the wider where normals differ among those.
     """
 
     maps: MapPlanes
@@ -52,7 +53,7 @@ class MappedSlices(EnvironmentForm):
 
     def lobes(self, points: Points) -> Lobes:
         """See `EnvironmentForm.lobes`."""
-        numbers, layout, filtered = self._numbers(points)
+        numbers, layout, filtered, wider = self._numbers(points)
 
         def kind(name: str, count: int = 1) -> np.ndarray:
             return layout.numbers(numbers, name, count)
@@ -68,7 +69,7 @@ class MappedSlices(EnvironmentForm):
             covers = (covers >= self.maps.cutoff - ROUNDING).astype(np.float64)
         frame, theta_o = _frame(normal, points.wo)
         seen = (np.sum(normal * points.wo, axis=1, keepdims=True) > 0.0) * covers
-        a, b, c = np.moveaxis(kind("spread", 3), -1, 0)
+        a, b, c = np.moveaxis(kind("spread", 3) + wider, -1, 0)
         directions, sharpness, values = self._slices(filtered).at(theta_o, (a * c - b * b) ** 0.25)
         count = sharpness.shape[1]
         # Above the mesh's horizon, beside what is above the texel's, which slices know already.
@@ -84,27 +85,54 @@ class MappedSlices(EnvironmentForm):
         out[..., rank] = values[..., 3] * (kind("edge") * seen)
         return Lobes(directions, sharpness, out[:, :count], out[:, count:], frame)
 
-    def _numbers(self, points: Points) -> tuple[Float[np.ndarray, "N P"], Layout, bool]:
-        """What is in planes at each point, where it is, and whether it is of levels, with coverage as a share."""
-        maps = self.maps
+    def _numbers(self, points: Points) -> tuple[Float[np.ndarray, "N P"], Layout, bool, Float[np.ndarray, "_ 3"]]:
+        """What is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how much
+        wider that makes the spread.
+        """
+        maps, none = self.maps, np.zeros((1, 3))
         if not maps.uses_uv:
-            return np.zeros((len(points), 0)), maps.layout, False
+            return np.zeros((len(points), 0)), maps.layout, False, none
         assert points.uv is not None
         uv, wrap = maps.placement.of(points.uv), maps.placement.wrap
         if points.spans is None or points.footprint is None:
-            return look_up(maps.planes, uv, wrap), maps.layout, False
+            return look_up(maps.planes, uv, wrap), maps.layout, False, none
         levels, layout = maps.levels
         height, width, _ = maps.planes.shape
-        level = level_at(points.footprint * maps.placement.scale, height, width, len(levels) - 1)
+        spanned = points.footprint * maps.placement.scale
+        level = level_at(spanned / TAPS, height, width, len(levels) - 1)
         fine = np.minimum(level.astype(np.int64), max(len(levels) - 2, 0))
-        found = np.empty((len(points), levels[0].shape[2]))
+        covers, bumps = layout.columns[layout.starts["covers"]], layout.columns[layout.starts["normal"]] >= 0
+        total, moments = np.zeros((len(points), levels[0].shape[2])), np.zeros((len(points), 6))
+        there = np.zeros((len(points), 1))
         for number in np.unique(fine):
             here = np.flatnonzero(fine == number)
             part = (level[here] - number)[:, None]
-            found[here] = self._level(int(number), uv[here])
-            if part.any():
-                found[here] += part * (self._level(int(number) + 1, uv[here]) - found[here])
-        return found, layout, True
+            for across, down in np.ndindex(TAPS, TAPS):
+                along = [(tap + 0.5) / TAPS - 0.5 for tap in (across, down)]
+                place = uv[here] + along[0] * spanned[here, 0] + along[1] * spanned[here, 1]
+                found = self._level(int(number), place)
+                if part.any():
+                    found += part * (self._level(int(number) + 1, place) - found)
+                share = found[:, covers : covers + 1] if covers >= 0 else np.ones((len(here), 1))
+                there[here] += share
+                total[here] += share * found
+                if bumps:
+                    mean = layout.numbers(found, "normal", 2), layout.numbers(found, "up", 1)
+                    x, y = np.moveaxis(mean[0], -1, 0)
+                    second = np.stack([x * x, x * y, y * y], axis=-1)
+                    moments[here] += share * np.concatenate([*mean, second], axis=1)
+        whole = np.where(there > 0.0, there, 1.0)
+        total, moments = total / whole, np.where(there > 0.0, moments / whole, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+        if bumps:
+            # Where nothing is there, numbers do not matter but must be some.
+            first = layout.columns[layout.starts["normal"]]
+            total[:, [first, first + 1, layout.columns[layout.starts["up"]]]] = moments[:, :3]
+        spread = layout.columns[layout.starts["spread"]]
+        if spread >= 0:
+            total[there[:, 0] <= 0.0, spread : spread + 3] = (1.0, 0.0, 1.0)
+        if covers >= 0:
+            total[:, covers] = there[:, 0] / TAPS**2
+        return total, layout, True, wider(moments) if bumps else none
 
     def _level(self, number: int, uv: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N P"]:
         """Numbers of one level, with the coverage of texels themselves as what it is there: all or nothing."""
@@ -124,6 +152,11 @@ class MappedSlices(EnvironmentForm):
             low.append(((a * c - b * b) ** 0.25).min())
             # Between texels a matrix may have a larger determinant than both, but half its trace is no less than that.
             high.append(np.sqrt(0.5 * (a + c)).max())
+        starts = layout.starts
+        if filtered and self.maps.uses_uv and layout.columns[starts["normal"]] >= 0:
+            # Normals differ by no more than they lean.
+            leans = layout.numbers(levels[0].reshape(-1, levels[0].shape[2]), "normal", 2)
+            high.append(np.hypot(max(high), np.sqrt(0.5 * WIDENED * np.sum(leans**2, axis=1).max())))
         return facet_slices(float(min(low)), float(max(high)))
 
     def shader(self, filtered: bool = False) -> TermShader:
@@ -135,7 +168,7 @@ class MappedSlices(EnvironmentForm):
             "axes": axes.reshape(alphas * polar, count, 4).astype(np.float32),
             "slices": slices.values.reshape(alphas * polar, count + BENDS, KINDS).astype(np.float32),
         }
-        uniforms = {"last": 0.5 * np.pi - LAST, "logistic": _LOGISTIC}
+        uniforms = {"last": 0.5 * np.pi - LAST, "logistic": _LOGISTIC, "widened": WIDENED}
         uniforms |= {"first_alpha": float(slices.alphas[0]), "steps": float(1.0 / np.log(RATIO))}
         return replace(
             own,

@@ -27,14 +27,6 @@ vec3 direction(float theta, float phi) {
     return vec3(polar.y * cos_sin(phi), polar.x);
 }
 
-// See facets.turned_to.
-vec3 turned_to(vec3 normal, vec3 w) {
-    float across = length(normal.yz);
-    vec2 lean = across > 0.0 ? normal.zy / across : vec2(1.0, 0.0);
-    float up = lean.y * w.y + lean.x * w.z;
-    return vec3(across * w.x - normal.x * up, lean.x * w.y - lean.y * w.z, normal.x * w.x + across * up);
-}
-
 float side(vec3 w, vec3 spread) {
     return w.z + sqrt(w.z * w.z + spread.x * w.x * w.x + 2.0 * spread.y * w.x * w.y + spread.z * w.y * w.y);
 }
