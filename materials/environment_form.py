@@ -34,15 +34,18 @@ def bends(directions: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 9"]:
 class Lobes:
     """Slices at N points: Q normalised spherical Gaussians and a bent cosine each, R terms of a palette.
 
-    directions (N,Q,3) : unit, local, to where the light comes from. sharpness (N,Q) : lambda of the Gaussians, > 0.
+    directions (N,Q,3) : unit, to where the light comes from. sharpness (N,Q) : lambda of the Gaussians, > 0.
     value (N,Q,R) : the integral of each term over a lobe, f_r cos(theta_i) dwi, without its spectrum, which is 1/sr.
     matt (N,B,R) : of the cosine, pi times what each polynomial is multiplied with; B is 1 (no bend) or `BENDS`.
+    frame (N,3,3) : what directions, cosine and polynomials are in: its axes in the local frame, rows, the normal last;
+        None is the local frame itself.
     """
 
     directions: Float[np.ndarray, "N Q 3"]
     sharpness: Float[np.ndarray, "N Q"]
     value: Float[np.ndarray, "N Q R"]
     matt: Float[np.ndarray, "N B R"]
+    frame: Float[np.ndarray, "N 3 3"] | None = None
 
 
 class EnvironmentForm(abc.ABC):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -52,7 +52,9 @@ def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
         rows = slice(start, start + _BLOCK)
         some = samples.chosen(rows)
         lobes = layer.form.lobes(some.points)
-        # From the local frame to the world, and on to the map.
+        if lobes.frame is not None:
+            some = replace(some, frame=lobes.frame @ some.frame)
+        # From the slices' frame to the world, and on to the map.
         to_map = np.einsum("nij,jk->nik", some.frame, layer.world_from_map)
         rank = lobes.matt.shape[2]
         lux = layer.gathered.by_frames(to_map, lobes.matt.shape[1])[..., layer.fields]

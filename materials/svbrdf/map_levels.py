@@ -13,8 +13,9 @@ from jaxtyping import Float
 from .facets import turned_to
 from .texels import levels_of
 
-# Measured on brick, as it is and made smoother: 1 to 2 are alike, less leaves sparkles out and more blurs.
-_WIDENED = 1.5
+#: Of the covariance of normals. Measured on brick, as it is and made smoother: 1 to 2 are alike, less leaves sparkles
+#: out and more blurs.
+WIDENED = 1.5
 
 
 def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -23,12 +24,17 @@ def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray
     up = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     levels = levels_of(np.stack([x, y, up, x * x, x * y, y * y], axis=-1))
     means = [level[..., :3] for level in levels]
-    return means, [np.zeros_like(means[0]), *(_wider(level) for level in levels[1:])]
+    return means, [
+        np.zeros_like(means[0]),
+        *(wider(level.reshape(-1, 6)).reshape(*level.shape[:2], 3) for level in levels[1:]),
+    ]
 
 
-def _wider(level: Float[np.ndarray, "H W 6"]) -> Float[np.ndarray, "H W 3"]:
-    """The covariance of normals about their mean, in its own frame."""
-    x, y, z, xx, xy, yy = np.moveaxis(level.reshape(-1, 6), -1, 0)
+def wider(moments: Float[np.ndarray, "N 6"]) -> Float[np.ndarray, "N 3"]:
+    """How much wider normals that differ make the spread of their mean, in its frame: of the means of x, y, z, xx, xy
+    and yy.
+    """
+    x, y, z, xx, xy, yy = np.moveaxis(moments, -1, 0)
     mean = np.stack([x, y, z], axis=-1)
     mean /= np.linalg.norm(mean, axis=1, keepdims=True)
     # A step (dx, dy) of the normal takes it along its own tangent plane.
@@ -38,11 +44,11 @@ def _wider(level: Float[np.ndarray, "H W 6"]) -> Float[np.ndarray, "H W 3"]:
     (across,) = turned_to(mean, np.stack([zero, one, -mean[:, 1] / flat], axis=-1))
     turn = np.stack([along[:, :2], across[:, :2]], axis=-1)
     covariance = np.stack([np.stack([xx - x * x, xy - x * y], -1), np.stack([xy - x * y, yy - y * y], -1)], -1)
-    found = _WIDENED * turn @ covariance @ turn.swapaxes(1, 2)
+    found = WIDENED * turn @ covariance @ turn.swapaxes(1, 2)
     # Of normals that are all alike, rounding is left, which may be negative.
     a, b, c = np.maximum(found[:, 0, 0], 0.0), found[:, 0, 1], np.maximum(found[:, 1, 1], 0.0)
     most = np.sqrt(a * c)
-    return np.stack([a, np.clip(b, -most, most), c], axis=-1).reshape(*level.shape[:2], 3)
+    return np.stack([a, np.clip(b, -most, most), c], axis=-1)
 
 
 def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarray, "_ _ 3"]]:

@@ -1,17 +1,6 @@
-// Terms of a surface of maps, twin of map_planes.py: numbers of texels in `planes`, at `levels`. BODY, REST, FACET, EDGE,
-// NORMAL, SPREAD_XX, _XY, _YY, COVERS and UP are the first planes of each kind; -1: it is alike everywhere, in `constants`
-// from AT_BODY, ... on.
+// Terms of a surface of maps, twin of map_planes.py: of numbers in `planes`, at `levels`, and in `constants`.
 
-#include "texels.glsl"
-
-uniform float constants[CONSTANTS];
-uniform vec4 placement;         // of the picture on the mesh: scale, offset
-uniform float cutoff;
-
-#define ROWS ((RANK + 4) / 4)
-// The index that is not read must lie inside its array, too.
-#define NUMBER(first, k, constant) \
-    ((first) < 0 ? constants[min((constant) + (k), CONSTANTS - 1)] : numbers[min(max(first, 0) + (k), PLANES - 1)])
+#include "map_numbers.glsl"
 
 struct Here {
     vec4 terms[ROWS];
@@ -36,14 +25,6 @@ vec2 cos_sin(float angle) {
 vec3 direction(float theta, float phi) {
     vec2 polar = cos_sin(theta);
     return vec3(polar.y * cos_sin(phi), polar.x);
-}
-
-// See facets.turned_to.
-vec3 turned_to(vec3 normal, vec3 w) {
-    float across = length(normal.yz);
-    vec2 lean = across > 0.0 ? normal.zy / across : vec2(1.0, 0.0);
-    float up = lean.y * w.y + lean.x * w.z;
-    return vec3(across * w.x - normal.x * up, lean.x * w.y - lean.y * w.z, normal.x * w.x + across * up);
 }
 
 float side(vec3 w, vec3 spread) {

@@ -19,6 +19,7 @@ from ..fit_error import FitError
 from ..protocol import LIGHTS, sphere_protocol
 from .map_planes import Layout, MapPlanes
 from .map_set import MapSet
+from .mapped_slices import MappedSlices
 from .texture_form import differences
 
 # Texels that the number of coefficients is judged on.
@@ -81,6 +82,10 @@ class MapsForm(Fast):
     def in_basis(self, basis: SpectralBasis) -> MapsForm:
         """See `Fast.in_basis`; the planes are shared."""
         return replace(self, maps=self.maps.in_basis(basis))
+
+    def environment_form(self) -> MappedSlices:
+        """See `Fast.environment_form`; its slices are worked out when first asked for."""
+        return MappedSlices(self.maps)
 
     def stored(self) -> dict[str, Any]:
         """See `MapPlanes.stored`."""

@@ -40,20 +40,20 @@ void main() {
         vec4 steps = texelFetch(footprint, at, 0);
         s.footprint = mat2(steps.xy, steps.zw);
 #endif
-        mat3 to_world = mat3(x.xyz, y.xyz, z.xyz);
-        mat3 to_map = map_from_world * to_world;
         Here here = here_at(s);
+        mat3 to_world = mat3(x.xyz, y.xyz, z.xyz) * frame_of(here);
+        mat3 to_map = map_from_world * to_world;
         vec4 lux[BENT], light;
         on_surface(to_map, lux);
 #ifdef HIDDEN
-        Hiding hiding = hiding_at(number, at, z.xyz);
+        Hiding hiding = hiding_at(number, at, to_world[2]);
         float angles[MOST_BRIGHT];
         vec4 others[BENT], hidden[BENT], dark = vec4(0.0);
         others = lux;
         for (int b = 0; b < BENT; ++b) hidden[b] = vec4(0.0);
         for (int j = 0; j < BRIGHT; ++j) {
             angles[j] = signed_distance(hiding, bright_axes[j].xyz);
-            vec4 given = bright_on(z.xyz, j) * bright_amplitudes[j];
+            vec4 given = bright_on(to_world[2], j) * bright_amplitudes[j];
             float share = 1.0 - free_share(angles[j], bright_axes[j].w);
             vec3 p = bright_axes[j].xyz * to_world;
             float bent[9] = float[9](1.0, p.x, p.y, p.z, p.x * p.y, p.y * p.z, p.x * p.z, p.x * p.x - p.y * p.y,

@@ -1,0 +1,205 @@
+"""The environment form of surfaces of maps: slices of facets and body by each texel's roughness, times its colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.palette import Palette
+from ..environment_form import BENDS, EnvironmentForm, Lobes
+from ..points import Points
+from ..slices.view_slices import LAST
+from ..term_shader import TermShader
+from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
+from .map_levels import WIDENED, wider
+from .map_planes import TAPS, Layout, MapPlanes
+from .map_set import ROUNDING
+from .texels import level_at, look_up
+
+# Of a normal distribution the logistic curve that is nearest to it.
+_LOGISTIC = 1.702
+
+
+@dataclass(frozen=True, eq=False)
+class MappedSlices(EnvironmentForm):
+    """Slices in the frame of each texel's normal, the viewer above its x.
+
+    Roughness that differs along two axes, or from afar by normals that differ, is taken as one: facets are alike in all
+    directions, as wide as the ellipse of the same area, alpha^4 = det S. Nobody sees a texel that leans away from them,
+    as under lights of one direction. Light from below the mesh's own horizon is left out of Gaussians by the share of
+    them that lies there; of cosines by what is lost of light that is even.
+
+    Where points say what they span of the texture, its numbers are means over that, of the places that `MapPlanes`
+    looks up, and the facets are the wider where normals differ among those.
+    """
+
+    maps: MapPlanes
+    # Of the alphas on both sides; `shader` says so where there is one alone.
+    count = 2 * LOBES
+    bent = BENDS
+
+    @property
+    def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Whether texels differ."""
+        return self.maps.uses_uv
+
+    @property
+    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The maps'."""
+        return self.maps.palette
+
+    def lobes(self, points: Points) -> Lobes:
+        """See `EnvironmentForm.lobes`."""
+        numbers, layout, filtered, wider = self._numbers(points)
+
+        def kind(name: str, count: int = 1) -> np.ndarray:
+            return layout.numbers(numbers, name, count)
+
+        lean, covers, rank = kind("normal", 2), kind("covers"), layout.rank
+        if filtered:
+            mean = np.concatenate([lean, kind("up")], axis=1)
+            length = np.linalg.norm(mean, axis=1, keepdims=True)
+            normal = mean / length
+        else:
+            up = np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1, keepdims=True), 0.0))
+            normal, length = np.concatenate([lean, up], axis=1), np.ones((len(points), 1))
+            covers = (covers >= self.maps.cutoff - ROUNDING).astype(np.float64)
+        frame, theta_o = _frame(normal, points.wo)
+        seen = (np.sum(normal * points.wo, axis=1, keepdims=True) > 0.0) * covers
+        a, b, c = np.moveaxis(kind("spread", 3) + wider, -1, 0)
+        directions, sharpness, values = self._slices(filtered).at(theta_o, (a * c - b * b) ** 0.25)
+        count = sharpness.shape[1]
+        # Above the mesh's horizon, beside what is above the texel's, which slices know already.
+        height = np.einsum("nqi,ni->nq", directions, frame[:, :, 2])
+        free = _above(height, sharpness) / _above(directions[..., 2], sharpness)
+        values[:, :count] *= np.minimum(free, 1.0)[..., None]
+        values[:, count:] *= 0.5 * (1.0 + normal[:, 2])[:, None, None]
+        # Of a body, whose texels together gather what their mean normal does, that is shorter.
+        body, rest, facet = (kind(name, rank) * seen for name in ("body", "rest", "facet"))
+        out = np.zeros((*values.shape[:2], rank + 1))
+        out[..., :rank] = values[..., :1] * (body * length)[:, None] + values[..., 1:2] * (rest * length)[:, None]
+        out[..., :rank] += values[..., 2:3] * facet[:, None]
+        out[..., rank] = values[..., 3] * (kind("edge") * seen)
+        return Lobes(directions, sharpness, out[:, :count], out[:, count:], frame)
+
+    def _numbers(self, points: Points) -> tuple[Float[np.ndarray, "N P"], Layout, bool, Float[np.ndarray, "_ 3"]]:
+        """What is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how much
+        wider that makes the spread.
+        """
+        maps, none = self.maps, np.zeros((1, 3))
+        if not maps.uses_uv:
+            return np.zeros((len(points), 0)), maps.layout, False, none
+        assert points.uv is not None
+        uv, wrap = maps.placement.of(points.uv), maps.placement.wrap
+        if points.spans is None or points.footprint is None:
+            return look_up(maps.planes, uv, wrap), maps.layout, False, none
+        levels, layout = maps.levels
+        height, width, _ = maps.planes.shape
+        spanned = points.footprint * maps.placement.scale
+        level = level_at(spanned / TAPS, height, width, len(levels) - 1)
+        fine = np.minimum(level.astype(np.int64), max(len(levels) - 2, 0))
+        covers, bumps = layout.columns[layout.starts["covers"]], layout.columns[layout.starts["normal"]] >= 0
+        total, moments = np.zeros((len(points), levels[0].shape[2])), np.zeros((len(points), 6))
+        there = np.zeros((len(points), 1))
+        for number in np.unique(fine):
+            here = np.flatnonzero(fine == number)
+            part = (level[here] - number)[:, None]
+            for across, down in np.ndindex(TAPS, TAPS):
+                along = [(tap + 0.5) / TAPS - 0.5 for tap in (across, down)]
+                place = uv[here] + along[0] * spanned[here, 0] + along[1] * spanned[here, 1]
+                found = self._level(int(number), place)
+                if part.any():
+                    found += part * (self._level(int(number) + 1, place) - found)
+                share = found[:, covers : covers + 1] if covers >= 0 else np.ones((len(here), 1))
+                there[here] += share
+                total[here] += share * found
+                if bumps:
+                    mean = layout.numbers(found, "normal", 2), layout.numbers(found, "up", 1)
+                    x, y = np.moveaxis(mean[0], -1, 0)
+                    second = np.stack([x * x, x * y, y * y], axis=-1)
+                    moments[here] += share * np.concatenate([*mean, second], axis=1)
+        whole = np.where(there > 0.0, there, 1.0)
+        total, moments = total / whole, np.where(there > 0.0, moments / whole, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+        if bumps:
+            # Where nothing is there, numbers do not matter but must be some.
+            first = layout.columns[layout.starts["normal"]]
+            total[:, [first, first + 1, layout.columns[layout.starts["up"]]]] = moments[:, :3]
+        spread = layout.columns[layout.starts["spread"]]
+        if spread >= 0:
+            total[there[:, 0] <= 0.0, spread : spread + 3] = (1.0, 0.0, 1.0)
+        if covers >= 0:
+            total[:, covers] = there[:, 0] / TAPS**2
+        return total, layout, True, wider(moments) if bumps else none
+
+    def _level(self, number: int, uv: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N P"]:
+        """Numbers of one level, with the coverage of texels themselves as what it is there: all or nothing."""
+        levels, layout = self.maps.levels
+        found, column = look_up(levels[number], uv, self.maps.placement.wrap), layout.columns[layout.starts["covers"]]
+        if number == 0 and column >= 0:
+            found[:, column] = found[:, column] >= self.maps.cutoff - ROUNDING
+        return found
+
+    def _slices(self, filtered: bool) -> FacetSlices:
+        """Of the alphas that there are; from afar also of wider ones."""
+        levels, layout = self.maps.levels if filtered and self.maps.uses_uv else ([self.maps.planes], self.maps.layout)
+        low, high = [], []
+        for level in levels:
+            texels = level.reshape(level.shape[0] * level.shape[1], level.shape[2])
+            a, b, c = np.moveaxis(layout.numbers(texels, "spread", 3).astype(np.float64), -1, 0)
+            low.append(((a * c - b * b) ** 0.25).min())
+            # Between texels a matrix may have a larger determinant than both, but half its trace is no less than that.
+            high.append(np.sqrt(0.5 * (a + c)).max())
+        starts = layout.starts
+        if filtered and self.maps.uses_uv and layout.columns[starts["normal"]] >= 0:
+            # Normals differ by no more than they lean.
+            leans = layout.numbers(levels[0].reshape(-1, levels[0].shape[2]), "normal", 2)
+            high.append(np.hypot(max(high), np.sqrt(0.5 * WIDENED * np.sum(leans**2, axis=1).max())))
+        return facet_slices(float(min(low)), float(max(high)))
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """The maps' own look-up; the slices in two textures, a row a viewer and alpha."""
+        own, slices = self.maps.shader(filtered), self._slices(filtered and self.maps.uses_uv)
+        alphas, polar, count = slices.widths.shape
+        axes = np.concatenate([slices.directions, slices.widths[..., None]], axis=-1)
+        textures = {
+            "axes": axes.reshape(alphas * polar, count, 4).astype(np.float32),
+            "slices": slices.values.reshape(alphas * polar, count + BENDS, KINDS).astype(np.float32),
+        }
+        uniforms = {"last": 0.5 * np.pi - LAST, "logistic": _LOGISTIC, "widened": WIDENED}
+        uniforms |= {"first_alpha": float(slices.alphas[0]), "steps": float(1.0 / np.log(RATIO))}
+        return replace(
+            own,
+            file=Path(__file__).with_name("mapped_slices.glsl"),
+            sizes={**own.sizes, "LOBES": count * min(alphas, 2), "ALPHAS": alphas, "POLAR": polar},
+            textures={**own.textures, **textures},
+            uniforms={**own.uniforms, **uniforms},
+        )
+
+    @property
+    def key(self) -> tuple:
+        """The maps'."""
+        return "slices", *self.maps.key
+
+
+def _frame(
+    normal: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]
+) -> tuple[Float[np.ndarray, "N 3 3"], Float[np.ndarray, " N"]]:
+    """Rows: axes about a normal whose x is towards the viewer; and the viewer's angle from it, in radians."""
+    height = np.sum(normal * wo, axis=1)
+    level = wo - height[:, None] * normal
+    length = np.linalg.norm(level, axis=1)
+    # Straight above every plane is as good: x goes along the mesh's.
+    zero = np.zeros_like(height)
+    other = np.stack([normal[:, 2], zero, -normal[:, 0]], axis=1)
+    flat = np.linalg.norm(other, axis=1)
+    other = np.where(flat[:, None] > 0.0, other / np.where(flat > 0.0, flat, 1.0)[:, None], (1.0, 0.0, 0.0))
+    x = np.where(length[:, None] > 0.0, level / np.where(length > 0.0, length, 1.0)[:, None], other)
+    return np.stack([x, np.cross(normal, x), normal], axis=1), np.arctan2(length, height)
+
+
+def _above(height: Float[np.ndarray, "N Q"], sharpness: Float[np.ndarray, "N Q"]) -> Float[np.ndarray, "N Q"]:
+    """About what share of a Gaussian is above a horizon, where its axis is so high (the sine)."""
+    return 1.0 / (1.0 + np.exp(np.minimum(-_LOGISTIC * np.sqrt(sharpness) * height, 80.0)))

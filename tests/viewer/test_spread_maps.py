@@ -1,0 +1,229 @@
+"""Surfaces of maps in light from all around: both renderers, beside sums over every texel of a sky and other forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.lighting import shapes
+from metamer.lighting.environment import latlong
+from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.lighting.environment.gathering import GatheredLight
+from metamer.materials.directions import spherical
+from metamer.materials.points import Points
+from metamer.materials.slices.fit import view_slices
+from metamer.materials.svbrdf.facet_slices import facet_slices
+from metamer.materials.svbrdf.map_set import Placement
+from metamer.materials.svbrdf.maps import MappedSurface
+from metamer.materials.svbrdf.texel_map import TexelMap
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from metamer.viewer.headless import GLRenderer
+from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.surfaces import surface_samples
+
+SPECTRA = tuple(illuminant(name) for name in ("D65", "A"))
+ALIKE = TexelMap.constant
+OBSERVER = observer("1931_2")
+
+
+def sky(fields=1, **settings):
+    """Clouds, a bright patch, and less from below."""
+    to = latlong.texel_directions(32, 64)
+    made = []
+    for number in range(fields):
+        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
+        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
+        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + 3.0 * patch + 0.5 * to[..., 1])
+    return EnvironmentLight(np.array(made), SPECTRA[:fields], **settings)
+
+
+# Renderers keep what they make of a light, and geometry, as long as it is the same one.
+ONE, TWO = sky(rotation_deg=-40.0), sky(2, rotation_deg=-40.0)
+BALL = shapes.sphere(4, uv=True)
+
+
+@pytest.fixture(scope="module")
+def software():
+    """In numpy, by filtering."""
+    return {filtering: SoftwareRenderer(filtering) for filtering in ("linear", "mipmapped")}
+
+
+@pytest.fixture(scope="module")
+def hardware(gl):
+    """On the GPU, by filtering."""
+    return {filtering: GLRenderer(gl, filtering) for filtering in ("linear", "mipmapped")}
+
+
+def surface_of(roughness=0.5, metal=0.0, **others):
+    base = others.pop("base", ALIKE(0.7, 0.35, 0.15))
+    made = ALIKE(roughness) if isinstance(roughness, float) else TexelMap(np.asarray(roughness, dtype=np.float32))
+    metallic = ALIKE(metal) if isinstance(metal, float) else metal
+    return MappedSurface(WORKING_WAVELENGTHS_NM, base, made, "mallett-yuksel", metallic=metallic, **others)
+
+
+def waves(depth, height=32, width=48):
+    """Smooth bumps."""
+    y, x = np.mgrid[0:height, 0:width] * 2 * np.pi / 16
+    lean = [depth * np.sin(x), depth * np.cos(y), np.ones_like(x)]
+    return TexelMap(np.stack(lean, axis=-1).astype(np.float32))
+
+
+def varied(**others):
+    """Bumps, colours, metal and roughness that all differ, and holes."""
+    rng = np.random.default_rng(5)
+    colours = rng.integers(30, 255, (32, 48, 3)).astype(np.uint8)
+    metal = TexelMap((rng.uniform(size=(32, 48, 1)) > 0.6).astype(np.uint8) * np.uint8(255))
+    there = TexelMap((rng.uniform(size=(32, 48, 1)) > 0.1).astype(np.uint8) * np.uint8(255))
+    given = {"base": TexelMap(colours, srgb=True), "normal": waves(0.3), "coverage": there, "cutoff": 0.5}
+    return surface_of(rng.uniform(0.45, 0.8, (32, 48, 1)), metal, **(given | others))
+
+
+def scene_of(scenes, light, size=12, samples=1):
+    scene = scenes.scene_of([(BALL, "cloth")], [light], scenes.sphere_scene().camera())
+    return replace(scene, cameras=(replace(scene.camera(), width=size, height_px=size, samples=samples),))
+
+
+def summed(renderer, form, light):
+    """XYZ of the picture that a renderer has drawn last: f_r cos(theta_i) times every texel of the sky."""
+    height, width = light.fields.shape[1:]
+    to = light.world_from_map @ latlong.texel_directions(height, width).reshape(-1, 3).T
+    weight = light.fields.reshape(len(light.fields), -1) * np.repeat(latlong.solid_angles(height, width), width)
+    (piece,) = renderer._kept
+    view = renderer._view
+    surface = surface_samples(view, piece.window, view.triangles(piece.window), True)
+    found = {}
+    for pixel, frame, eye, uv in zip(surface.pixel, surface.frame, surface.to_viewer, surface.uv, strict=True):
+        wi = (frame @ to).T
+        wi, power = wi[wi[:, 2] > 0.0], weight[:, wi[:, 2] > 0.0]
+        shaded = form.shaded(Points(wi, np.broadcast_to(frame @ eye, wi.shape), np.broadcast_to(uv, (len(wi), 2))))
+        found[int(pixel)] = sum(
+            np.pi / 1000.0 * OBSERVER.weights(spectrum, WORKING_WAVELENGTHS_NM) @ (one @ shaded)
+            for spectrum, one in zip(light.spectra, power, strict=True)
+        )
+    return np.array(list(found)), np.array(list(found.values()))
+
+
+def off(scenes, software, surface, light=TWO):
+    form, renderer = surface.own_form(0.05), software["linear"]
+    scene = scene_of(scenes, light)
+    drawn, _ = renderer.render(scene, None, {"cloth": form})
+    pixels, found = summed(renderer, form, light)
+    return delta_e_xyz(found, drawn.reshape(-1, 3)[pixels].astype(float), scene.adopted_white())
+
+
+@pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
+@pytest.mark.parametrize("kind", ["varied", "two axes, turned", "alike everywhere"])
+def test_gl_equals_numpy(scenes, software, hardware, filtering, kind):
+    if kind == "varied":
+        surface = varied(placement=Placement((3.0, 2.0), (-0.7, 0.2), ("repeat", "mirror")))
+    elif kind == "alike everywhere":
+        surface = surface_of(0.5)
+    else:
+        rng = np.random.default_rng(1)
+        turn = TexelMap(rng.uniform(0.0, 3.0, (32, 48, 1)).astype(np.float32))
+        surface = surface_of(rng.uniform(0.4, 0.8, (32, 48, 2)), 1.0, normal=waves(0.3), turn=turn)
+    scene = scene_of(scenes, TWO, size=24, samples=2)
+    # Single precision, and half.
+    for budget in (1e-3, 0.5):
+        form = surface.own_form(budget)
+        twin, coverage = software[filtering].render(scene, None, {"cloth": form})
+        drawn, _ = hardware[filtering].render(scene, None, {"cloth": form})
+        some = np.abs(twin[coverage > 0.0])
+        relative = np.abs(drawn - twin)[coverage > 0.0] / np.maximum(some, 1e-2 * some.max())
+        assert np.percentile(relative, 99.9) < 1e-3
+        seen = coverage == 1.0
+        white = scene.adopted_white()
+        assert delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), white).max() < 0.1
+
+
+@pytest.mark.parametrize("metal", [0.0, 1.0])
+@pytest.mark.parametrize("roughness", [0.3, 0.7])
+def test_pictures_are_sums_over_every_texel(scenes, software, roughness, metal):
+    found = off(scenes, software, surface_of(roughness, metal))
+    assert found.mean() < 0.2 and found.max() < 0.7
+
+
+@pytest.mark.parametrize("metal", [0.0, 1.0])
+def test_bumps_gather_what_their_own_normals_face(scenes, software, metal):
+    # Leaning by up to 30 degrees, which the mesh's own horizon cuts.
+    found = off(scenes, software, surface_of(0.5, metal, normal=waves(0.4)))
+    assert found.mean() < 0.5 and found.max() < 1.5
+
+
+def test_everything_at_once_is_the_sum_over_every_texel(scenes, software):
+    found = off(scenes, software, varied(), ONE)
+    assert found.mean() < 0.4 and found.max() < 1.2
+
+
+def test_highlights_of_two_axes_are_as_wide_as_their_mean(scenes, software):
+    # What the docstring owns up to: brushed metal shows it, paint hardly.
+    brushed = np.broadcast_to([0.7, 0.5], (2, 2, 2))
+    assert off(scenes, software, surface_of(brushed, 0.0), ONE).mean() < 0.4
+    assert 0.4 < off(scenes, software, surface_of(brushed, 1.0), ONE).mean() < 3.0
+
+
+def gathered(form, points, frame, light):
+    """XYZ of points in one frame, out of a form's lobes."""
+    lobes, from_light = form.lobes(points), GatheredLight.of(light)
+    frames = np.broadcast_to(frame, (len(points), 3, 3))
+    frames = (frames if lobes.frame is None else lobes.frame @ frames) @ light.world_from_map
+    lux = from_light.by_frames(frames, lobes.matt.shape[1])[..., 0]
+    seen = from_light.by_lobes(lobes.directions @ frames, lobes.sharpness)[..., 0]
+    terms = np.einsum("nb,nbr->nr", lux / np.pi, lobes.matt) + np.einsum("nq,nqr->nr", seen, lobes.value)
+    weights = OBSERVER.weights(light.spectra[0], form.palette.wavelengths_nm)
+    return np.pi / 1000.0 * terms @ form.palette.samples[0] @ weights.T
+
+
+@pytest.mark.parametrize("roughness, metal", [(0.3, 1.0), (0.7, 0.0)])
+def test_maps_that_are_alike_everywhere_are_the_uniform_material(roughness, metal):
+    surface, light = surface_of(roughness, metal), ONE
+    frame = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    wo = spherical(np.linspace(0.0, 1.5, 60), np.linspace(0.0, 40.0, 60))
+    found, expected = (
+        gathered(form, Points(wo, wo, np.zeros((60, 2))), frame, light)
+        for form in (surface.own_form(0.05).environment_form(), view_slices(surface.average()))
+    )
+    assert delta_e_xyz(found, expected, OBSERVER.white(SPECTRA[0])).max() < 0.5
+
+
+def test_between_two_alphas_slices_are_about_what_their_own_would_be():
+    # A map of many widths beside one of a single width, which has its own slices.
+    light, frame = ONE, np.eye(3)[[2, 0, 1]]
+    wo = spherical(np.linspace(0.0, 1.4, 40), np.linspace(0.0, 40.0, 40))
+    points = Points(wo, wo, np.full((40, 2), 0.25))
+    widths = np.full((2, 2, 1), 0.55)
+    widths[0] = 0.8
+    many = surface_of(widths, 1.0).own_form(0.05).environment_form()
+    one = surface_of(0.55, 1.0).own_form(0.05).environment_form()
+    found, expected = (gathered(form, points, frame, light) for form in (many, one))
+    assert many.lobes(points).sharpness.shape[1] == 2 * one.lobes(points).sharpness.shape[1]
+    assert delta_e_xyz(found, expected, OBSERVER.white(SPECTRA[0])).max() < 1.5
+
+
+def test_slices_are_shared_by_range():
+    assert facet_slices(0.21, 0.5) is facet_slices(0.22, 0.6)
+    assert len(facet_slices(0.3, 0.3).alphas) == 1
+
+
+@pytest.mark.parametrize("kind", ["software", "hardware"])
+def test_far_away_means_are_nearer_to_many_samples(scenes, software, request, kind):
+    """Some ten texels a sample."""
+    surface = varied(placement=Placement((12.0, 6.0), (0.0, 0.0), ("repeat", "repeat")))
+    scene, form = scene_of(scenes, ONE, size=16), {"cloth": surface.own_form(0.05)}
+    truth, whole = software["linear"].render(scene, replace(scene.camera(), samples=12), form)
+    found = {}
+    for filtering in ("linear", "mipmapped"):
+        xyz, _ = request.getfixturevalue(kind)[filtering].render(scene, None, form)
+        inside = whole == 1.0
+        found[filtering] = delta_e_xyz(truth[inside].astype(float), xyz[inside].astype(float), scene.adopted_white())
+    assert found["mipmapped"].mean() < 0.3 * found["linear"].mean(), {k: v.mean() for k, v in found.items()}
+
+
+def test_what_a_texture_is_from_afar_is_lit_too(scenes, software, hardware):
+    form = varied().own_form(0.05).average()
+    scene = scene_of(scenes, ONE)
+    one, _ = software["linear"].render(scene, None, {"cloth": form})
+    other, _ = hardware["linear"].render(scene, None, {"cloth": form})
+    assert np.abs(one - other).max() < 1e-3 * one.max()
