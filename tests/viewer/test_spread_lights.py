@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.lighting.reference import reference_images
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
@@ -64,6 +65,36 @@ def test_gl_equals_numpy(scenes, gl, material, fields):
     assert np.percentile(relative, 99.9) < 1e-3
     seen = coverage == 1.0
     assert delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white()).max() < 0.1
+
+
+def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
+    # Balls of which one shades the other, on a ground of two triangles; and a cloth whose back is seen.
+    for scene in (scenes.lamp_scene(size=32, samples=1), scenes.cloth_scene("woven", size=32, samples=1, divisions=24)):
+        scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))
+        surfaces = dict(scenes.SURFACES)
+        twin, coverage = SoftwareRenderer().render(scene, None, surfaces)
+        drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
+        seen = coverage == 1.0
+        apart = delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white())
+        assert apart.max() < 0.1, scene.name
+        open_sky = replace(scene, parts=scene.parts[-1:])
+        alone, _ = SoftwareRenderer().render(open_sky, scene.camera(), surfaces)
+        assert (twin[seen, 1] < 0.8 * alone[seen, 1]).mean() > 0.02
+
+
+def test_shadows_under_a_sky_are_the_references(scenes):
+    # A small sun in a sky, on matt balls and ground: both of bright parts and of the rest.
+    scene = under(scenes.lamp_scene("matt", size=24, samples=1), sky(1, contrast=300.0))
+    scene = replace(scene, parts=tuple(replace(part, material="matt") for part in scene.parts))
+    surfaces = {"matt": scenes.SURFACES["matt"]}
+    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    truth = reference_images(scene, None, surfaces, budget=3.0)
+    seen = coverage == 1.0
+    white = scene.adopted_white()
+    apart = delta_e_xyz(truth.xyz[0][seen], drawn[seen].astype(float), white)
+    assert apart.mean() < 0.8 + truth.noise.mean[0] and np.percentile(apart, 90) < 2.0
+    unshadowed = np.abs(truth.xyz[0][seen, 1] / drawn[seen, 1] - 1.0)
+    assert np.median(unshadowed) < 0.03
 
 
 def test_pictures_are_sums_over_every_texel(scenes):
