@@ -14,7 +14,7 @@ from .shared import add_renderer_option, counted, renderer_for
 
 if TYPE_CHECKING:
     from ..materials.fast import Summand
-    from ..materials.fit_error import LightError
+    from ..materials.fit_error import FitError, LightError
     from ..materials.records.material import MaterialRecord
 
 _INDENT = 14
@@ -87,7 +87,21 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
             words = (f"{one.light} {one.p99:.3f}{_highlight(one)}" for one in error.lights)
             lines.append(("p99 by light", ", ".join(words)))
         lines.append(("protocol", error.protocol))
+    if record.environment_error:
+        lines += _environment(record, record.environment_error)
     return lines
+
+
+def _environment(record: MaterialRecord, error: FitError) -> list[tuple[str, str]]:
+    """Of what is drawn under light from all around."""
+    form = record.drawn().environment_form()
+    lobes = "matt" if form.count == 0 else f"{counted(form.count, 'lobe')} and a cosine"
+    figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"
+    daylight = next((f"; p99 {one.p99:.3f} under D65" for one in error.lights if one.light == "D65"), "")
+    return [
+        ("environment", f"{lobes}, {counted(form.palette.rank, 'term')}; ΔE94 {figures} ({error.light}){daylight}"),
+        ("its protocol", error.protocol),
+    ]
 
 
 def _highlight(light: LightError) -> str:

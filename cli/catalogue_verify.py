@@ -9,6 +9,7 @@ from .catalogue_words import add_catalogue_argument, opened, print_json
 from .shared import counted, positive_count, progress_bar
 
 if TYPE_CHECKING:
+    from ..materials.fit_error import FitError
     from ..materials.records.verification import Verification
 
 
@@ -52,7 +53,7 @@ def _print(found: Verification) -> None:
         print(f"{those[0]}{more}: error not measured: {note}")
     for path in found.strays:
         print(f"{path}: left behind by a writer that was killed; no reader uses it, and it may be deleted")
-    measured = sum(one.measured is not None for one in found.results)
+    measured = sum(error is not None for one in found.results for error in (one.measured, one.measured_environment))
     if measured:
         hold = "it holds where both" if measured == 1 else "they hold where they"
         print(f"{counted(measured, 'error')} measured again; {hold} agree within ΔE94 {TOLERANCE:g}")
@@ -61,16 +62,23 @@ def _print(found: Verification) -> None:
 
 
 def _print_json(found: Verification) -> None:
-    names = ("mean", "p95", "p99", "maximum")
     materials = [
         {
             "id": one.id,
             "problem": None if one.problem is None else str(one.problem),
-            "declared": one.declared and {name: getattr(one.declared, name) for name in names},
-            "measured": one.measured and {name: getattr(one.measured, name) for name in names},
+            "declared": one.declared and _figures(one.declared),
+            "measured": one.measured and _figures(one.measured),
+            "environment": {
+                "declared": one.declared_environment and _figures(one.declared_environment),
+                "measured": one.measured_environment and _figures(one.measured_environment),
+            },
             "note": one.note,
         }
         for one in found.results
     ]
     strays = [str(path) for path in found.strays]
     print_json({"catalogue": str(found.folder), "materials": materials, "strays": strays})
+
+
+def _figures(error: FitError) -> dict[str, float]:
+    return {name: getattr(error, name) for name in ("mean", "p95", "p99", "maximum")}

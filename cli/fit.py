@@ -6,6 +6,7 @@ import argparse
 import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -110,6 +111,7 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
             tried=tried,
             doing=lambda phase: watch.at(phase, share_done(trials, args.budget)),
         )
+        found = replace(found, fast=found.fast.with_slices_of(brdf, args.budget))
     watching.close()
     missed = args.rank is None and found.score > args.budget
     print(_summary(found, args, missed))
@@ -194,6 +196,12 @@ def _summary(found: Fit, args: argparse.Namespace, missed: bool) -> str:
         f"Storage: {'half' if found.storage.half else 'single'}, {found.stored_bytes / 1024:.0f} KiB; "
         f"{found.storage.reason}.",
     ]
+    slices = found.fast.slices
+    if slices is not None and slices.error is not None:
+        lobes = "matt" if slices.count == 0 else f"{counted(slices.count, 'lobe')} and a cosine"
+        lines.append(
+            f"Light from all around: {lobes}, {counted(slices.palette.rank, 'term')}: {_figures(slices.error)}."
+        )
     if missed:
         lines.append(f"The budget of {args.budget:g} is not met, as exit code 1 says: {found.stopped}.")
     elif args.rank is None:
@@ -225,6 +233,7 @@ def _document(material: str, found: Fit, args: argparse.Namespace) -> dict:
         "stored_bytes": found.stored_bytes,
         "storage": {"half": found.storage.half, "cost": found.storage.cost, "reason": found.storage.reason},
         "error": asdict(found.error),
+        "environment": found.fast.environment_error and asdict(found.fast.environment_error),
         "score": found.score,
         "trials": [asdict(trial) for trial in found.trials],
     }

@@ -22,15 +22,19 @@ from ..spectral.observers import Observer, observer
 from ..spectral.processes import each_done, usable_cores
 from ..spectral.spectrum import Spectrum
 from .catalogue import Catalogue
+from .factored.pack import FactoredBrdf
 from .protocol import sphere_protocol
 from .records.material import MaterialRecord
 from .records.query import Summary
 from .records.record import read_record
+from .slices.error import error_between, samples
 
 Of = Literal["packs", "original"]
 Status = Literal["added", "removed", "same", "changed", "not comparable", "unusable"]
 ILLUMINANTS = ("D65", "A", "FL11")
 _PIXELS = 96
+# ΔE94 below which environment forms are not said to differ.
+_ALIKE = 0.0005
 
 
 @dataclass(frozen=True)
@@ -141,6 +145,8 @@ def compare_records(
     said = [] if a.model == b.model else [f"model {a.model} -> {b.model}"]
     if a.provenance.kind != b.provenance.kind:
         said.append(f"kind {a.provenance.kind} -> {b.provenance.kind}")
+    if of == "packs" and (changed := _environment_words(a, b)):
+        said.append(changed)
     words = ", ".join(said)
     lights, eye = [illuminant(light) for light in illuminants], observer(observer_name)
     if a.fast is not None and b.fast is not None:
@@ -164,6 +170,16 @@ def compare_records(
         for light, spectrum, one, other in zip(illuminants, lights, reference, sample, strict=True)
     )
     return Difference(name, "changed", words, figures)
+
+
+def _environment_words(a: MaterialRecord, b: MaterialRecord) -> str:
+    """What became of the stored environment forms, by the protocol of `slices.error`; "" where they are alike."""
+    forms = [one.fast.slices if isinstance(one.fast, FactoredBrdf) else None for one in (a, b)]
+    if forms[0] is None or forms[1] is None:
+        return "" if forms[0] is forms[1] else f"environment form {'new' if forms[0] is None else 'gone'}"
+    isotropic = forms[0].isotropic and forms[1].isotropic
+    found = error_between(samples(forms[0], isotropic), samples(forms[1], isotropic), isotropic)
+    return f"environment form p99 {found.p99:.3f} under {found.light}" if found.maximum >= _ALIKE else ""
 
 
 def _statistics(light: str, difference: Float[np.ndarray, " N"]) -> LightDifference:

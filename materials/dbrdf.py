@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from ..spectral.difference import lightness_slope
 from ..spectral.errors import InputError, UnknownNameError
 from .axes import Axis
 from .brdf import Brdf, Lobe, eval_lit
 from .directions import angles, spherical
-from .fitting.grids import lightness_slope
 from .protocol import sphere_protocol
 
 if TYPE_CHECKING:

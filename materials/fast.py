@@ -144,6 +144,11 @@ class Fast(Surface):
         problem = "this fast form cannot be lit from all around"
         raise InputError(problem, field=self.NAME, found="no environment form", expected=expected)
 
+    @property
+    def environment_error(self) -> FitError | None:
+        """How far that is from the original, where it was measured (`slices.error`)."""
+        return None
+
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
         """What a file keeps: text, numbers, arrays and mappings of those, by name."""

@@ -18,6 +18,9 @@ from .errors import InputError, UnknownNameError
 KNEE = (24.0 / 116.0) ** 3
 Formula = Literal["CIE 1976", "CIE 1994", "CIE 2000"]
 
+# Y added before differentiating L*: what a dark surface reflects anyway, so that the darkest decades do not rule.
+_DARK = 0.01
+
 
 def lab_from_xyz(xyz: XYZ, white_xyz: White) -> Lab:
     """CIELAB (...,3) of XYZ (...,3) relative to a white (3,) in the same scale (CIE 015:2018 eq. 8.3-8.5)."""
@@ -134,3 +137,8 @@ def _delta_e_2000(reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
     lightness = (lightness_2 - lightness_1) / scale_lightness
     chroma, hue = (chroma_2 - chroma_1) / scale_chroma, hue_term / scale_hue
     return np.sqrt(np.maximum(lightness**2 + chroma**2 + hue**2 + rotation * chroma * hue, 0.0))
+
+
+def lightness_slope(luminance: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+    """dL*/dY of a surface of this Y over a dark floor (CIE 015:2018 eq. 8.3, its cube-root branch)."""
+    return 116.0 / 3.0 * (np.maximum(luminance, 0.0) + _DARK) ** (-2.0 / 3.0)

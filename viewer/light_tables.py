@@ -78,7 +78,7 @@ def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice)
             "bright_amplitudes": tuple(amplitudes[0]) if one else [tuple(each) for each in amplitudes],
             "rest": [tuple(each) for each in rest],
         },
-        {"bright_lux": owner.texture(lux.shape[1::-1], 1, lux.tobytes())},
+        {"bright_lux": owner.texture((lux.shape[1], lux.shape[0]), 1, lux.tobytes())},
         owner,
     )
 

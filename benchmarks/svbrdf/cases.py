@@ -6,16 +6,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment import latlong
 from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.environment.map_light import load_environment
 from ...lighting.lights import DeltaLight, DirectionalLight, PointLight
 from ...materials.analytic.cook_torrance import beckmann, ggx, smith_beckmann, smith_ggx
 from ...materials.gaussians import ndf
-from ...spectral.formats.exr import read_exr
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
@@ -34,14 +35,14 @@ _ONE = np.ones(len(WORKING_WAVELENGTHS_NM))
 class BenchCase:
     """A surface under a light, and the numbers of lobes that it is rendered in.
 
-    wall : whether half of what the points see is hidden. full : whether only the long run has it.
+    place : a sphere in the "open" or beside a "wall", or a shape on a "floor". full : whether only the long run has it.
     """
 
     name: str
     surface: GlossySurface
     light_name: str
     lobes: tuple[int, ...]
-    wall: bool = False
+    place: Literal["open", "wall", "floor"] = "open"
     full: bool = False
 
 
@@ -110,10 +111,12 @@ def cases(full: bool) -> list[BenchCase]:
             BenchCase(f"gold {alpha:g}", gold(alpha), light, (1, 4, 6) if full else (1, 4), full=long)
             for alpha in (0.1, 0.2, 0.3)
         ]
-        found.append(BenchCase("gold 0.2, wall", gold(0.2), light, (1, 4), wall=True, full=long))
+        found.append(BenchCase("gold 0.2, wall", gold(0.2), light, (1, 4), place="wall", full=long))
         found.append(BenchCase(f"{brushed.name}", brushed, light, (1, 7), full=long))
+        found.append(BenchCase("gold 0.2, floor", gold(0.2), light, (4,), place="floor", full=long))
         found.append(BenchCase("matt red", matt_red(), light, (0,), full=long))
-        found.append(BenchCase("matt red, wall", matt_red(), light, (0,), wall=True, full=long))
+        found.append(BenchCase("matt red, floor", matt_red(), light, (0,), place="floor", full=long))
+        found.append(BenchCase("matt red, wall", matt_red(), light, (0,), place="wall", full=long))
     return [case for case in found if full or not case.full]
 
 
@@ -136,10 +139,8 @@ def lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | Delta
 
 
 def read_environment(path: Path) -> EnvironmentLight:
-    """A picture in linear sRGB, its channels as reflectances would be uplifted, times D65."""
-    channels = read_exr(path)[1]
-    rgb = np.stack([channels[name].astype(np.float64) for name in "RGB"])
-    return _uplifted(rgb)
+    """A picture in linear sRGB, its channels uplifted as reflectances are, times D65."""
+    return load_environment(path, uplift="mallett-yuksel")
 
 
 def made_sky() -> EnvironmentLight:

@@ -9,37 +9,27 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.harmonics import cosine_factors, harmonics
-from ...materials.gaussians.hemisphere import quick_share
 from ...materials.gaussians.ndf import slice_of
 from . import paper
+from .hiding import Hiding
 from .light import Gamma, PreparedLight
 from .surface import GlossySurface, ShadedPoints
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a method renders: a surface at points under a light, beside a wall or in the open, in so many lobes.
-
-    wall : the unit vector that a plane through every point faces; directions behind it are hidden. None: nothing is.
-    """
+    """What a method renders: a surface at points under a light, in so many lobes; `hiding` None is in the open."""
 
     surface: GlossySurface
     points: ShadedPoints
     light: PreparedLight
-    wall: Float[np.ndarray, "3"] | None
+    hiding: Hiding | None
     lobes: int
 
     @property
     def free_share(self) -> paper.FreeShare | None:
-        """What a signed distance function knows of the wall (eqs. 23 to 31): the angle from an axis to its edge."""
-        wall = self.wall
-        if wall is None:
-            return None
-        return lambda number, to, sharpness: quick_share(np.arcsin(np.clip(to @ wall, -1.0, 1.0)), sharpness)
-
-    def seen(self, directions: Float[np.ndarray, "... 3"]) -> np.ndarray:
-        """1 where a direction of the world is not hidden, 0 where it is."""
-        return np.ones(directions.shape[:-1]) if self.wall is None else (directions @ self.wall > 0.0).astype(float)
+        """What a signed distance function knows of what is hidden (eqs. 23 to 31)."""
+        return None if self.hiding is None else self.hiding.free_share
 
 
 #: A method: (N, K, 3) terms, cd/m^2: of the body, and of the facets at normal incidence and at grazing.
@@ -86,7 +76,7 @@ def at_half_vectors(task: Task) -> np.ndarray:
     wi, wo = task.points.local(at.directions), task.points.viewer
     half = wi + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
-    arrives = np.where(wi[:, 2] > 0.0, wi[:, 2] * at.illuminance_lux * task.seen(at.directions), 0.0)
+    arrives = np.where(wi[:, 2] > 0.0, wi[:, 2] * at.illuminance_lux, 0.0)
     facets = np.zeros((len(wi), 2))
     if task.surface.density is not None:
         facets = slice_of(task.surface.lobes(task.lobes), half)[:, None] * task.surface.smooth(wi, wo)
@@ -94,10 +84,10 @@ def at_half_vectors(task: Task) -> np.ndarray:
 
 
 def _occlusion(task: Task) -> Float[np.ndarray, "N 1 1"]:
-    """The share of the clamped cosine that is in front of the wall, which is closed; 1 in the open."""
-    if task.wall is None:
+    """The share of the clamped cosine that is free."""
+    if task.hiding is None:
         return np.ones((len(task.points), 1, 1))
-    return (0.5 + 0.5 * task.points.normals @ task.wall)[:, None, None]
+    return task.hiding.occlusion(task.points.normals)[:, None, None]
 
 
 def _with(task: Task, free_share: paper.FreeShare | None) -> np.ndarray:

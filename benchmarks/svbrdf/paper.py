@@ -12,14 +12,13 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.brights import BrightParts
-from ...materials.gaussians.gaussian import Gaussians
 from ...materials.gaussians.warp import warped
+from ...materials.spherical_gaussian import Gaussians
 from .light import Gamma
 from .surface import GlossySurface, ShadedPoints
 
-#: What of a Gaussian about a direction a point sees: (points' numbers (M,), directions (M, 3) of the world, sharpness
-#: (M,)) -> (M,) in [0, 1].
-FreeShare = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+#: What of Gaussians each point sees: (directions (N, Q, 3) of the world, sharpness (N, Q)) -> (N, Q) in [0, 1].
+FreeShare = Callable[[np.ndarray, np.ndarray], np.ndarray]
 #: The clamped cosine as one lobe about the normal (eq. 40).
 COSINE_SHARPNESS, COSINE_AMPLITUDE = 2.133, 1.170
 
@@ -29,10 +28,10 @@ def specular(
 ) -> Float[np.ndarray, "N K 2"]:
     """R_s (eq. 41): for each lobe the cosine, the slice and the visibility as one Gaussian, looked up in the light."""
     seen, smooth = _slice(surface, points, lobes)
-    to, sharpness = points.world(seen.axis).reshape(-1, 3), seen.sharpness.ravel()
-    weight = seen.integral.ravel() * _free(free_share, len(points), to, sharpness)
-    arrives = (gamma(to, sharpness) * weight[:, None]).reshape(*seen.sharpness.shape, -1)
-    return np.einsum("nlk,nlr->nkr", arrives, smooth)
+    to = points.world(seen.axis)
+    weight = seen.integral * _free(free_share, to, seen.sharpness)
+    arrives = gamma(to.reshape(-1, 3), seen.sharpness.ravel()).reshape(*weight.shape, -1)
+    return np.einsum("nl,nlk,nlr->nkr", weight, arrives, smooth)
 
 
 def local_specular(
@@ -42,24 +41,23 @@ def local_specular(
     seen, smooth = _slice(surface, points, lobes)
     local = Gaussians(points.local(light.axis)[:, None], light.sharpness[:, None], light.amplitude[:, None])
     product = seen.product(local)
-    to, sharpness = points.world(product.axis).reshape(-1, 3), product.sharpness.ravel()
-    free = _free(free_share, len(points), to, sharpness).reshape(product.sharpness.shape)
+    free = _free(free_share, points.world(product.axis), product.sharpness)
     return np.einsum("nl,nlr->nr", product.integral * free, smooth)[:, None, :]
 
 
 def local_diffuse(points: ShadedPoints, light: Gaussians, free_share: FreeShare | None) -> Float[np.ndarray, "N 1"]:
     """R_d of a light that is one lobe (N,) at each point (eq. 42), over pi."""
     product = _cosine(points.normals).product(light)
-    free = _free(free_share, len(points), product.axis, product.sharpness)
-    return (product.integral * free / np.pi)[:, None]
+    free = _free(free_share, product.axis[:, None], product.sharpness[:, None])
+    return product.integral[:, None] * free / np.pi
 
 
 def diffuse(points: ShadedPoints, lights: BrightParts, free_share: FreeShare | None) -> Float[np.ndarray, "N K"]:
     """R_d (eq. 39): the cosine's lobe times each of the light's, times what is free of the product; over pi."""
     light = Gaussians(lights.axis, lights.sharpness, np.ones(len(lights.sharpness)))
     product = _cosine(points.normals[:, None, :]).product(light)
-    free = _free(free_share, len(points), product.axis.reshape(-1, 3), product.sharpness.ravel())
-    return (product.integral * free.reshape(product.sharpness.shape)) @ lights.amplitude / np.pi
+    free = _free(free_share, product.axis, product.sharpness)
+    return (product.integral * free) @ lights.amplitude / np.pi
 
 
 def _slice(surface: GlossySurface, points: ShadedPoints, lobes: int) -> tuple[Gaussians, np.ndarray]:
@@ -69,11 +67,8 @@ def _slice(surface: GlossySurface, points: ShadedPoints, lobes: int) -> tuple[Ga
     return turned.product(_cosine(np.array([0.0, 0.0, 1.0]))), surface.smooth(turned.axis, viewer)
 
 
-def _free(free_share: FreeShare | None, points: int, to: np.ndarray, sharpness: np.ndarray) -> np.ndarray:
-    """What is free of lobes in the world, as many of them a point."""
-    if free_share is None:
-        return np.ones(len(to))
-    return free_share(np.repeat(np.arange(points), len(to) // points), to, sharpness)
+def _free(free_share: FreeShare | None, to: np.ndarray, sharpness: np.ndarray) -> np.ndarray:
+    return np.ones(sharpness.shape) if free_share is None else free_share(to, sharpness)
 
 
 def _cosine(normal: np.ndarray) -> Gaussians:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.gaussians.gaussian import Gaussians
+from ...materials.spherical_gaussian import Gaussians
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 #: Cosines below which the smooth factor is not followed: a lobe's axis may lie under the horizon.
@@ -81,6 +81,15 @@ class ShadedPoints:
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         world = np.stack([tangent, np.cross(normal, tangent), normal], axis=2)
         return cls(world, world[:, 2, :].copy())
+
+    @classmethod
+    def facing(cls, normals: Float[np.ndarray, "N 3"], viewer: Float[np.ndarray, "3"]) -> ShadedPoints:
+        """Points with these normals, seen from one direction of the world; tangents lie flat."""
+        tangent = np.stack([normals[:, 2], np.zeros(len(normals)), -normals[:, 0]], axis=1)
+        length = np.linalg.norm(tangent, axis=1, keepdims=True)
+        tangent = np.where(length > 1e-6, tangent / np.maximum(length, 1e-6), [1.0, 0.0, 0.0])
+        world = np.stack([tangent, np.cross(normals, tangent), normals], axis=2)
+        return cls(world, np.einsum("nji,j->ni", world, viewer))
 
     def __len__(self) -> int:
         return len(self.viewer)

@@ -15,7 +15,7 @@ def truth(task: Task) -> tuple[Float[np.ndarray, "N K 3"], Float[np.ndarray, "N 
     """The terms, and the same from texels twice as wide: the first is about a third of their difference off.
 
     Texels count at their middles, by their solid angle, so that highlights have to be wider than they are. Under a
-    light of one direction both are one, and exact.
+    light of one direction both are one, and exact; nothing is hidden from it.
     """
     light = task.light.light
     if not isinstance(light, EnvironmentLight):
@@ -27,18 +27,18 @@ def truth(task: Task) -> tuple[Float[np.ndarray, "N K 3"], Float[np.ndarray, "N 
 def _arriving(task: Task) -> Float[np.ndarray, "N 1 3"]:
     at = task.light.arrivals(task.points)
     terms = task.surface.terms(task.points.local(at.directions), task.points.viewer)
-    return (terms * (at.illuminance_lux * task.seen(at.directions))[:, None])[:, None, :]
+    return (terms * at.illuminance_lux[:, None])[:, None, :]
 
 
 def _summed(task: Task, light: EnvironmentLight, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "N K 3"]:
     height, width = fields.shape[1:]
     to = latlong.texel_directions(height, width).reshape(-1, 3) @ light.world_from_map.T
-    shown = task.seen(to) > 0.0
-    arrives = (fields * latlong.solid_angles(height, width)[:, None]).reshape(len(fields), -1)[:, shown]
-    to = to[shown]
+    arrives = (fields * latlong.solid_angles(height, width)[:, None]).reshape(len(fields), -1)
+    seen = np.ones((1, len(to)), dtype=bool) if task.hiding is None else task.hiding.seen(to)
+    seen = np.broadcast_to(seen, (len(task.points), len(to)))
     found = np.empty((len(task.points), len(fields), 3))
     for number, (frame, viewer) in enumerate(zip(task.points.world_from_local, task.points.viewer, strict=True)):
         wi = to @ frame
-        lit = np.flatnonzero(wi[:, 2] > 0.0)
+        lit = np.flatnonzero((wi[:, 2] > 0.0) & seen[number])
         found[number] = arrives[:, lit] @ task.surface.terms(wi[lit], np.broadcast_to(viewer, (len(lit), 3)))
     return found

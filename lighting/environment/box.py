@@ -1,7 +1,7 @@
 """Light that goes round in a grey box with a bright panel in its ceiling and an open front: radiosity on patches.
 
-Factors between patches are closed forms (Ehlert and Smith, View factors for perpendicular and parallel rectangular plates,
-Journal of Thermophysics and Heat Transfer 7, 1993), so that each patch gives away exactly what it sends.
+Factors between patches are closed forms (Ehlert and Smith, View factors for perpendicular and parallel rectangular
+plates, Journal of Thermophysics and Heat Transfer 7, 1993), so that each patch gives away exactly what it sends.
 """
 
 from __future__ import annotations

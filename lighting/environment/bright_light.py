@@ -16,8 +16,9 @@ from .brights import BrightParts, taken_apart
 from .environment import EnvironmentLight
 from .harmonics import gaussian_factors, harmonics, projected
 
-# Bright parts: more are slower and no better.
-_COUNT = 8
+# Bright parts, of the brightest tenth of the sphere: with 8 of 3 % matt shadows under a sky are off by twice as much,
+# and with 32 of 30 % by hardly less.
+_COUNT, _SHARE = 16, 0.1
 # Nodes of what a bright part sends onto a surface, by the cosine to its axis; and those of the integral over it.
 _COSINES, _ACROSS, _AROUND = 257, 24, 24
 
@@ -37,7 +38,7 @@ class BrightLight:
     @classmethod
     def of(cls, environment: EnvironmentLight) -> BrightLight:
         """Worked out anew when the light is turned: some tenths of a second."""
-        parts, _ = taken_apart(environment, _COUNT)
+        parts, _ = taken_apart(environment, _COUNT, _SHARE)
         whole = _integrals(parts.sharpness)[:, None] * gaussian_factors(parts.sharpness) * harmonics(parts.axis)
         rest = projected(environment) - parts.amplitude.T @ whole
         return cls(parts, np.array([_on_surfaces(one) for one in parts.sharpness]).reshape(-1, _COSINES), rest)
@@ -81,4 +82,4 @@ def _on_surfaces(sharpness: float) -> Float[np.ndarray, " nodes"]:
     cosine = np.linspace(-1.0, 1.0, _COSINES)[:, None, None]
     sine = np.sqrt(1.0 - cosine * cosine)
     seen = np.maximum(cosine * (1.0 - off)[:, None] + sine * across[:, None] * around, 0.0)
-    return seen.mean(axis=(1, 2)) * float(_integrals(np.array(sharpness)))
+    return seen.mean(axis=(1, 2)) * float(_integrals(np.array([sharpness]))[0])

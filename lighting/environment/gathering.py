@@ -45,7 +45,7 @@ class GatheredLight:
     ) -> Float[np.ndarray, "N Q K"]:
         """Mean luminance under each Gaussian about unit directions, cd/m^2."""
         found = self.pyramid(directions.reshape(-1, 3), sharpness.reshape(-1))
-        return found.reshape(*sharpness.shape, -1)
+        return found.reshape(*sharpness.shape, self.irradiance.shape[3])
 
     def by_frames(self, frames: Float[np.ndarray, "N 3 3"], bent: int = BENDS) -> Float[np.ndarray, "N B K"]:
         """Illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the last is the normal),

@@ -33,8 +33,8 @@ KEYS = {
 MADE_OF = "D65"
 # Fields that memory is foretold by where their number is not known yet.
 _FIELDS = 4
-# So many texels, each by the light it sends, stand for all where spectra are chosen.
-_LOOKED_AT = 2000
+# So many texels by the light they send, and as many by their directions, stand for all where spectra are chosen.
+_LOOKED_AT = 750
 # Channels that fall below 0 on their way from other primaries by less than this share of the largest were rounded when
 # the file was stored: half floats have 11 bits.
 _STORED = 2.0**-10
@@ -73,6 +73,8 @@ def load_environment(
         What `read_map` refuses; neither of the two or both; a map without light.
     """
     path = Path(map)
+    # By its first author, as people write it.
+    uplift = next((one for one in METHODS if uplift == one.split("-")[0]), uplift)
     if uplift is not None and uplift not in METHODS:
         raise UnknownNameError("upsampling method", uplift, METHODS, field="uplift")
     if spectrum is not None and uplift is not None:
@@ -149,12 +151,24 @@ def _check_luminance(found: LightMap, luminance: Float[np.ndarray, "H W"]) -> No
         )
 
 
-def _looked_at(luminance: Float[np.ndarray, "H W"]) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns of texels, bright ones more often than dark ones: each stands for as much light."""
-    sent = np.cumsum((luminance * latlong.solid_angles(*luminance.shape)[:, None]).ravel())
-    places = (np.arange(_LOOKED_AT) + 0.5) / _LOOKED_AT * sent[-1]
-    index = np.minimum(np.searchsorted(sent, places, side="right"), sent.size - 1)
-    return np.divmod(index, luminance.shape[1])
+def _looked_at(luminance: Float[np.ndarray, "H W"]) -> tuple[tuple[np.ndarray, np.ndarray], Float[np.ndarray, " n"]]:
+    """Rows and columns of texels by which spectra are chosen, and the level at which each is looked at.
+
+    Half of them stand for as much light each, at level 1, as on surfaces that they light. The others stand for as many
+    directions each, as they are seen in a mirror: beside a diffuser that the light from above makes white.
+    """
+    height, width = luminance.shape
+    solid = latlong.solid_angles(height, width)[:, None]
+    found = []
+    for weights in (luminance * solid, np.broadcast_to(solid, luminance.shape)):
+        total = np.cumsum(weights.ravel())
+        places = (np.arange(_LOOKED_AT) + 0.5) / _LOOKED_AT * total[-1]
+        found.append(np.minimum(np.searchsorted(total, places, side="right"), total.size - 1))
+    cosines = np.clip(np.sin(np.pi * (0.5 - (np.arange(height) + 0.5) / height)), 0.0, None)
+    white = float((luminance * solid).sum(axis=1) @ cosines) / np.pi
+    seen = luminance.ravel()[found[1]]
+    levels = np.minimum(seen / white, 1.0) if white > 0.0 else np.ones(_LOOKED_AT)
+    return np.divmod(np.concatenate(found), width), np.concatenate([np.ones(_LOOKED_AT), levels])
 
 
 def _fields(
@@ -172,8 +186,14 @@ def _measured(found: LightMap, luminance: np.ndarray) -> tuple[np.ndarray, tuple
     """The few spectra that the budget needs."""
     grid = found.wavelengths_nm
     assert grid is not None
-    few = reduced(found.at(_looked_at(luminance)), grid).at_peak_one()
+    where, levels = _looked_at(luminance)
+    few = reduced(found.at(where), grid, levels).at_peak_one()
     spectra = _spectra(few)
+    for one in spectra:
+        try:
+            observer("1931_2").white(one)
+        except InputError as error:
+            raise error.at(file=found.path, field="S0 channels") from error
     notes = [f"{found.path.name}: {grid.size} wavelengths at each texel, kept as {_said_of(few)}"]
     if held := spectra[0].range_note(WORKING_WAVELENGTHS_NM):
         notes.append(f"{found.path.name} is {held}")
@@ -200,8 +220,10 @@ def _made(
         return between * lamp.samples
 
     corners = len(uplifting.corners)
-    few = reduced(lit(uplifting.spectra(rgb(found.at(_looked_at(luminance))))), grid, most=min(corners, MOST_SPECTRA))
-    if len(few.spectra) == corners or (few.delta_e94[0] > BUDGET_DELTA_E94 and corners <= MOST_SPECTRA):
+    most = min(corners - 1, MOST_SPECTRA)
+    where, levels = _looked_at(luminance)
+    few = reduced(lit(uplifting.spectra(rgb(found.at(where)))), grid, levels, most=most)
+    if corners <= MOST_SPECTRA and few.delta_e94[0] > BUDGET_DELTA_E94:
         # A method of so few corners is exact in them.
         few = Reduction(lit(uplifting.corners), grid)
     few = few.at_peak_one()
@@ -238,6 +260,10 @@ def _spectra(few: Reduction) -> tuple[Spectrum, ...]:
 def _said_of(few: Reduction) -> str:
     count = len(few.spectra)
     p99, largest = few.delta_e94
-    cost = "exact" if largest == 0.0 else f"ΔE94 p99 {p99:.2g}, max {largest:.2g} of 24 patches over its light"
+    cost = (
+        "exact"
+        if largest == 0.0
+        else f"ΔE94 p99 {p99:.2g}, max {largest:.2g} of 24 patches over its light and its directions"
+    )
     most = f" (at most {MOST_SPECTRA} are kept)" if count == MOST_SPECTRA else ""
     return f"{count} {'spectrum' if count == 1 else 'spectra'}{most}: {cost}"

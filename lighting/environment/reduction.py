@@ -19,7 +19,7 @@ from ...spectral.colour_library import colour_science
 from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import Observer, observer
 
-#: What the reduction may cost: ΔE94 of reflectances, the 99th percentile over the light.
+#: What the reduction may cost: ΔE94 of reflectances, the 99th percentile over all that the light is judged by.
 BUDGET_DELTA_E94 = 0.25
 #: No light is reduced to more spectra than these; what that costs is said.
 MOST_SPECTRA = 8
@@ -27,8 +27,8 @@ MOST_SPECTRA = 8
 _RANK = 1e-6
 # The non-negative fit: exchanges a spectrum at the most, exchanges that may fail in a row, and what is 0.
 _EXCHANGES, _FULL_EXCHANGES, _ROUNDING = 20, 3, 1e-10
-# How often the spectra and their shares are improved in turn.
-_TURNS = 30
+# How often the spectra and their shares are improved in turn, and the change, of the largest sample, at which it ends.
+_TURNS, _SETTLED = 30, 1e-5
 # How much farther from the mean than any sample a spectrum may begin.
 _REACH = 4.0
 _OBSERVERS = ("1931_2", "1964_10")
@@ -98,22 +98,26 @@ class Reduction:
 def reduced(
     samples: Float[np.ndarray, "n L"],
     wavelengths_nm: Wavelengths,
+    levels: Float[np.ndarray, " n"] | None = None,
     budget_delta_e94: float = BUDGET_DELTA_E94,
     most: int = MOST_SPECTRA,
 ) -> Reduction:
     """The fewest spectra that show all of `samples`, each of which counts the same, within the budget.
 
-    The mean alone where that will do; else as many as the budget needs if they might be negative, and more until they
-    do that are not. The error is ΔE94 of each of the `reflectances` under one sample's light and what stands for it, in
-    Lab relative to the mean light's white at that sample's luminance; of each sample the worst.
+    The mean alone where that will do; else as many as the budget needs if they might be negative, and one more at a
+    time until those do that are not. The error is ΔE94 of each of the `reflectances` under one sample's light and what
+    stands for it, in Lab relative to the mean light's white; of each sample the worst.
 
     Parameters
     ----------
     samples : light, not negative, at least one with a luminance.
+    levels : the luminance at which each is looked at, 1 being white's; None for 1.
     most : spectra, at which it ends over the budget.
     """
     luminance = samples @ xyz_of_samples(observer("1931_2"), wavelengths_nm)[0, 1]
-    seen = samples[luminance > 0.0] / luminance[luminance > 0.0, None]
+    some = luminance > 0.0
+    even = samples[some] / luminance[some, None]
+    seen = even if levels is None else even * levels[some, None]
     metric = _metric(wavelengths_nm)
     wanted = seen @ metric.towards.T
     found = _judged(Reduction(seen.mean(axis=0)[None], wavelengths_nm), seen)
@@ -121,7 +125,12 @@ def reduced(
         return found
     most = min(most, len(seen))
     for count in range(min(_fewest(metric, wanted, budget_delta_e94), most), most + 1):
-        for begun in _corners(seen, wanted, count):
+        starts = [_corners(even, even @ metric.towards.T, count)]
+        if len(found.spectra) == count - 1 > 1:
+            shown = found.shares(seen) @ (found.spectra @ metric.towards.T)
+            worst = int(np.argmax(metric.delta_e94(wanted, shown)))
+            starts.insert(0, np.concatenate([found.spectra, seen[worst, None] / seen[worst].max()]))
+        for begun in starts:
             tried = _judged(_improved(Reduction(begun, wavelengths_nm), seen), seen)
             found = tried if tried.delta_e94 < found.delta_e94 else found
             if found.delta_e94[0] <= budget_delta_e94:
@@ -139,9 +148,9 @@ def _fewest(metric: _Metric, wanted: np.ndarray, budget_delta_e94: float) -> int
     return max(2, singular.size)
 
 
-def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> np.ndarray:
     """Where spectra may begin: the sample farthest from the mean, then always the one farthest from the flat through
-    those before it; these pushed away from the mean until somewhere nothing is left of them, and as they are.
+    those before it; all pushed away from the mean until somewhere nothing is left of them.
     """
     chosen = [int(np.argmax(np.sum((wanted - wanted.mean(axis=0)) ** 2, axis=1)))]
     rest = wanted - wanted[chosen[0]]
@@ -155,7 +164,7 @@ def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> tuple[np.ndarr
     corners, middle = seen[chosen], seen.mean(axis=0)
     inward = middle - corners
     reach = np.divide(middle, inward, out=np.full_like(inward, _REACH), where=inward > 0.0).min(axis=1)
-    return np.maximum(middle + np.clip(reach, 1.0, _REACH)[:, None] * (corners - middle), 0.0), corners
+    return np.maximum(middle + np.clip(reach, 1.0, _REACH)[:, None] * (corners - middle), 0.0)
 
 
 def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
@@ -163,11 +172,13 @@ def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
     spectra = found.spectra.copy()
     for _ in range(_TURNS):
         shares = Reduction(spectra, found.wavelengths_nm).shares(seen)
-        gram, towards = shares.T @ shares, shares.T @ seen
+        gram, towards, before = shares.T @ shares, shares.T @ seen, spectra.copy()
         for k in range(len(spectra)):
             if gram[k, k] > 0.0:
                 at = np.maximum(spectra[k] + (towards[k] - gram[k] @ spectra) / gram[k, k], 0.0)
                 spectra[k] = at if at.any() else spectra[k]
+        if np.abs(spectra - before).max() <= _SETTLED * spectra.max():
+            break
     return Reduction(spectra, found.wavelengths_nm)
 
 
@@ -191,10 +202,10 @@ class _Metric:
         """For each light, given by its numbers, the worst of the reflectances and observers."""
         worst = np.zeros(len(truth))
         for rows in self.rows:
-            pair = [(numbers @ rows.T).reshape(len(numbers), -1, 3) for numbers in (truth, shown)]
-            white = pair[0][:, 0].mean(axis=0)
-            white = np.maximum(white, _LEAST_WHITE * white[1])
-            worst = np.maximum(worst, delta_e_xyz(*pair, white).max(axis=1))
+            true, kept = ((numbers @ rows.T).reshape(len(numbers), -1, 3) for numbers in (truth, shown))
+            white = true[:, 0].mean(axis=0)
+            white = np.maximum(white / white[1], _LEAST_WHITE)
+            worst = np.maximum(worst, delta_e_xyz(true, kept, white).max(axis=1))
         return worst
 
 

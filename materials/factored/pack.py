@@ -24,14 +24,20 @@ from ..fast import Fast, Summand, TermShader, check_summands
 from ..fit_error import FitError
 from ..frame_angles import Direction, FrameAngles, frame_angles
 from ..points import Points
-from ..slices.fit import mixtures, view_slices
+from ..slices.error import measured_form
+from ..slices.fit import fewest_slices, mixtures, view_slices
 from ..slices.view_slices import ViewSlices
+from ..surface import Surface
 from ..terms import Terms
 from .pyramids import filtered_values
 from .texels import factor_shader, halved
 
 # Samples multiplied at once: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
+# Of a fit's budget, what the mean of the environment form may be off: more lobes cost little.
+_SHARE = 0.5
+# Beside the packs' numbers in a file.
+_SLICES = "slices"
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,6 +232,11 @@ class FactoredBrdf(Brdf, Fast):
         """See `Fast.environment_form`; of the packs' sum, worked out when first asked for."""
         return self._slices
 
+    @property
+    def environment_error(self) -> FitError | None:
+        """See `Fast.environment_error`."""
+        return None if self.slices is None else self.slices.error
+
     @cached_property
     def _slices(self) -> ViewSlices:
         if self.slices is not None:
@@ -238,18 +249,29 @@ class FactoredBrdf(Brdf, Fast):
         (pack,) = self.packs
 
         def terms(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-            return pack.terms(Points(wi, wo)).value
+            return pack.values(wi, wo) / wi[:, 2:]
 
-        return ViewSlices(*mixtures(terms, 1, self.isotropic), pack.palette)
+        return ViewSlices(*mixtures(terms, 1, self.isotropic), pack.palette).in_single_precision()
+
+    def with_slices_of(self, original: Surface, budget: float) -> FactoredBrdf:
+        """The same with the environment form of what it stands for, and that form's error (`slices.fit.fewest_slices`).
+
+        What fluoresces has no samples that stand for it: there the form is that of the packs.
+        """
+        if original.bispectral is None:
+            return replace(self, slices=fewest_slices(original, _SHARE * budget))
+        return replace(self, slices=measured_form(self.environment_form(), original))
 
     def stored(self) -> dict[str, Any]:
-        """The packs by number."""
-        return {str(number): pack.stored() for number, pack in enumerate(self.packs)}
+        """The packs by number, and the environment form where it is known."""
+        packs = {str(number): pack.stored() for number, pack in enumerate(self.packs)}
+        return packs if self.slices is None else {**packs, _SLICES: self.slices.stored()}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FactoredBrdf:
         """See `Fast.from_stored`."""
-        return cls(tuple(FactorPack.from_stored(kept[str(number)]) for number in range(len(kept))), error)
+        packs = (FactorPack.from_stored(kept[str(number)]) for number in range(len(kept) - (_SLICES in kept)))
+        return cls(tuple(packs), error, ViewSlices.from_stored(kept[_SLICES]) if _SLICES in kept else None)
 
 
 def matt_brdf(

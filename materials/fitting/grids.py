@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.difference import lightness_slope
 from ..axes import Axis, Frame
 from ..brdf import Brdf
 from ..directions import io_from_half_difference
@@ -14,8 +15,6 @@ from .tabulated import Table, node_directions
 _LEAST_SEEN = 1e-5
 # Largest error in L* that the nodes of theta_h may cause by themselves.
 _NODE_ERROR = 0.1
-# Y added before differentiating L*: what a dark surface reflects anyway, so that the darkest decades do not rule.
-_DARK = 0.01
 # Nodes that are hardly seen count by their relative error, this much of the average node: it keeps factors defined.
 _UNSEEN = 1e-6
 # Nodes that theta_h of an anisotropic surface has at most.
@@ -72,11 +71,6 @@ def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
         if error.max() <= _NODE_ERROR:
             break
     return axis
-
-
-def lightness_slope(luminance: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-    """dL*/dY of a surface of this Y over a dark floor (CIE 015:2018 eq. 8.3, its cube-root branch)."""
-    return 116.0 / 3.0 * (np.maximum(luminance, 0.0) + _DARK) ** (-2.0 / 3.0)
 
 
 def filled(table: Table) -> Float[np.ndarray, "*grid S"]:

@@ -12,10 +12,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares, nnls
 
-from ...spectral.difference import lab_from_xyz
+from ...spectral.difference import lab_from_xyz, lightness_slope
 from ...spectral.errors import InputError
 from ..brdf import Brdf
-from ..fitting.grids import lightness_slope
 from ..protocol import sphere_protocol
 from .brdf import SHADOWING_DEG, GaussianBrdf, HalfGeometry
 

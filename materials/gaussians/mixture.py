@@ -7,7 +7,7 @@ from jaxtyping import Float
 from scipy.optimize import minimize
 
 from ...spectral.errors import InputError
-from .gaussian import Gaussians
+from ..spherical_gaussian import Gaussians
 
 _STEPS = 40
 # A lobe of less than this share of the whole is let go.

@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 from ...spectral.errors import InputError
 from ..analytic.cook_torrance import ggx as ggx_density
-from .gaussian import Gaussians
+from ..spherical_gaussian import Gaussians
 
 #: The numbers of lobes that GGX is known in.
 GGX_COUNTS = (1, 2, 3, 4, 6)

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 from ...spectral.errors import MetamerError
 from ..brdf import Brdf
+from ..factored.pack import FactoredBrdf
 from ..fast import Fast
 from ..protocol import measured
 from ..records.models import SPECTRA, rebuild
 from ..source import MaterialSource
+from ..surface import Surface
 from .doing import Doing, Hears, in_bytes, share_done
 
 if TYPE_CHECKING:
@@ -62,16 +64,22 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
         original = rebuild(material.model, read.parameters)
         own = original.own_form(budget)
         if isinstance(own, Fast):
-            return done(measured(own, original))
+            return done(_with_slices(measured(own, original), original, budget))
         if not isinstance(original, Brdf):
             return done(reason=f"nothing fits a {material.model}: it has no fast form of its own")
         # An import that finds everything done does not wait for what fits.
         from ..fitting.fit import fit
 
         result = fit(original, budget=budget, tried=tried, doing=doing)
-        return done(result.fast)
+        doing("lobes for light from all around")
+        return done(_with_slices(result.fast, original, budget))
     except MetamerError as reason:
         return done(reason=str(reason))
     except Exception as reason:
         # A defect of ours ends one material, not the import of a thousand.
         return done(reason=f"the fit broke down: {type(reason).__name__}: {reason}")
+
+
+def _with_slices(fast: Fast, original: Surface, budget: float) -> Fast:
+    """With the environment form of the original, where a form keeps one."""
+    return fast.with_slices_of(original, budget) if isinstance(fast, FactoredBrdf) else fast

@@ -78,6 +78,11 @@ class MaterialRecord:
         """How far the fast form is from the original; None where there is none, or where nobody measured it."""
         return None if self.fast is None else self.fast.error
 
+    @property
+    def environment_error(self) -> FitError | None:
+        """How far the stored environment form is from the original (`slices.error`); None where none is stored."""
+        return self.fast.environment_error if self.fast is not None else None
+
     def drawn(self) -> Fast:
         """What renderers draw.
 

@@ -2,7 +2,7 @@
 
 A material holds where its file is as it was written, and where its packs, looked at on the sphere of `protocol`
 against its own data, are as far off as its error says, to within `TOLERANCE` ΔE94 in mean, 95th and 99th percentile and
-maximum.
+maximum; and its environment form likewise, by the protocol of `slices.error`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from ...spectral.files import half_written
 from ...spectral.memory import gigabytes
 from ...spectral.processes import Lost, Task, supervised, usable_cores
 from ..brdf import Brdf
+from ..factored.pack import FactoredBrdf
 from ..fit_error import FitError
 from ..protocol import sphere_protocol
+from ..slices.error import measured_form, text_of
 from .material import MaterialRecord
 from .query import material_files
 from .record import SUFFIX, read_record, stored_arrays
@@ -30,11 +32,15 @@ from .record_head import IMPORT_AGAIN, other_material
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
 _FIGURES = ("mean", "p95", "p99", "maximum")
+# Where the other error lies in a file.
+_ENVIRONMENT = "packs/slices/error"
 
 
 @dataclass(frozen=True)
 class Verified:
     """One material: what is wrong with it, or None; the error that it declares and the one measured now.
+
+    declared_environment, measured_environment : those of its environment form, where it stores one.
 
     note : why the error was not measured, where it was not.
     """
@@ -44,6 +50,8 @@ class Verified:
     declared: FitError | None = None
     measured: FitError | None = None
     note: str = ""
+    declared_environment: FitError | None = None
+    measured_environment: FitError | None = None
 
 
 @dataclass(frozen=True)
@@ -130,7 +138,11 @@ def verify_material(
         measured = measured_again(record)
         if measured is None:
             return Verified(material_id, None, declared, note=f"declared by another protocol: {declared.protocol}")
-        return Verified(material_id, _mismatch(declared, measured, path), declared, measured)
+        said, found = record.environment_error, environment_measured_again(record)
+        problem = _mismatch(declared, measured, path)
+        if problem is None and said is not None and found is not None:
+            problem = _mismatch(said, found, path, _ENVIRONMENT)
+        return Verified(material_id, problem, declared, measured, "", said, found)
     except InputError as reason:
         # Of a file that large arrays were left in, nobody else says whose they are.
         named = reason if reason.file in (None, path) else reason.at(named_in=material_id)
@@ -156,7 +168,18 @@ def measured_again(record: MaterialRecord) -> FitError | None:
     return sphere.compare_lights(sphere.references(original, names), sphere.samples(record.fast, names), names)
 
 
-def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError | None:
+def environment_measured_again(record: MaterialRecord) -> FitError | None:
+    """The error of a record's environment form, measured again; None where it has none, or by another protocol."""
+    declared = record.environment_error
+    if declared is None or not isinstance(record.fast, FactoredBrdf) or record.fast.slices is None:
+        return None
+    original = record.surface()
+    if declared.protocol != text_of(original.isotropic):
+        return None
+    return measured_form(record.fast.slices, original).error
+
+
+def _mismatch(declared: FitError, measured: FitError, path: Path, field: str = "error") -> InputError | None:
     pairs = list(zip(declared.lights or (declared,), measured.lights, strict=True))
     off = [
         (one.light, name, getattr(one, name), getattr(other, name))
@@ -169,7 +192,7 @@ def _mismatch(declared: FitError, measured: FitError, path: Path) -> InputError 
     return InputError(
         "the declared error does not hold",
         file=path,
-        field="error",
+        field=field,
         found=", ".join(f"{name} {found:.4f} measured under {light}" for light, name, _, found in off),
         expected=", ".join(f"{name} {said:.4f}" for _, name, said, _ in off) + f", within {TOLERANCE:g} ΔE94",
         hint=IMPORT_AGAIN,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 from jaxtyping import Float
@@ -12,51 +13,123 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
+from ...spectral.projection import projection_matrix
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, is_finer
 from ..environment_form import BENDS, bends
 from ..points import Points
 from ..protocol import LIGHTS
 from ..surface import Surface
+from .error import references, with_error
 from .mixture import Mixture
-from .quadrature import slice_directions
+from .quadrature import BLOCK, PLAIN, STRETCHED, Grids, slice_directions
 from .smooth import smooth_part
 from .view_slices import ViewSlices, polar_angles
 
-#: Gaussians a slice: more are slower and hardly better (docs/environment.md has the table).
+#: Gaussians a slice, at most: more are slower and hardly better.
 LOBES = 12
+#: Numbers of Gaussians that are tried; 0 is for matt surfaces.
+COUNTS = (4, 8, LOBES)
+# What the 99th percentile may be, over the mean, as the highlights of a fit; and what error more Gaussians have to
+# leave, of that of fewer.
+_HIGHLIGHTS, _WORTH = 4.0, 0.9
 # Viewers of isotropic materials, and of others by polar angle and azimuth.
-_POLAR, _TURNED = 32, (16, 16)
-# Rounds of the first slice, and of each that starts as its neighbour.
-_FIRST_ROUNDS, _ROUNDS = 150, 30
-# Gaussians are placed by this power of what comes from a direction, since tails show beside a sun: 1 has a third more
-# of error.
-_TEMPER = 0.8
-_SHARING_ROUNDS = 15
+_POLAR, _TURNED = 24, (16, 16)
+# Rounds of the first slice, of each that starts as its neighbour, and of shares alone.
+_FIRST_ROUNDS, _ROUNDS, _SHARING_ROUNDS = 60, 10, 8
+# Gaussians are placed by this power of what comes from a direction, since tails show beside a sun.
+_TEMPER = 0.9
+# Directions from which less than this share of all comes do not move a Gaussian.
+_COUNTS = 1.0e-6
+# Difference of mean logarithms of densities, that rounding does not decide.
+_CLEARLY = 0.01
 # Share of a slice's luminance that its terms may be off in all, under any of the five lights.
 _OFF = 1.0e-3
+# Numbers that differ by less, of the largest, are equal but for rounding.
+_ROUNDING = 1.0e-9
+# theta_o and azimuth of those who look whether a surface is matt, radians.
+_LOOKS = ((0.0, 0.0), (0.7, 1.0), (1.1, 2.9), (1.5, 4.4))
+
+#: f_r in C numbers: of wi (S,3), wo (S,3).
+Sampled = Callable[[np.ndarray, np.ndarray], Float[np.ndarray, "S C"]]
+#: A slice, as `_slice` gives it, by theta_o and azimuth of its viewer.
+SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def view_slices(surface: Surface, lobes: int = LOBES) -> ViewSlices:
     """The environment form of a surface that is alike everywhere, its spectra in as few terms as keep each slice within
-    a thousandth of its luminance under `protocol.LIGHTS`.
+    a thousandth of its luminance under `protocol.LIGHTS`; on the working wavelengths where the surface's are finer.
+
+    A matt surface has no Gaussians, however many are asked for.
     """
+    return _formed(surface, lobes, partial(_slice, _sampled(surface), _grids(surface.isotropic)))
 
-    def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        return surface.at(Points(wi, wo)) * wi[:, 2:]
 
-    directions, sharpness, spectra = mixtures(sampled, surface.wavelengths_nm.size, surface.isotropic, lobes)
-    return ViewSlices(directions, sharpness, *_in_few(spectra, surface.wavelengths_nm))
+def fewest_slices(surface: Surface, budget: float) -> ViewSlices:
+    """`view_slices` of as few Gaussians, of `COUNTS`, as keep its error (`error`) within the budget, with the error.
+
+    ΔE94's mean has to be within the budget, and its 99th percentile within four times as much. Where the next number is
+    less than a tenth better it is not worth its time, and no more are tried. Of what is not isotropic the most are
+    taken: trying would take too long.
+    """
+    slice_at: SliceAt = partial(_slice, _sampled(surface), _grids(surface.isotropic))
+    reference = references(surface)
+    if surface.isotropic:
+        slice_at = cache(slice_at)
+    best: tuple[float, ViewSlices] | None = None
+    for lobes in COUNTS if surface.isotropic else COUNTS[-1:]:
+        form = with_error(_formed(surface, lobes, slice_at), reference, surface.isotropic)
+        assert form.error is not None
+        score = max(form.error.mean, form.error.p99 / _HIGHLIGHTS)
+        if best is not None and score > _WORTH * best[0]:
+            break
+        best = score, form
+        if form.count == 0 or score <= budget:
+            break
+    assert best is not None
+    return best[1]
 
 
 def mixtures(
-    terms: Callable[[np.ndarray, np.ndarray], Float[np.ndarray, "S C"]], size: int, isotropic: bool, lobes: int = LOBES
-) -> tuple[Float[np.ndarray, "T A Q 3"], Float[np.ndarray, "T A Q"], Float[np.ndarray, "T A Q1 C"]]:
-    """Directions, sharpness and values of slices (`ViewSlices`) of whatever `terms` (wi (S,3), wo (S,3)) gives: f_r
-    cos(theta_i) in `size` numbers.
+    sampled: Sampled, size: int, isotropic: bool, lobes: int = LOBES
+) -> tuple[Float[np.ndarray, "T A Q 3"], Float[np.ndarray, "T A Q"], Float[np.ndarray, "T A QB C"]]:
+    """Directions, sharpness and values of slices (`ViewSlices`) of whatever f_r `sampled` gives in `size` numbers.
 
-    Each slice is integrated over `slice_directions`. What comes from each direction, the mean of its numbers'
-    magnitudes, is shared between Gaussians and cosine by expectation and maximisation, and the numbers with it: so the
-    integral of a slice is exact, whatever the Gaussians do.
+    Each slice is integrated over `slice_directions`. Its smooth part, polynomials of the second degree (`smooth`), is
+    the bent cosine's. What else comes from each direction, the mean of its numbers' magnitudes, is shared between
+    Gaussians and cosine by expectation and maximisation, and the numbers with it: so the integral of a slice is exact,
+    whatever the Gaussians do.
     """
+    return _mixtures(partial(_slice, sampled, _grids(isotropic)), size, isotropic, lobes)
+
+
+def _grids(isotropic: bool) -> Grids:
+    return PLAIN if isotropic else STRETCHED
+
+
+def _sampled(surface: Surface) -> Sampled:
+    def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        rows = (slice(start, start + BLOCK) for start in range(0, len(wi), BLOCK))
+        return np.concatenate([surface.at(Points(wi[some], wo[some])) for some in rows])
+
+    return sampled
+
+
+def _formed(surface: Surface, lobes: int, slice_at: SliceAt) -> ViewSlices:
+    nm = surface.wavelengths_nm
+    directions, sharpness, spectra = _mixtures(slice_at, nm.size, surface.isotropic, lobes)
+    if is_finer(nm, WORKING_WAVELENGTHS_NM):
+        spectra, nm = spectra @ projection_matrix(nm, WORKING_WAVELENGTHS_NM).T, WORKING_WAVELENGTHS_NM
+    return ViewSlices(directions, sharpness, *_in_few(spectra, nm)).in_single_precision()
+
+
+def _mixtures(
+    slice_at: SliceAt, size: int, isotropic: bool, lobes: int
+) -> tuple[Float[np.ndarray, "T A Q 3"], Float[np.ndarray, "T A Q"], Float[np.ndarray, "T A QB C"]]:
+    matt = _matt(slice_at)
+    if matt is not None:
+        even = np.zeros((2, 1, BENDS, size))
+        even[:, :, 0] = np.pi * matt
+        return np.empty((2, 1, 0, 3)), np.empty((2, 1, 0)), even
     polar = polar_angles(_POLAR if isotropic else _TURNED[0])
     azimuths = 2.0 * np.pi * np.arange(1 if isotropic else _TURNED[1]) / _TURNED[1]
     shape = (len(polar), len(azimuths))
@@ -65,31 +138,55 @@ def mixtures(
     for a, azimuth in enumerate(azimuths):
         mixture: Mixture | None = None
         for t, theta in enumerate(polar):
-            wo = np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
-            to, angles = slice_directions(wo)
-            density = terms(to, np.broadcast_to(wo, to.shape))
-            smooth = smooth_part(to, angles, density / to[:, 2:])
-            density = density - (bends(to) @ smooth) * to[:, 2:]
-            sent = density * angles[:, None]
-            density = np.abs(density).mean(axis=1)
+            to, angles, values = slice_at(float(theta), float(azimuth))
+            weights = to[:, 2] * angles
+            smooth = smooth_part(to, angles, values)
+            values = values - bends(to) @ smooth
+            density = _magnitude(values) * to[:, 2]
             power = density * angles
+            drawn = density**_TEMPER * angles
+            counts = drawn > _COUNTS * drawn.sum()
             if mixture is None:
                 mixture = _first(to, power, lobes)
             else:
-                mixture = mixture.turned(_turn(theta - polar[t - 1], azimuth))
-            if power.sum() > 0.0:
-                mixture = mixture.refined(to, density**_TEMPER * angles, _ROUNDS if t else _FIRST_ROUNDS)
+                mixture = _begun(mixture, theta - polar[t - 1], azimuth, to[counts], drawn[counts])
+            if counts.any():
+                mixture = mixture.refined(to[counts], drawn[counts], _ROUNDS if t else _FIRST_ROUNDS)
                 mixture = mixture.shared(to, power, _SHARING_ROUNDS)
             directions[t, a], sharpness[t, a] = mixture.axes, mixture.sharpness
-            found = mixture.responsibilities(to).T @ sent
+            # This way round it takes OpenBLAS a hundredth of the time.
+            found = (values.T @ (mixture.responsibilities(to) * weights).T).T
             spectra[t, a, :lobes], spectra[t, a, lobes:] = found[:-1], np.pi * smooth
             spectra[t, a, lobes] += found[-1]
     return directions, sharpness, spectra
 
 
+def _slice(sampled: Sampled, grids: Grids, theta: float, azimuth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions (S,3), their solid angles (S,), and f_r (S,C), of one viewer."""
+    wo = np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
+    to, angles = slice_directions(wo, grids)
+    return to, angles, sampled(to, np.broadcast_to(wo, to.shape))
+
+
+def _matt(slice_at: SliceAt) -> Float[np.ndarray, " C"] | None:
+    """f_r where it is the same in all directions, which all of four slices have to say; else None."""
+    least = most = slice_at(*_LOOKS[0])[2][0]
+    for look in _LOOKS:
+        _, _, values = slice_at(*look)
+        least, most = np.minimum(least, values.min(axis=0)), np.maximum(most, values.max(axis=0))
+        if np.any(most - least > _ROUNDING * np.maximum(np.abs(most), np.abs(least)).max()):
+            return None
+    return 0.5 * (least + most)
+
+
+def _magnitude(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
+    """Mean of the magnitudes in each row; without a copy where none is negative."""
+    return (np.abs(values) if values.min() < 0.0 else values) @ np.full(values.shape[1], 1.0 / values.shape[1])
+
+
 def _in_few(
-    spectra: Float[np.ndarray, "T A Q1 L"], wavelengths_nm: Float[np.ndarray, " L"]
-) -> tuple[Float[np.ndarray, "T A Q1 R"], Palette]:
+    spectra: Float[np.ndarray, "T A QB L"], wavelengths_nm: Float[np.ndarray, " L"]
+) -> tuple[Float[np.ndarray, "T A QB R"], Palette]:
     """Spectra in as few terms as do, and their palette."""
     rows = spectra.reshape(-1, len(wavelengths_nm))
     weights = Folding(observer("1931_2"), [illuminant(name) for name in LIGHTS]).weights(wavelengths_nm)
@@ -124,6 +221,22 @@ def _first(to: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], lobes: 
     near = 0.5 * at
     axes = np.stack([np.sin(near) * np.cos(turn), np.sin(near) * np.sin(turn), np.cos(near)], axis=1)
     return Mixture(axes, 2.0 / at**2, np.full(lobes + 1, max(total, 1e-300) / (lobes + 1)))
+
+
+def _begun(
+    before: Mixture,
+    angle: float,
+    azimuth: float,
+    to: Float[np.ndarray, "S 3"],
+    power: Float[np.ndarray, " S"],
+) -> Mixture:
+    """Where a slice's mixture begins, from that of the viewer before: turned with the mirror direction, or with the
+    viewer where that is clearly closer, as of what sends light back to where it came from.
+    """
+    mirrored, back = (before.turned(_turn(one, azimuth)) for one in (angle, -angle))
+    if len(power) and back.likelihood(to, power) > mirrored.likelihood(to, power) + _CLEARLY:
+        return back
+    return mirrored
 
 
 def _turn(angle: float, azimuth: float) -> Float[np.ndarray, "3 3"]:

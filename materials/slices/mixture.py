@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +11,10 @@ from jaxtyping import Float
 _LONGEST = 1.0 - 1.0e-9
 # Sharpness is no lower: such a Gaussian is even over the sphere, which is nothing that a hemisphere's slice is made of.
 _BLUNTEST = 0.5
+# Exponent beyond which a Gaussian is as good as nothing.
+_FARTHEST = -300.0
+# Of the whole: no part's share is less, so that none dies.
+_LEAST = 1.0e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,25 +28,21 @@ class Mixture:
     sharpness: Float[np.ndarray, " Q"]
     shares: Float[np.ndarray, "_"]
 
-    def responsibilities(self, directions: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "S _"]:
-        """(S, Q+1) which part of what comes from each direction is whose; rows add up to 1."""
-        logs = np.empty((len(directions), len(self.shares)))
-        norm = self.sharpness / (2.0 * np.pi * -np.expm1(-2.0 * self.sharpness))
-        # 1 - v.p from the difference: it does not cancel where lobes are sharp.
-        near = 1.0 - directions @ self.axes.T
-        logs[:, :-1] = np.log(self.shares[:-1] * norm) - self.sharpness * near
-        logs[:, -1] = np.log(self.shares[-1] * directions[:, 2] / np.pi)
-        logs -= logs.max(axis=1, keepdims=True)
-        found = np.exp(logs)
-        return found / found.sum(axis=1, keepdims=True)
+    def responsibilities(self, directions: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "Q1 S"]:
+        """(Q+1, S) which part of what comes from each direction, above the horizon, is whose; they add up to 1."""
+        lobes, rest = self._densities(np.ascontiguousarray(directions.T))
+        found = np.concatenate([lobes, rest[None]])
+        return found / found.sum(axis=0)
 
     def shared(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], rounds: int) -> Mixture:
         """The same Gaussians with the shares that suit `power` (S,), not negative, some of it above 0."""
-        shares = self.shares * (power.sum() / self.shares.sum())
+        whole = power.sum()
+        lobes, rest = replace(self, shares=np.ones_like(self.shares))._densities(np.ascontiguousarray(directions.T))
+        parts = np.concatenate([lobes, rest[None]])
+        shares = self.shares * (whole / self.shares.sum())
         for _ in range(rounds):
-            found = power @ Mixture(self.axes, self.sharpness, shares).responsibilities(directions)
-            shares = np.maximum(found, 1.0e-6 * power.sum())
-        return Mixture(self.axes, self.sharpness, shares)
+            shares = np.maximum(shares * (parts @ (power / (shares @ parts))), _LEAST * whole)
+        return replace(self, shares=shares)
 
     def refined(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], rounds: int) -> Mixture:
         """After so many rounds of expectation and maximisation (Banerjee et al. 2005, with their eq. 4.4 for the
@@ -50,18 +50,37 @@ class Mixture:
 
         Shares add up to the whole power. No part dies: its share stays above a millionth.
         """
-        axes, sharpness, shares = self.axes, self.sharpness, self.shares
-        least = 1.0e-6 * power.sum()
+        found, least, to = self, _LEAST * power.sum(), np.ascontiguousarray(directions.T)
         for _ in range(rounds):
-            weight = Mixture(axes, sharpness, shares).responsibilities(directions) * power[:, None]
-            shares = np.maximum(weight.sum(axis=0), least)
-            moment = weight[:, :-1].T @ directions
+            weight, rest = found._densities(to)
+            of_whole = power / (weight.sum(axis=0) + rest)
+            weight *= of_whole
+            shares = np.maximum(np.append(weight.sum(axis=1), rest @ of_whole), least)
+            moment = weight @ directions
             length = np.linalg.norm(moment, axis=1)
-            axes = np.where(length[:, None] > 0.0, moment / np.where(length > 0.0, length, 1.0)[:, None], axes)
+            axes = np.where(length[:, None] > 0.0, moment / np.where(length > 0.0, length, 1.0)[:, None], found.axes)
             mean = np.clip(length / shares[:-1], 0.0, _LONGEST)
             sharpness = np.maximum(mean * (3.0 - mean**2) / (1.0 - mean**2), _BLUNTEST)
-        return Mixture(axes, sharpness, shares)
+            found = Mixture(axes, sharpness, shares)
+        return found
+
+    def likelihood(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"]) -> float:
+        """Mean logarithm of its density where `power` (S,), not negative, some of it above 0, comes from."""
+        lobes, rest = self._densities(np.ascontiguousarray(directions.T))
+        return float(np.log(lobes.sum(axis=0) + rest) @ power / power.sum())
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> Mixture:
         """Its Gaussians turned about the point."""
-        return Mixture(self.axes @ rotation.T, self.sharpness, self.shares)
+        return replace(self, axes=self.axes @ rotation.T)
+
+    def _densities(self, to: Float[np.ndarray, "3 S"]) -> tuple[Float[np.ndarray, "Q S"], Float[np.ndarray, " S"]]:
+        """What each Gaussian sends from each direction, and what the cosine does, which is above 0 everywhere."""
+        norm = self.sharpness / (2.0 * np.pi * -np.expm1(-2.0 * self.sharpness))
+        lobes = self.axes @ to
+        lobes -= 1.0
+        lobes *= self.sharpness[:, None]
+        # Numbers below 1e-308 would be nothing but slow.
+        np.maximum(lobes, _FARTHEST, out=lobes)
+        np.exp(lobes, out=lobes)
+        lobes *= (self.shares[:-1] * norm)[:, None]
+        return lobes, (self.shares[-1] / np.pi) * to[2]

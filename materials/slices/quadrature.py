@@ -7,66 +7,89 @@ two, so that neither has to follow what the other is made for.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from jaxtyping import Float
 
+#: Directions that a surface is asked for at once: some hold large tables of each.
+BLOCK = 256
 # Of the half vector, radians: the first cell of the fine grid ends there; mirrors sharper than that are points to it.
 _FIRST = 1.0e-4
-# Where the fine grid's share falls from all to nothing, radians.
-_FADE = (0.35, 0.7)
-# Gauss-Legendre nodes an octave, and azimuths.
-_NODES, _AZIMUTHS = 4, 24
-# Of the even grid: nodes in the cosine, and azimuths.
-_EVEN = (20, 40)
+# Gauss-Legendre nodes an octave.
+_NODES = 4
 
 
-def slice_directions(wo: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, " S"]]:
+@dataclass(frozen=True)
+class Grids:
+    """How fine a slice is sampled.
+
+    fade : where the fine grid's share falls from all to nothing, of the half vector's angle, radians. azimuths : of the
+    fine grid. even : nodes in the cosine, and azimuths, of the even grid.
+    """
+
+    fade: tuple[float, float] = (0.35, 0.7)
+    azimuths: int = 18
+    even: tuple[int, int] = (16, 36)
+
+
+#: What BRDFs alone ask for: their lobes are wide far from the mirror direction.
+PLAIN = Grids()
+#: Highlights that are some five times as long as they are wide ask for more azimuths.
+STRETCHED = Grids(azimuths=40)
+
+
+def slice_directions(
+    wo: Float[np.ndarray, "3"], grids: Grids = PLAIN
+) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, " S"]]:
     """Unit directions above the horizon and their solid angles, sr, for the slice that `wo` (unit, wo.z > 0) sees."""
-    half, cells, share = _half_vectors()
+    half, cells, share = _half_vectors(grids)
     toward = half @ wo
     fine = 2.0 * toward[:, None] * half - wo
     # Solid angle of a mirror direction for one of the half vector: 4 (h.wo), Wang et al. 2009, eq. 21.
     weight = cells * share * 4.0 * toward
     lit = (toward > 0.0) & (fine[:, 2] > 0.0)
-    even, angles = _hemisphere()
-    between = even + wo
-    # atan2 of lengths: exact where the half vector is near the normal.
-    tilt = np.arctan2(np.hypot(between[:, 0], between[:, 1]), between[:, 2])
+    even, angles = _hemisphere(*grids.even)
     return (
         np.concatenate([fine[lit], even]),
-        np.concatenate([weight[lit], angles * (1.0 - _share(tilt))]),
+        np.concatenate([weight[lit], angles * (1.0 - fading(half_angles(even, wo), grids.fade))]),
     )
 
 
-def _share(tilt: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """Of the fine grid, by the half vector's angle."""
-    x = np.clip((tilt - _FADE[0]) / (_FADE[1] - _FADE[0]), 0.0, 1.0)
+def half_angles(wi: Float[np.ndarray, "S 3"], wo: Float[np.ndarray, "3"]) -> Float[np.ndarray, " S"]:
+    """From the normal to the half vectors, radians."""
+    between = wi + wo
+    # atan2 of lengths: exact where the half vector is near the normal.
+    return np.arctan2(np.hypot(between[:, 0], between[:, 1]), between[:, 2])
+
+
+def fading(angle: Float[np.ndarray, " S"], fade: tuple[float, float]) -> Float[np.ndarray, " S"]:
+    """1 up to the first angle and 0 from the second, smooth in between."""
+    x = np.clip((angle - fade[0]) / (fade[1] - fade[0]), 0.0, 1.0)
     return 1.0 - x * x * (3.0 - 2.0 * x)
 
 
 @cache
-def _half_vectors() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _half_vectors(grids: Grids) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Half vectors (n,3), the solid angles of their cells (n,) and the share of the fine grid there (n,)."""
-    octaves = int(np.ceil(np.log2(_FADE[1] / _FIRST)))
-    edges = np.concatenate([[0.0], np.geomspace(_FIRST, _FADE[1], octaves + 1)])
+    octaves = int(np.ceil(np.log2(grids.fade[1] / _FIRST)))
+    edges = np.concatenate([[0.0], np.geomspace(_FIRST, grids.fade[1], octaves + 1)])
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     low, wide = edges[:-1, None], np.diff(edges)[:, None]
     tilt = (low + wide * 0.5 * (nodes + 1.0)).ravel()
     weight = (wide * 0.5 * weights).ravel() * np.sin(tilt)
-    azimuth = 2.0 * np.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
+    azimuth = 2.0 * np.pi * (np.arange(grids.azimuths) + 0.5) / grids.azimuths
     return (
         _polar(tilt, azimuth),
-        np.repeat(weight * 2.0 * np.pi / _AZIMUTHS, _AZIMUTHS),
-        np.repeat(_share(tilt), _AZIMUTHS),
+        np.repeat(weight * 2.0 * np.pi / grids.azimuths, grids.azimuths),
+        np.repeat(fading(tilt, grids.fade), grids.azimuths),
     )
 
 
 @cache
-def _hemisphere() -> tuple[np.ndarray, np.ndarray]:
+def _hemisphere(count: int, azimuths: int) -> tuple[np.ndarray, np.ndarray]:
     """Directions (n,3) over the hemisphere and their solid angles (n,)."""
-    count, azimuths = _EVEN
     nodes, weights = np.polynomial.legendre.leggauss(count)
     azimuth = 2.0 * np.pi * (np.arange(azimuths) + 0.5) / azimuths
     angles = np.repeat(0.5 * weights * 2.0 * np.pi / azimuths, azimuths)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ..environment_form import bends
 
 # Rounds of reweighting, and what counts as far above, of the slice's median.
-_ROUNDS, _FAR = 8, 0.1
+_ROUNDS, _FAR = 8, 0.02
 # Of the mean square of a polynomial: what holds those that the directions do not tell apart.
 _RIDGE = 1.0e-9
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,15 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ..environment_form import BENDS, EnvironmentForm, Lobes
+from ..fit_error import FitError, LightError
 from ..points import Points
 from ..term_shader import TermShader
 
 # The last viewer of a grid, radians short of grazing: there cos(theta_o) is 0 and slices have no limit that is seen.
 LAST = 0.004
+_ARRAYS = ("directions", "sharpness", "value")
+# Of an error, columns of what a file keeps.
+_FIGURES = ("mean", "p95", "p99", "maximum")
 
 
 def polar_angles(count: int) -> Float[np.ndarray, " count"]:
@@ -43,6 +47,7 @@ class ViewSlices(EnvironmentForm):
     value (T,A,Q+9,R) : the integral of each term over each Gaussian; and of the cosine, last, pi times what each of
         `bends` is multiplied with.
     palette : one entry of R spectra, 1/sr.
+    error : measured against the original (`error`); None where it was not.
 
     Raises
     ------
@@ -53,6 +58,7 @@ class ViewSlices(EnvironmentForm):
     sharpness: Float[np.ndarray, "T A Q"]
     value: Float[np.ndarray, "T A QB R"]
     palette: Palette
+    error: FitError | None = None
     bent = BENDS
 
     def __post_init__(self) -> None:
@@ -114,7 +120,7 @@ class ViewSlices(EnvironmentForm):
         axes[:, :count, 3] = 1.0 / self.sharpness.reshape(rows, count)
         quads = -(-self.palette.rank // 4)
         values = np.zeros((rows, count + BENDS, quads * 4), dtype=np.float32)
-        values[..., : self.palette.rank] = self.value.reshape(rows, count + 1, -1)
+        values[..., : self.palette.rank] = self.value.reshape(rows, count + BENDS, -1)
         return TermShader(
             Path(__file__).with_name("view_slices.glsl"),
             {"LOBES": count, "POLAR": polar, "AZIMUTHS": azimuths},
@@ -132,18 +138,42 @@ class ViewSlices(EnvironmentForm):
         """Of its arrays, spectra included."""
         return sum(one.nbytes for one in (self.directions, self.sharpness, self.value, self.palette.values))
 
+    def in_single_precision(self) -> ViewSlices:
+        """Its numbers as a file keeps them."""
+        arrays = {name: getattr(self, name).astype(np.float32).astype(np.float64) for name in _ARRAYS}
+        return replace(self, **arrays)
+
     def stored(self) -> dict[str, Any]:
-        """What a file keeps, in single precision; the palette too."""
-        arrays = {"directions": self.directions, "sharpness": self.sharpness, "value": self.value}
-        return {**{name: one.astype(np.float32) for name, one in arrays.items()}, "palette": self.palette.stored()}
+        """What a file keeps, in single precision but for the palette; the error too, where it was measured."""
+        kept: dict[str, Any] = {name: getattr(self, name).astype(np.float32) for name in _ARRAYS}
+        kept["palette"] = self.palette.stored()
+        return kept if self.error is None else {**kept, "error": _kept_error(self.error)}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> ViewSlices:
         """The form whose `stored()` this is; KeyError where something is missing."""
-        directions, sharpness, value = (
-            np.asarray(kept[name], dtype=np.float64) for name in ("directions", "sharpness", "value")
-        )
-        return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]))
+        directions, sharpness, value = (np.asarray(kept[name], dtype=np.float64) for name in _ARRAYS)
+        error = _error_from(kept["error"]) if "error" in kept else None
+        return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]), error)
+
+
+def _kept_error(error: FitError) -> dict[str, Any]:
+    """What it was measured by, and a row of `_FIGURES` a light."""
+    figures = [[getattr(one, name) for name in _FIGURES] for one in error.lights]
+    words = {"light": error.light, "observer": error.observer, "protocol": error.protocol}
+    return {**words, "lights": " ".join(one.light for one in error.lights), "figures": np.array(figures)}
+
+
+def _error_from(kept: Mapping[str, Any]) -> FitError:
+    names = kept["lights"].split()
+    lights = {name: LightError(name, *map(float, row)) for name, row in zip(names, kept["figures"], strict=True)}
+    worst = lights[kept["light"]]
+    return FitError(
+        *(worst.mean, worst.p95, worst.p99, worst.maximum),
+        *(worst.light, kept["observer"], kept["protocol"]),
+        relative_error=0.0,
+        lights=tuple(lights.values()),
+    )
 
 
 def _turned(

@@ -6,10 +6,20 @@ import pytest
 from metamer.benchmarks import shading
 from metamer.materials.factored import texels
 from metamer.materials.factored.pyramids import MOST_LEVELS
+from metamer.materials.slices import view_slices
 from metamer.viewer import passes, shaders
 
 FACTORS = Path(texels.__file__).with_name("factors.glsl")
+SLICES = Path(view_slices.__file__).with_name("view_slices.glsl")
+LIGHT = {"ENVIRONMENT_LEVELS": 15, "SOFTENING": 2.0, "IRRADIANCE_SIDE": 128, "ROW_LENGTH": 4096, "QUADS": 1, "BENT": 9}
+HIDDEN = {"HIDDEN": 1, "MAP_QUADS": 11, "MAP_SIDE": 32, "SITES_A_ROW": 227, "MAP_SOFT": 0.785, "MOST_BENT": 0.964}
+HIDDEN |= {"BRIGHT": 16, "MOST_BRIGHT": 16}
 PROGRAMS = (
+    *(
+        ("fullscreen.vert", "gather.frag", {**LIGHT, "LOBES": 12, "POLAR": 24, "AZIMUTHS": azimuths, **hidden}, SLICES)
+        for azimuths in (1, 16)
+        for hidden in ({}, HIDDEN)
+    ),
     *((*row, None) for row in passes.PROGRAMS),
     *((*row, FACTORS) for row in shading.PROGRAMS),
     *(
@@ -33,7 +43,7 @@ def test_every_shader_file_is_part_of_a_program():
         for file in (vertex, fragment)
         for name in shaders.source(file, sizes, terms)[1]
     }
-    assert used == {file.name for file in shaders._folder().iterdir()} | {FACTORS.name}
+    assert used == {file.name for file in shaders._folder().iterdir()} | {FACTORS.name, SLICES.name}
 
 
 def test_an_include_is_put_in_once_and_lines_are_counted_per_file():

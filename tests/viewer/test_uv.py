@@ -105,7 +105,7 @@ def test_gl_agrees_with_numpy(scenes, gl, name):
     seen = passes.visibility(owner, window, triangles)
     texels = resources.triangle_texels(view, triangles)
     table = owner.table(texels, resources.TRIANGLES_A_ROW, resources.TRIANGLE_TEXELS)
-    textures = passes.uv(owner, view, seen, table, triangles)
+    textures = passes.uv(owner, view.uv(triangles), seen, table)
     read = [
         np.frombuffer(texture.read(), dtype=np.float32).reshape(window.height, window.width, -1) for texture in textures
     ]

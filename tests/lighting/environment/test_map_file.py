@@ -75,7 +75,7 @@ def test_alpha_is_not_looked_at_and_said_where_it_is_not_one(tmp_path):
 
 
 def test_xyz_and_luminance_alone(tmp_path):
-    xyz = {name: values for name, values in zip("XYZ", as_type(np.float32).values(), strict=True)}
+    xyz = dict(zip("XYZ", as_type(np.float32).values(), strict=True))
     found = read_map(write(tmp_path / "xyz.exr", xyz))
     assert found.kind == "XYZ" and found.notes == ()
     np.testing.assert_array_equal(found.luminance(), xyz["Y"])
@@ -101,7 +101,12 @@ def test_primaries_that_the_file_states_are_taken(tmp_path):
 
 @pytest.mark.parametrize(
     ("value", "word", "found"),
-    [(np.nan, "not a number", "nan"), (np.inf, "infinite", "inf"), (-0.25, "negative", "-0.25"), (-np.inf, "inf", "-inf")],
+    [
+        (np.nan, "not a number", "nan"),
+        (np.inf, "infinite", "inf"),
+        (-0.25, "negative", "-0.25"),
+        (-np.inf, "inf", "-inf"),
+    ],
 )
 def test_a_bad_texel_is_named_by_row_and_column(tmp_path, value, word, found):
     green = RGB["G"].copy()

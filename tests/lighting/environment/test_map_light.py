@@ -57,7 +57,7 @@ def test_neither_stated_nor_made_is_asked_for_and_both_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"(?s)uplift: .*expected: one of the two"):
         load_environment(path, illuminant("D65"), "smits")
     with pytest.raises(UnknownNameError, match="nearest: jakob-hanika"):
-        load_environment(path, uplift="jakob")
+        load_environment(path, uplift="jakob-hannika")
     write_exr(tmp_path / "y.exr", {}, {"Y": np.ones((2, 4))})
     for uplift in (None, "smits"):
         with pytest.raises(InputError, match="a map that does not say of what spectrum") as caught:
@@ -219,11 +219,33 @@ def test_a_measured_map_takes_a_stated_spectrum_and_no_uplift(tmp_path):
         load_environment(path, uplift="smits")
 
 
+def test_the_smallest_map_of_all_is_a_light(tmp_path):
+    light = load_environment(rgb_map(tmp_path / "two.exr", np.array([[[9.0, 0, 0], [1, 1, 1]]])), uplift="smits")
+    assert len(light.spectra) == 2
+    to, density = light.drawn(np.zeros((50, 3)), np.random.default_rng(1).random((50, 2)))
+    assert np.isfinite(to).all() and (density > 0).all()
+
+
+def test_a_faint_sky_beside_a_sun_keeps_its_own_colour(tmp_path):
+    """It is nothing of the light, and all that a mirror shows: spectra are judged by directions too."""
+    values = np.full((16, 32, 3), (0.05, 0.1, 0.9))
+    values[8:] = (0.3, 0.1, 0.05)
+    values[3, 5] = (3e3, 2.9e3, 2.6e3)
+    light = load_environment(rgb_map(tmp_path / "sky.exr", values), uplift="jakob-hanika", illuminance_lux=1e4)
+    assert len(light.spectra) == 3, light.notes
+
+
+def test_light_beyond_what_is_seen_is_no_light(tmp_path):
+    with pytest.raises(InputError, match=r"(?s)uv\.exr: S0 channels: the light is not known where the observer sees"):
+        load_environment(spectral_map(tmp_path / "uv.exr", np.ones((4, 8, 3)), np.array([300.0, 320.0, 340.0])))
+
+
 def test_texels_without_light_stay_black(tmp_path):
-    power = np.random.default_rng(1).uniform(0, 1, (4, 8, NM.size))
+    lamps = np.stack([illuminant(name).averaged(NM).samples for name in ("D65", "A")])
+    power = np.random.default_rng(1).uniform(0, 1, (4, 8, 2)) @ lamps
     power[2, 3] = 0.0
     light = load_environment(spectral_map(tmp_path / "s.exr", power))
-    assert (light.fields[:, 2, 3] == 0).all() and len(light.spectra) <= MOST_SPECTRA
+    assert (light.fields[:, 2, 3] == 0).all() and len(light.spectra) == 2
 
 
 def test_what_the_most_spectra_cost_is_said():

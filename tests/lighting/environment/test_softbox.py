@@ -36,7 +36,9 @@ def test_the_target_receives_what_was_asked_for(distance):
     assert np.mean(luminance * to[:, 1] / density) == pytest.approx(750, rel=0.02)
 
 
-@pytest.mark.parametrize("point", [(0.3, 0.4, -0.2), (0, 2.9, 0), (4, 2.5, 0), (30, -200, 5), (0.6, 0, 0.35), (9, 2.999, 1)])
+@pytest.mark.parametrize(
+    "point", [(0.3, 0.4, -0.2), (0, 2.9, 0), (4, 2.5, 0), (30, -200, 5), (0.6, 0, 0.35), (9, 2.999, 1)]
+)
 def test_drawing_finds_what_the_formula_gives(point):
     light = softbox()
     points, to, density, luminance = drawn(light, point)

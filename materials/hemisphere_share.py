@@ -1,4 +1,4 @@
-"""How much of a spherical Gaussian lies on one side of a plane: exact, quick, and as the paper prints it.
+"""How much of a spherical Gaussian lies on one side of a plane, exact; `lighting.visibility` has a quick form.
 
 A hemisphere whose edge passes the lobe's axis at an angle theta_d (positive: the axis is inside). Turning the edge by
 d theta_d sweeps, at psi along it, cos(psi) d theta_d, so that with the modified Bessel function I_1
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.special import erf, ive
+from scipy.special import ive
 
 # Beyond so many standard deviations 1 / sqrt(lambda) nothing is added to the 16th digit.
 _FAR = 9.0
@@ -35,24 +35,3 @@ def share_in_hemisphere(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.n
     share = swept * safe / -np.expm1(-2.0 * safe)
     # A half less a half is rounding's; there are no shares below 0 or above 1.
     return np.asarray(np.clip(0.5 + np.copysign(share, theta_d), 0.0, 1.0))
-
-
-def quick_share(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.ndarray, "..."]) -> np.ndarray:
-    """The same within 0.012 from lambda = 10 on, 0.002 from 100: 1/2 + erf(sqrt(lambda / 2) theta_d) / 2.
-
-    It stands where the paper has f_h / f_h(pi/2) by its eqs. 46 to 49. Eq. 48, a cubic in lambda as printed, misses by
-    a half. Read as one in ln(lambda), which it must have been, it misses by 0.025 from lambda = 10 to 1000, and by 0.17
-    at 100 000.
-    """
-    return np.asarray(0.5 + 0.5 * erf(np.sqrt(0.5 * sharpness) * theta_d))
-
-
-def printed_slope(argument: Float[np.ndarray, "..."]) -> np.ndarray:
-    """k of eq. 48, of its argument: printed as lambda."""
-    return 0.204 * argument**3 - 0.892 * argument**2 + 2.995 * argument + 0.067
-
-
-def printed_sigmoid(theta_d: Float[np.ndarray, "..."], slope: Float[np.ndarray, "..."]) -> np.ndarray:
-    """Eq. 47 with a = 1.05, its exponent's sign such that it rises with theta_d."""
-    with np.errstate(over="ignore"):
-        return 1.05 / (1.0 + np.exp(-slope * theta_d)) - 0.025

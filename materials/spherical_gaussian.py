@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from .hemisphere import share_in_hemisphere
+from .hemisphere_share import share_in_hemisphere
 
 #: A Gaussian's support is where it is above this share of its top (Wang et al. 2009, eq. 3).
 EPSILON = 0.1

@@ -1,0 +1,68 @@
+"""The renderers' own way: slices as lobes and a bent cosine, bright parts of the light hidden each for itself."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.environment.bright_light import BrightLight
+from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.environment.gathering import GatheredLight
+from ...materials.points import Points
+from ...materials.slices.fit import mixtures
+from ...materials.slices.view_slices import ViewSlices
+from ...spectral.palette import Palette
+from ...viewer.gathering import SeenSamples, gathered_terms
+from ...viewer.keeping import Shadows, SpreadLayer
+from .hiding import SceneHiding
+from .methods import Task
+from .surface import GlossySurface
+
+
+def by_slices(task: Task) -> Float[np.ndarray, "N K 3"]:
+    """`viewer.gathering` at the task's points; in the open, or where visibility is looked up at vertices."""
+    points, light, count = task.points, task.light.environment, len(task.points)
+    shadows, faces, weights = None, np.zeros(count, dtype=np.int64), np.full((count, 3), 1.0 / 3.0)
+    if task.hiding is not None:
+        if not isinstance(task.hiding, SceneHiding):
+            raise TypeError("visibility at vertices is needed")
+        shadows = Shadows(task.hiding.visibility, _bright(light))
+        faces, weights = task.hiding.drawn.faces[task.hiding.kept], task.hiding.drawn.weights[task.hiding.kept]
+    frames = np.swapaxes(points.world_from_local, 1, 2)
+    seen = SeenSamples(
+        np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, np.zeros(count, dtype=bool)
+    )
+    fields = slice(0, len(light.spectra))
+    # Of colours nothing is asked but how many there are.
+    colours = np.zeros((1, 4 * len(light.spectra), 3))
+    layer = SpreadLayer(
+        0, light, fields, _slices(task.surface), _gathered(light), light.world_from_map, 1.0, colours, shadows
+    )
+    return gathered_terms(layer, seen).value.reshape(count, len(light.spectra), 4)[:, :, :3]
+
+
+@lru_cache(maxsize=32)
+def _slices(surface: GlossySurface) -> ViewSlices:
+    def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return surface.terms(wi, wo) / wi[:, 2:]
+
+    return ViewSlices(*mixtures(sampled, 3, _isotropic(surface)), Palette.of(surface.spectra))
+
+
+def _isotropic(surface: GlossySurface) -> bool:
+    """Whether turning both directions changes nothing, by looking at one pair."""
+    wi, wo = np.array([[0.3, 0.2, 0.933]]), np.array([[0.1, -0.4, 0.911]])
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    return np.allclose(surface.terms(wi, wo), surface.terms(wi @ turn, wo @ turn), rtol=1e-9)
+
+
+@lru_cache(maxsize=8)
+def _gathered(light: EnvironmentLight) -> GatheredLight:
+    return GatheredLight.of(light)
+
+
+@lru_cache(maxsize=8)
+def _bright(light: EnvironmentLight) -> BrightLight:
+    return BrightLight.of(light)
