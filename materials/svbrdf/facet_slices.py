@@ -96,9 +96,9 @@ def _slices(alphas: tuple[float, ...]) -> FacetSlices:
 @lru_cache(maxsize=64)
 def _of_alpha(alpha: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     def terms(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        fall, cosine = schlick(wi, wo), wi[:, 2]
+        fall = schlick(wi, wo)
         spread = np.broadcast_to(alpha * alpha * np.array([1.0, 0.0, 1.0]), wi.shape)
-        body, shine = cosine / np.pi, facets(wi, wo, spread) * cosine
+        body, shine = np.full(len(wi), 1.0 / np.pi), facets(wi, wo, spread)
         rest = 1.0 - fall
         return _COUNTS * np.stack([rest * body, fall * body, rest * shine, fall * shine], axis=1)
 
