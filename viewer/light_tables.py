@@ -71,8 +71,9 @@ def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice)
     lux[:count, :, 0] = bright.lux
     one = len(axes) == 1
     return LightTables(
-        {"BRIGHT": count, "MOST_BRIGHT": len(axes)},
+        {"MOST_BRIGHT": len(axes)},
         {
+            "bright": count,
             # GL takes an array of one for the one.
             "bright_axes": tuple(axes[0]) if one else [tuple(axis) for axis in axes],
             "bright_amplitudes": tuple(amplitudes[0]) if one else [tuple(each) for each in amplitudes],
@@ -100,7 +101,10 @@ def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) ->
     most = float(np.tanh(0.5 * np.pi / SOFT))
     return LightTables(
         {"HIDDEN": 1, "MAP_QUADS": quads, "MAP_SIDE": side, "SITES_A_ROW": a_row, "MAP_SOFT": SOFT, "MOST_BENT": most},
-        {"lost_steps": [tuple(four) for four in np.pad(visibility.lost_steps, (0, 3)).reshape(7, 4).tolist()]},
+        {
+            "map_quads": quads,
+            "lost_steps": [tuple(four) for four in np.pad(visibility.lost_steps, (0, 3)).reshape(7, 4).tolist()],
+        },
         {
             "map_axes": owner.texels(np.concatenate(beside, axis=1)),
             "sites": owner.table(held, a_row, quads + 7),

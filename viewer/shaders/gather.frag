@@ -21,6 +21,7 @@ uniform int samples;            // along a side of a pixel
 uniform ivec2 origin;           // of the box, pixels of the tile
 uniform int first_row;          // of the rows of four terms, fields one after the other
 uniform int rows;               // of one field
+uniform int lobes;              // LOBES, as a number that compilers do not unroll
 
 layout(location = 0) out vec4 terms[QUADS];
 
@@ -51,7 +52,7 @@ void main() {
         vec4 others[BENT], hidden[BENT], dark = vec4(0.0);
         others = lux;
         for (int b = 0; b < BENT; ++b) hidden[b] = vec4(0.0);
-        for (int j = 0; j < BRIGHT; ++j) {
+        for (int j = 0; j < bright; ++j) {
             angles[j] = signed_distance(hiding, bright_axes[j].xyz);
             vec4 given = bright_on(to_world[2], j) * bright_amplitudes[j];
             float share = 1.0 - free_share(angles[j], bright_axes[j].w);
@@ -71,14 +72,14 @@ void main() {
             int row = first_row + k;
             for (int b = 0; b < BENT; ++b) total[k] += lux[b][row / rows] / PI * value(here, LOBES + b, row % rows);
         }
-        for (int q = 0; q < LOBES; ++q) {
+        for (int q = 0; q < lobes; ++q) {
             vec4 lobe = lobe(here, q);
             light = under_gaussian(to_map * lobe.xyz, lobe.w);
 #ifdef HIDDEN
             vec3 to = to_world * lobe.xyz;
             float lambda = 1.0 / lobe.w, angle = signed_distance(hiding, to), alone = free_share(angle, lambda);
             light *= alone;
-            for (int j = 0; j < BRIGHT; ++j) {
+            for (int j = 0; j < bright; ++j) {
                 float both = lambda + bright_axes[j].w;
                 float between = mix(angle, angles[j], bright_axes[j].w / both);
                 light += (free_share(between, both) - alone) * bright_under(to, lambda, bright_axes[j])

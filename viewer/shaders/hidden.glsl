@@ -9,6 +9,8 @@ uniform sampler2D sites;        // of every site: codes of its map, and what of 
 uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps a texel, one four beside the other; mean last
 uniform vec4 lost_steps[7];
 uniform ivec4 division;         // of the part: first triangle, where its nodes begin, parts a side, nodes a triangle
+uniform int bright;             // parts of a light, and fours of codes: numbers that compilers do not unroll
+uniform int map_quads;
 uniform sampler2D bright_lux;   // rows: what each bright part of amplitude 1 gives a surface, by the cosine to it
 uniform vec4 bright_axes[MOST_BRIGHT];      // world, and lambda
 uniform vec4 bright_amplitudes[MOST_BRIGHT];// of up to four fields
@@ -82,7 +84,7 @@ Hiding hiding_at(int number, ivec2 sample_at, vec3 normal) {
 
 float map_texel(Hiding at, ivec2 texel) {
     float found = texelFetch(map_axes, texel + ivec2(MAP_QUADS * (MAP_SIDE + 2), 0), 0).x;
-    for (int k = 0; k < MAP_QUADS; ++k)
+    for (int k = 0; k < map_quads; ++k)
         found += dot(at.codes[k], texelFetch(map_axes, texel + ivec2(k * (MAP_SIDE + 2), 0), 0));
     return found;
 }
