@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ..lighting.environment.harmonics import clamped_cosine
 from ..lighting.visibility.free_share import free_share
-from ..lighting.visibility.harmonics import clamped_cosine
 from ..materials.environment_form import Lobes, bends
 from ..materials.points import Points
 from ..materials.terms import Terms

@@ -9,11 +9,13 @@ from scipy.special import ive
 from . import latlong
 from .environment import EnvironmentLight
 
+#: Bands from 0 that most is written in, and how many harmonics that is.
+BANDS, COUNT = 5, 25
 #: The clamped cosine's own factors, band by band (Ramamoorthi and Hanrahan 2001, eq. 8).
 COSINE = np.pi * np.array([1.0, 2.0 / 3.0, 1.0 / 4.0, 0.0, -1.0 / 24.0, 0.0, 1.0 / 64.0])
 
 
-def harmonics(directions: Float[np.ndarray, "n 3"], bands: int = 5) -> Float[np.ndarray, "n B"]:
+def harmonics(directions: Float[np.ndarray, "n 3"], bands: int = BANDS) -> Float[np.ndarray, "n B"]:
     """Real, orthonormal harmonics of bands 0 to `bands` - 1 in unit directions; their pole is z.
 
     Column l^2 + l + m is Y_lm: sines of |m| phi for m < 0, cosines for m > 0, without the Condon-Shortley sign.
@@ -40,7 +42,7 @@ def harmonics(directions: Float[np.ndarray, "n 3"], bands: int = 5) -> Float[np.
     return found
 
 
-def projected(environment: EnvironmentLight, bands: int = 5) -> Float[np.ndarray, "K B"]:
+def projected(environment: EnvironmentLight, bands: int = BANDS) -> Float[np.ndarray, "K B"]:
     """The coefficients of an environment's fields in `harmonics` of the world, cd/m^2 sr^(1/2)."""
     height, width = environment.fields.shape[1:]
     to = latlong.texel_directions(height, width).reshape(-1, 3) @ environment.world_from_map.T
@@ -48,7 +50,7 @@ def projected(environment: EnvironmentLight, bands: int = 5) -> Float[np.ndarray
     return (environment.fields.reshape(len(environment.fields), -1) * weights) @ harmonics(to, bands)
 
 
-def gaussian_factors(sharpness: Float[np.ndarray, " n"], bands: int = 5) -> Float[np.ndarray, "n B"]:
+def gaussian_factors(sharpness: Float[np.ndarray, " n"], bands: int = BANDS) -> Float[np.ndarray, "n B"]:
     """What each harmonic is multiplied by in the mean under a normalised spherical Gaussian about a direction."""
     safe = np.maximum(np.asarray(sharpness, dtype=float), 1e-8)[:, None]
     band = np.arange(bands)
@@ -56,6 +58,13 @@ def gaussian_factors(sharpness: Float[np.ndarray, " n"], bands: int = 5) -> Floa
     return np.repeat(factor, 2 * band + 1, axis=1)
 
 
-def cosine_factors(bands: int = 5) -> Float[np.ndarray, " B"]:
+def cosine_factors(bands: int = BANDS) -> Float[np.ndarray, " B"]:
     """What each harmonic is multiplied by in the illuminance on a surface with a normal; up to 7 bands."""
     return np.repeat(COSINE[:bands], 2 * np.arange(bands) + 1)
+
+
+def clamped_cosine(normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 25"]:
+    """Coefficients of max(0, n . direction) for unit normals: what a matt surface makes of light where nothing hides
+    any, sr. Their sum with the light's coefficients is the illuminance.
+    """
+    return harmonics(normals) * cosine_factors()

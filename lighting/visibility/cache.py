@@ -87,7 +87,8 @@ def _code_hash() -> str:
     """Of the modules of this room and of what they compute with, and the versions of libraries."""
     room = Path(__file__).parent
     found = hashlib.sha256(" ".join(f"{name} {version(name)}" for name in _LIBRARIES).encode())
-    for module in sorted([*room.glob("*.py"), room.parent / "vectors.py", room.parent / "geometry.py"]):
+    beside = ("vectors.py", "geometry.py", "environment/harmonics.py", "environment/octahedral.py")
+    for module in sorted([*room.glob("*.py"), *(room.parent / name for name in beside)]):
         found.update(module.name.encode() + b"\0" + module.read_bytes())
     return found.hexdigest()
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ..environment import harmonics
 from ..scene import Scene
 from ..vectors import unit
-from . import harmonics, octahedral
+from . import octahedral
 from .occluders import OFFSET, Occluders
 from .precompute import computed_visibility
 from .sites import scaled_triangles

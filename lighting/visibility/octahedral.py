@@ -11,24 +11,12 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..vectors import unit
+from ..environment.octahedral import places, texel_directions
 
 
 def directions(size: int) -> Float[np.ndarray, "texels 3"]:
     """Unit directions of the middles of all texels, row by row."""
-    middles = (np.arange(size) + 0.5) / size * 2.0 - 1.0
-    x, z = (each.ravel() for each in np.meshgrid(middles, middles))
-    y = 1.0 - np.abs(x) - np.abs(z)
-    folded_x, folded_z = _folded(x, z)
-    return unit(np.stack([np.where(y < 0.0, folded_x, x), y, np.where(y < 0.0, folded_z, z)], axis=1))
-
-
-def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
-    """The coordinates in [-1, 1]^2 of directions of any length but 0."""
-    scaled = to / np.abs(to).sum(axis=-1, keepdims=True)
-    x, y, z = scaled[..., 0], scaled[..., 1], scaled[..., 2]
-    folded_x, folded_z = _folded(x, z)
-    return np.where(y < 0.0, folded_x, x), np.where(y < 0.0, folded_z, z)
+    return texel_directions(size).reshape(-1, 3)
 
 
 def solid_angles(size: int) -> Float[np.ndarray, " texels"]:
@@ -86,8 +74,3 @@ def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], siz
     found_row = np.where(beside, size - 1 - inside_row, inside_row)
     found_column = np.where(over, size - 1 - inside_column, inside_column)
     return found_row * size + found_column
-
-
-def _folded(x: Float[np.ndarray, "*n"], z: Float[np.ndarray, "*n"]) -> tuple[np.ndarray, np.ndarray]:
-    """The lower half of the octahedron folded out into the corners, and back: it is its own inverse."""
-    return (1.0 - np.abs(z)) * np.where(x >= 0.0, 1.0, -1.0), (1.0 - np.abs(x)) * np.where(z >= 0.0, 1.0, -1.0)

@@ -13,8 +13,9 @@ from jaxtyping import Float, Int
 from ...spectral.errors import InputError
 from ...spectral.memory import available_bytes, gigabytes
 from ...spectral.processes import in_order
+from ..environment import harmonics
 from ..scene import Scene
-from . import compression, harmonics
+from . import compression
 from .compression import Basis
 from .occluders import Occluders
 from .refinement import refined

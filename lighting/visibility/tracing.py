@@ -17,8 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from ..environment import harmonics
 from ..vectors import unit
-from . import harmonics, octahedral
+from . import octahedral
 from .occluders import Occluders
 
 #: Sides of the maps that rays are sent along, and that distances are kept on. MAP divides RAYS.

@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...spectral.errors import InputError
-from . import harmonics, octahedral
+from ..environment import harmonics
+from . import octahedral
 from .compression import straight
 from .free_share import free_share
 from .refinement import Refinement

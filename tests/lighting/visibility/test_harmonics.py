@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from metamer.lighting.environment.harmonics import BANDS, COUNT, clamped_cosine, harmonics
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility.harmonics import BANDS, COUNT, clamped_cosine, harmonics
 
 NODES, SHARES = np.polynomial.legendre.leggauss(24)
 ROUND = np.arange(48) * 2.0 * np.pi / 48
@@ -39,7 +39,7 @@ def test_the_clamped_cosine_is_its_integral():
         legendre = np.polynomial.legendre.Legendre.basis(band)
         up = 0.5 * (fine + 1.0)
         exact = 2.0 * np.pi * (shares * 0.5 * up * legendre(up)).sum()
-        ratio = clamped_cosine(normal)[band**2] / harmonics(normal)[band**2]
+        ratio = clamped_cosine(normal[None])[0, band**2] / harmonics(normal[None])[0, band**2]
         assert ratio == pytest.approx(exact, abs=1e-12)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from metamer.lighting.environment.octahedral import places
 from metamer.lighting.vectors import unit
 from metamer.lighting.visibility import octahedral
 
@@ -13,9 +14,9 @@ def test_directions_lie_in_their_own_texels():
 
 
 def test_the_axes_lie_where_the_convention_says():
-    x, z = octahedral.places(np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -3.0]]))
+    x, z = places(np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -3.0]]))
     assert x.tolist() == [0.0, 1.0, 0.0] and z.tolist() == [0.0, 0.0, -1.0]
-    corner = octahedral.places(np.array([[1e-9, -1.0, 1e-9]]))
+    corner = places(np.array([[1e-9, -1.0, 1e-9]]))
     assert np.allclose(corner, 1.0)
 
 

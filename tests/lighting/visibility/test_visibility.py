@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from metamer.lighting.environment import harmonics
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.mesh_files import joined
 from metamer.lighting.shapes import cloth, patches, plane, speed_shape, sphere
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import harmonics, measure
+from metamer.lighting.visibility import measure
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.spectral.errors import InputError
 
