@@ -54,7 +54,7 @@ class GLGathering:
             # Row by row what GL takes column by column: its transpose.
             "map_from_world": tuple(layer.world_from_map.reshape(-1)),
             "scale": layer.scale,
-            "lobes": form.count,
+            "lobes": sizes["LOBES"],
             "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
         }
         lights = [
