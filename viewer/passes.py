@@ -231,7 +231,7 @@ class Passes:
         names = (*terms.uniforms, *terms.textures)
         if (terms.file, names) in self._named:
             return
-        words = set(re.findall(r"\w+", terms.file.read_text("utf-8"))) if terms.file.is_file() else set(names)
+        words = _words(terms.file) if terms.file.is_file() else set(names)
         for name in names:
             if name not in words:
                 raise ShaderError(f"{terms.file}: no uniform {name!r}, which its summand's `shader` gives")
@@ -318,6 +318,13 @@ class Passes:
             if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
                 return self.owner.keep(program(self.context, *names))
         raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
+
+
+def _words(file: Path) -> set[str]:
+    """Of a form's GLSL, and of what it includes that lies beside it."""
+    text = file.read_text("utf-8")
+    beside = [file.with_name(name) for name in re.findall(r'#include "([^"]+)"', text)]
+    return set(re.findall(r"\w+", text)).union(*(_words(one) for one in beside if one.is_file()))
 
 
 def _set(

@@ -36,8 +36,9 @@ class GatheredLight:
         normals = octahedral.texel_directions(IRRADIANCE_SIDE).reshape(-1, 3)
         shape = (IRRADIANCE_SIDE, IRRADIANCE_SIDE)
         bent = bends(latlong.texel_directions(*level.fields.shape[1:]))
-        each = [Irradiance.of_fields(level.fields * bent[..., k])(normals) for k in range(BENDS)]
-        found = np.stack(each, axis=1).astype(np.float32)
+        # All moments of all fields at once: the kernel is worked out once.
+        each = np.concatenate([level.fields * bent[..., k] for k in range(BENDS)])
+        found = Irradiance.of_fields(each)(normals).astype(np.float32)
         return cls(Pyramid.of(level), found.reshape(*shape, BENDS, -1))
 
     def by_lobes(

@@ -55,3 +55,33 @@ float level_at(mat2 footprint) {
     return clamp(log2(max(longer, 1.0)), 0.0, float(LEVELS - 1));
 }
 #endif
+
+struct Mixed {                  // the texels about a point, at one level or between two
+    Four fine;
+#ifdef MIPMAPPED
+    Four coarse;
+    float blend;                // how far from the fine level to the coarse one
+#endif
+};
+
+Mixed mixed_about(vec2 uv, mat2 footprint) {
+    Mixed at;
+#ifdef MIPMAPPED
+    float level = level_at(footprint);
+    int fine = int(level);
+    at.fine = four_about(uv, LEVEL(fine));
+    at.coarse = four_about(uv, LEVEL(min(fine + 1, LEVELS - 1)));
+    at.blend = level - float(fine);
+#else
+    at.fine = four_about(uv, LEVEL(0));
+#endif
+    return at;
+}
+
+vec4 mixed_between(Mixed at, int row) {
+    vec4 found = between(at.fine, row);
+#ifdef MIPMAPPED
+    found = mix(found, between(at.coarse, row), at.blend);
+#endif
+    return found;
+}

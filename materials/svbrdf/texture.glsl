@@ -3,27 +3,12 @@
 #include "texels.glsl"
 
 struct Here {
-    Four fine;
-#ifdef MIPMAPPED
-    Four coarse;
-    float blend;                // how far from the fine level to the coarse one
-#endif
+    Mixed texels;
     float scale;
 };
 
 Here here_at(Sample s) {
-    Here here;
-    here.scale = s.angles.w;
-#ifdef MIPMAPPED
-    float level = level_at(s.footprint);
-    int fine = int(level);
-    here.fine = four_about(s.uv, LEVEL(fine));
-    here.coarse = four_about(s.uv, LEVEL(min(fine + 1, LEVELS - 1)));
-    here.blend = level - float(fine);
-#else
-    here.fine = four_about(s.uv, LEVEL(0));
-#endif
-    return here;
+    return Here(mixed_about(s.uv, s.footprint), s.angles.w);
 }
 
 int entry(Here here, int mixed) {
@@ -31,9 +16,5 @@ int entry(Here here, int mixed) {
 }
 
 vec4 term(Here here, int mixed, int row) {
-    vec4 found = between(here.fine, row);
-#ifdef MIPMAPPED
-    found = mix(found, between(here.coarse, row), here.blend);
-#endif
-    return found * here.scale;
+    return mixed_between(here.texels, row) * here.scale;
 }

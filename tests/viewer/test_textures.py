@@ -8,6 +8,7 @@ import pytest
 from metamer.cli.main import main
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.reference import reference_images
 from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
@@ -42,6 +43,17 @@ def kind(request):
         gl = request.getfixturevalue("gl")
         return lambda *filtering: GLRenderer(gl, *filtering)
     return SoftwareRenderer
+
+
+@pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
+def test_both_renderers_agree_in_light_from_all_around(scenes, gl, filtering):
+    fields = np.random.default_rng(1).random((2, 16, 32))
+    sky = EnvironmentLight(fields, tuple(LIGHTS[:2]))
+    scene = replace(scene_of(scenes, size=32), lights=(sky,))
+    scene = replace(scene, parts=scene.parts[:1])
+    drawn, coverage = GLRenderer(gl, filtering).render(scene, None, {"cloth": FORM})
+    twin, _ = SoftwareRenderer(filtering).render(scene, None, {"cloth": FORM})
+    assert coverage.any() and np.abs(drawn - twin).max() < 1e-4 * twin.max()
 
 
 def scene_of(scenes, distance=3.0, samples=2, size=64, **mesh):
