@@ -214,10 +214,6 @@ class Scene:
         return self.mixed(np.stack([self.observer.white(light.spectrum) for light in self.lights]))
 
 
-#: A light that spreads is as good as infinitely far where the scene's radius is less than this share of its distance.
-FAR = 0.02
-
-
 def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     """Lowest and highest corner of the box around `meshes`."""
     lows, highs = zip(*(mesh.bounds for mesh in meshes), strict=True)
@@ -266,18 +262,10 @@ def check_lit(illuminances: Float[np.ndarray, "_"], path: Path | None) -> None:
 def held_off_notes(
     lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
 ) -> tuple[str, ...]:
-    """A sentence for each light that `illuminances_lux` counts from farther off than it stands, and for each one near
-    by that spreads: renderers see it from the middle of the scene.
-    """
-    notes, radius = [], 0.5 * float(np.linalg.norm(high - low))
+    """A sentence for each light that `illuminances_lux` counts from farther off than it stands."""
+    notes = []
     for light in lights:
         _, distance, counted = light.counted_from(low, high)
-        if isinstance(light, SpreadLight) and distance * FAR < radius:
-            notes.append(
-                f"{light.name} stands {distance:.3g} from the middle of a scene of radius {radius:.3g}, and is drawn "
-                "as it is seen from there, alike from everywhere: colours beside the middle are off; only the "
-                "reference (metamer render --reference, and a review's figures) sees it from each place"
-            )
         if distance < counted:
             notes.append(
                 f"{light.name} stands {distance:.3g} from the middle of the scene; for the white and the reference "

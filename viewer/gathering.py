@@ -7,15 +7,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ..lighting.environment.bright_light import BrightLight
+from ..lighting.environment.gathering import GatheredLight
 from ..lighting.environment.harmonics import clamped_cosine
+from ..lighting.environment.panel import GatheredPanel
 from ..lighting.visibility.free_share import free_share
+from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import Lobes, bends
 from ..materials.points import Points
 from ..materials.terms import Terms
-from .keeping import Shadows, SpreadLayer
+from .keeping import SpreadLayer
 
 # Samples at once: their lobes and what those see take some 30 MB.
 _BLOCK = 1 << 13
+_Gathered = tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N Q K"]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +29,8 @@ class SeenSamples:
 
     pixel (N,) : in a tile. points : as a material is asked, where the light stands left out. frame (N, 3, 3) : rows
     tangent, bitangent and normal, world. face (N,) : triangle of the scene; weights (N, 3) : of its corners.
-    back (N,) : where its normals look away from the viewer.
+    back (N,) : where its normals look away from the viewer. position (N, 3) : in radii about the scene's centre; needed
+    for lights that are near.
     """
 
     pixel: Int[np.ndarray, " N"]
@@ -33,11 +39,13 @@ class SeenSamples:
     face: Int[np.ndarray, " N"]
     weights: Float[np.ndarray, "N 3"]
     back: Bool[np.ndarray, " N"]
+    position: Float[np.ndarray, "N 3"] | None = None
 
     def chosen(self, which: Int[np.ndarray, " K"] | slice) -> SeenSamples:
         """Some of them."""
         arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which])
-        return SeenSamples(self.pixel[which], self.points.chosen(which), *arrays)
+        position = None if self.position is None else self.position[which]
+        return SeenSamples(self.pixel[which], self.points.chosen(which), *arrays, position)
 
 
 def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
@@ -54,35 +62,90 @@ def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
         lobes = layer.form.lobes(some.points)
         if lobes.frame is not None:
             some = replace(some, frame=lobes.frame @ some.frame)
-        # From the slices' frame to the world, and on to the map.
-        to_map = np.einsum("nij,jk->nik", some.frame, layer.world_from_map)
         rank = lobes.matt.shape[2]
-        lux = layer.gathered.by_frames(to_map, lobes.matt.shape[1])[..., layer.fields]
-        directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
-        seen = layer.gathered.by_lobes(directions, lobes.sharpness)[..., layer.fields]
-        if layer.shadows is not None:
-            lux, seen = _left(layer, layer.shadows, some, lobes, lux, seen)
+        lux, seen = (
+            _of_panel(layer, some, lobes)
+            if isinstance(layer.gathered, GatheredPanel)
+            else _of_environment(layer, some, lobes)
+        )
         found = np.einsum("nbk,nbr->nkr", lux / np.pi, lobes.matt)
         found += np.einsum("nqk,nqr->nkr", seen, lobes.value)
         value[rows, :, :rank] = found
     return Terms(layer.scale * value.reshape(len(value), -1))
 
 
+def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
+    """Illuminance with its moments, and mean luminance under each lobe, by the layer's fields."""
+    assert isinstance(layer.gathered, GatheredLight)
+    # From the slices' frame to the world, and on to the map.
+    to_map = np.einsum("nij,jk->nik", samples.frame, layer.world_from_map)
+    lux = layer.gathered.by_frames(to_map, lobes.matt.shape[1])[..., layer.fields]
+    directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
+    seen = layer.gathered.by_lobes(directions, lobes.sharpness)[..., layer.fields]
+    shadows = layer.shadows
+    if shadows is None or shadows.bright is None:
+        return lux, seen
+    return _left(layer, shadows.visibility, shadows.bright, samples, lobes, lux, seen)
+
+
+def _of_panel(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
+    """The same of a light that is near, cell by cell where the scene stands in its way.
+
+    Of illuminance and moments is taken what hidden cells give; of what a lobe sees the hidden share of the cells, by
+    how much of each lies under the lobe, the angle to the nearest boundary between both as in `_left`.
+    """
+    panel, position = layer.gathered, samples.position
+    assert isinstance(panel, GatheredPanel) and position is not None
+    frame = samples.frame
+    lux = panel.by_frames(position, frame, lobes.matt.shape[1])
+    to_world = np.einsum("nqi,nij->nqj", lobes.directions, frame)
+    seen = panel.by_lobes(position, to_world, lobes.sharpness)
+    if layer.shadows is None:
+        return lux[..., None], seen[..., None]
+    visibility, count = layer.shadows.visibility, lobes.sharpness.shape[1]
+    vertices, weights = visibility.located(samples.face, samples.weights)
+    cells, angles, sharpness = panel.seen_cells(position)
+    directions = np.concatenate([to_world, cells], axis=1)
+    distance = visibility.signed_distances(vertices, weights, directions, samples.back)
+    own, other = distance[:, :count], distance[:, count:]
+
+    hidden = 1.0 - free_share(other, sharpness)
+    local = np.einsum("nij,npj->npi", frame, cells)
+    given = angles * np.maximum(local[..., 2], 0.0)
+    whole = given.sum(axis=1)
+    lost = np.einsum("np,npb->nb", hidden * given, bends(local)[..., : lux.shape[1]])
+    left = lux - lost * (lux[:, 0] / np.where(whole > 0.0, whole, 1.0))[:, None]
+    # Of a panel that only just rises, no cell's middle may be above the horizon.
+    lux = np.where((whole > 0.0)[:, None], left, lux * (1.0 - hidden.mean(axis=1))[:, None])
+
+    other_sharpness, own_sharpness = sharpness[:, None], lobes.sharpness[..., None]
+    both = own_sharpness + other_sharpness
+    narrower = own_sharpness * other_sharpness / both
+    off = narrower * (1.0 - np.einsum("nqi,npi->nqp", to_world, cells))
+    under = angles[:, None] * narrower * np.exp(off.min(axis=2, keepdims=True) - off)
+    share = other_sharpness / both
+    free = free_share(share * other[:, None] + (1.0 - share) * own[..., None], both)
+    total = under.sum(axis=2)
+    seen = seen * np.where(total > 0.0, (under * free).sum(axis=2) / np.where(total > 0.0, total, 1.0), 1.0)
+    return lux[..., None], seen[..., None]
+
+
 def _left(
     layer: SpreadLayer,
-    shadows: Shadows,
+    visibility: SceneVisibility,
+    bright: BrightLight,
     samples: SeenSamples,
     lobes: Lobes,
     lux: Float[np.ndarray, "N B K"],
     seen: Float[np.ndarray, "N Q K"],
-) -> tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N Q K"]]:
+) -> _Gathered:
     """What is left of `lux` and `seen` where the scene stands in the light's way.
 
     Of each bright part the share that is free about its axis, or for a lobe about the axis of their product (Wang et
     al. 2009, eq. 5), whose angle to the nearest boundary is taken as linear between both; of what else a lobe sees, the
     share about its own axis; of what else a surface receives, what the harmonics of its visibility lose.
     """
-    visibility, bright, frame = shadows.visibility, shadows.bright, samples.frame
+    frame = samples.frame
     vertices, weights = visibility.located(samples.face, samples.weights)
     axis, sharpness, amplitude = bright.parts.axis, bright.parts.sharpness, bright.parts.amplitude[:, layer.fields]
     count, parts = lobes.sharpness.shape[1], len(axis)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from ..lighting.environment.panel import GatheredPanel
 from .keeping import SpreadLayer
-from .light_tables import LightTables, bright_tables, divisions, light_tables, visibility_tables
+from .light_tables import LightTables, bright_tables, divisions, light_tables, panel_tables, visibility_tables
 from .passes import MOST_QUADS, Passes
 from .resources import Owner
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     import moderngl
 
 #: The samplers of a tile's frames, in the order of its textures.
-FRAMES = ("tangent", "bitangent", "normal", "standing", "faces")
+FRAMES = ("tangent", "bitangent", "normal", "position", "standing", "faces")
 
 
 # Tables that stay on the GPU, some 20 MB each.
@@ -57,18 +58,19 @@ class GLGathering:
             "lobes": sizes["LOBES"],
             "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
         }
-        lights = [
-            self._kept(
-                layer.gathered, layer.fields.start, lambda: light_tables(self.context, layer.gathered, layer.fields)
-            )
-        ]
-        shadows = layer.shadows
+        gathered, shadows = layer.gathered, layer.shadows
+        if isinstance(gathered, GatheredPanel):
+            lights = [panel_tables(self.context, gathered)]
+        else:
+            first = layer.fields.start
+            lights = [self._kept(gathered, first, lambda: light_tables(self.context, gathered, layer.fields))]
         if shadows is not None:
             visibility, bright = shadows.visibility, shadows.bright
             lights.append(self._kept(visibility, 0, lambda: visibility_tables(self.context, visibility)))
-            lights.append(
-                self._kept(bright, layer.fields.start, lambda: bright_tables(self.context, bright, layer.fields))
-            )
+            if bright is not None:
+                lights.append(
+                    self._kept(bright, layer.fields.start, lambda: bright_tables(self.context, bright, layer.fields))
+                )
             given["division"] = divisions(visibility)[layer.part]
         try:
             textures = {name: scratch.texels(texels) for name, texels in made.textures.items()}

@@ -17,11 +17,14 @@ from jaxtyping import Float
 
 from ..lighting.camera import Camera
 from ..lighting.environment.bright_light import BrightLight
+from ..lighting.environment.environment import EnvironmentLight
 from ..lighting.environment.gathering import GatheredLight
-from ..lighting.environment.seen_from import seen_from
+from ..lighting.environment.panel import GatheredPanel
+from ..lighting.environment.softbox import SoftboxLight
 from ..lighting.lights import SpreadLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
+from ..lighting.visibility.before import Before
 from ..lighting.visibility.cache import scene_visibility
 from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
@@ -57,10 +60,10 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Shadows:
-    """What hides a light that spreads: the visibility of the scene, and the light's bright parts."""
+    """What hides a light that spreads: the visibility of the scene, and an environment's bright parts."""
 
     visibility: SceneVisibility
-    bright: BrightLight
+    bright: BrightLight | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +79,7 @@ class SpreadLayer:
     light: SpreadLight
     fields: slice
     form: EnvironmentForm
-    gathered: GatheredLight
+    gathered: GatheredLight | GatheredPanel
     world_from_map: Float[np.ndarray, "3 3"]
     scale: float
     colours: Float[np.ndarray, "1 FR M3"]
@@ -138,6 +141,14 @@ def visibility_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / "visibility"
 
 
+def _before(light: SpreadLight, scene: Scene) -> Before | None:
+    """What of a scene may hide a light; None where all of it may."""
+    if not isinstance(light, SoftboxLight):
+        return None
+    found = Before(light.position, light.axes[2])
+    return None if all(found.holds(part.mesh.vertices) for part in scene.parts) else found
+
+
 class Keeping(ABC):
     """Works geometry, tiles and terms out when they are asked for, and keeps them where there is room."""
 
@@ -150,7 +161,8 @@ class Keeping(ABC):
         self._with_uv = False
         self._with_frames = False
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
-        self._visibility: tuple[tuple[Mesh, ...], SceneVisibility | None] | None = None
+        self._shaded: tuple[Mesh, ...] | None = None
+        self._visibility: dict[int | None, tuple[SpreadLight, SceneVisibility | None]] = {}
         self._bright: dict[int, tuple[SpreadLight, BrightLight]] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
@@ -200,7 +212,8 @@ class Keeping(ABC):
         self._keep_lights(())
         self._gathered.clear()
         self._bright.clear()
-        self._visibility = None
+        self._visibility.clear()
+        self._shaded = None
         self._geometry = None
 
     def _forget_view(self) -> None:
@@ -221,30 +234,39 @@ class Keeping(ABC):
         light's parts while the light is.
         """
         meshes = tuple(part.mesh for part in scene.parts)
-        if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
-            found = scene_visibility(scene, visibility_folder(), progress=self._say)
-            self._visibility, self._bright = (meshes, found), {}
-        visibility = self._visibility[1]
-        if visibility is None:
-            return None
+        if self._shaded is None or [*map(id, self._shaded)] != [*map(id, meshes)]:
+            self._shaded, self._visibility, self._bright = meshes, {}, {}
+        before = _before(light, scene)
+        key = None if before is None else id(light)
+        if key not in self._visibility:
+            if len(self._visibility) >= KEPT_ENVIRONMENTS:
+                self._visibility.clear()
+            found = scene_visibility(scene, visibility_folder(), progress=self._say, before=before)
+            self._visibility[key] = light, found
+        visibility = self._visibility[key][1]
+        if visibility is None or not isinstance(light, EnvironmentLight):
+            return None if visibility is None else Shadows(visibility)
         if id(light) not in self._bright:
-            low, high = scene.bounds
-            self._bright[id(light)] = light, BrightLight.of(seen_from(light, 0.5 * (low + high)))
+            self._bright[id(light)] = light, BrightLight.of(light)
         return Shadows(visibility, self._bright[id(light)][1])
 
     def _say(self, done: int, total: int, what: str) -> None:  # noqa: B027
         """Progress of what takes long."""
 
-    def _light_gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight, np.ndarray]:
+    def _light_gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight | GatheredPanel, np.ndarray]:
         """What a light that spreads sends, and how it is turned; kept for other rotations and spectra."""
-        low, high = scene.bounds
-        environment = seen_from(light, 0.5 * (low + high))
-        key = id(environment.fields)
+        if isinstance(light, SoftboxLight):
+            low, high = scene.bounds
+            # As geometry is scaled, see `SceneGeometry`.
+            return GatheredPanel.of(light, 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))), np.eye(3)
+        if not isinstance(light, EnvironmentLight):
+            raise TypeError(f"no renderer knows how to gather a {type(light).__name__}")
+        key = id(light.fields)
         if key not in self._gathered:
             if len(self._gathered) >= KEPT_ENVIRONMENTS:
                 self._gathered.clear()
-            self._gathered[key] = environment.fields, GatheredLight.of(environment)
-        return self._gathered[key][1], environment.world_from_map
+            self._gathered[key] = light.fields, GatheredLight.of(light)
+        return self._gathered[key][1], light.world_from_map
 
     def _with_terms(
         self, piece: Piece, layers: Sequence[Layer | SpreadLayer], keep: bool

@@ -1,4 +1,6 @@
-"""Lights that spread, and what hides them, as textures and numbers for `environment.glsl` and `hidden.glsl`."""
+"""Lights that spread, and what hides them, as textures and numbers for `environment.glsl`, `panel.glsl` and
+`hidden.glsl`.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from ..lighting.environment import octahedral
+from ..lighting.environment import octahedral, polygon
 from ..lighting.environment.bright_light import BrightLight
 from ..lighting.environment.gathering import GatheredLight
+from ..lighting.environment.panel import GatheredPanel
 from ..lighting.environment.pyramid import SOFTENING
 from ..lighting.visibility.compression import SOFT
 from ..lighting.visibility.visibility import SceneVisibility
@@ -49,6 +52,24 @@ def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: sli
         {"environment_levels": places, "environment_sharpness": pyramid.sharpness.tolist()},
         {name: owner.texels(values) for name, values in textures.items()},
         owner,
+    )
+
+
+def panel_tables(context: moderngl.Context, panel: GatheredPanel) -> LightTables:
+    """A softbox: numbers alone."""
+    nodes = [(float(at), float(weight)) for at, weight in zip(polygon.AT, polygon.WEIGHTS, strict=True)]
+    return LightTables(
+        {"PANEL": 1, "PANEL_CELLS": len(panel.cells), "PANEL_NODES": len(nodes), "MOST_BRIGHT": 2},
+        {
+            "panel_corners": [tuple(one) for one in panel.corners.tolist()],
+            "panel_cells": [tuple(one) for one in panel.cells.tolist()],
+            "panel_facing": tuple(panel.facing.tolist()),
+            "panel_luminance": panel.luminance,
+            "panel_cell_area": panel.cell_area,
+            "panel_nodes": nodes,
+        },
+        {},
+        Owner(context),
     )
 
 

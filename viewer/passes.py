@@ -173,11 +173,11 @@ class Passes:
 
     def frames(
         self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: moderngl.Texture
-    ) -> tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture]:
+    ) -> tuple[moderngl.Texture, ...]:
         """Tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to the
-        viewer, kept by `owner`. For lights that spread: no other pass needs it.
+        viewer, and its position; kept by `owner`. For lights that spread: no other pass needs it.
         """
-        outputs = (owner.texture(seen.size, 4), owner.texture(seen.size, 4), owner.texture(seen.size, 4))
+        outputs = tuple(owner.texture(seen.size, 4) for _ in range(4))
         scratch = resources.Owner(self.context)
         try:
             self._begin(scratch.keep(self.context.framebuffer(outputs)), seen.size)

@@ -20,6 +20,7 @@ import numpy as np
 from ...spectral.files import check_writable, made_folder, written_whole
 from ...spectral.fingerprint import fingerprint
 from ..scene import Scene
+from .before import Before
 from .precompute import Progress, computed_visibility
 from .refinement import refined
 from .sites import nothing_hides, pieces_of
@@ -40,13 +41,14 @@ def scene_visibility(
     jobs: int = 1,
     progress: Progress = lambda done, total, what: None,
     say: Callable[[str], object] = lambda words: None,
+    before: Before | None = None,
 ) -> SceneVisibility | None:
     """The visibility of a scene, from `folder` where it is there, else computed and kept there.
 
     Parameters
     ----------
     folder : of the cache, made where it is missing; None keeps nothing.
-    jobs, progress : as of `computed_visibility`.
+    jobs, progress, before : as of `computed_visibility`.
     say : hears a sentence where a file of the cache cannot be used.
 
     Returns
@@ -58,8 +60,8 @@ def scene_visibility(
     InputError : it would not fit into memory; the folder cannot be made or written to.
     """
     if folder is None:
-        return computed_visibility(scene, jobs, progress)
-    file = Path(folder) / f"{visibility_key(scene)}.npz"
+        return computed_visibility(scene, jobs, progress, before)
+    file = Path(folder) / f"{visibility_key(scene, before)}.npz"
     if file.is_file():
         try:
             return _read(file, scene)
@@ -71,15 +73,15 @@ def scene_visibility(
     # Before the work; this also clears away what a killed process has left of this file.
     made_folder(folder)
     check_writable(file)
-    found = computed_visibility(scene, jobs, progress)
+    found = computed_visibility(scene, jobs, progress, before)
     _write(file, found)
     return found
 
 
-def visibility_key(scene: Scene) -> str:
+def visibility_key(scene: Scene, before: Before | None = None) -> str:
     """The hash of everything that the visibility of a scene depends on."""
     meshes = tuple((part.mesh.vertices, part.mesh.normals, part.mesh.faces) for part in scene.parts)
-    return fingerprint(meshes, _code_hash())
+    return fingerprint(meshes, _code_hash(), before)
 
 
 @cache

@@ -16,6 +16,7 @@ from ...spectral.processes import in_order
 from ..environment import harmonics
 from ..scene import Scene
 from . import compression
+from .before import Before
 from .compression import Basis
 from .occluders import Occluders
 from .refinement import refined
@@ -85,7 +86,10 @@ def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
 
 
 def computed_visibility(
-    scene: Scene, jobs: int = 1, progress: Progress = lambda done, total, what: None
+    scene: Scene,
+    jobs: int = 1,
+    progress: Progress = lambda done, total, what: None,
+    before: Before | None = None,
 ) -> SceneVisibility | None:
     """Trace the visibility of all vertices of a scene against all of its parts.
 
@@ -94,6 +98,7 @@ def computed_visibility(
     jobs : processes; the result is the same, bit for bit, where BLAS works in one thread, as commands have it
         (`processes.one_thread`).
     progress : called with (sites done, sites in all, what is done) after each tile.
+    before : what may hide anything, where that is not all of the scene.
 
     Returns
     -------
@@ -113,6 +118,8 @@ def computed_visibility(
     triangles = scaled_triangles(scene).astype(np.float32)
     divided = bool((refinement.divisions > 1).any())
     where = sites(fine, pieces_of(fine) if divided else found, Occluders(triangles))
+    if before is not None:
+        triangles = scaled_triangles(scene, before).astype(np.float32)
     total = len(where)
     training = np.unique(np.linspace(0, total - 1, min(total, _TRAINING)).astype(np.int64))
     known: list[Traced] = []

@@ -23,6 +23,7 @@ from jaxtyping import Float, Int
 
 from ..scene import Scene
 from ..vectors import dot, unit, welded
+from .before import Before
 from .occluders import OFFSET, Occluders
 from .pieces import Pieces, corner_angles, pieces
 
@@ -49,12 +50,14 @@ class Sites:
         return len(self.starts)
 
 
-def scaled_triangles(scene: Scene) -> Float[np.ndarray, "F 3 3"]:
-    """All triangles of a scene, moved and scaled so that it has radius 1 about the origin."""
+def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
+    """All triangles of a scene, or what of them is `before` a light, moved and scaled so that the scene has radius 1
+    about the origin.
+    """
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
-    corners = [(part.mesh.vertices[part.mesh.faces] - centre) / radius for part in scene.parts]
-    return np.concatenate(corners)
+    corners = np.concatenate([part.mesh.vertices[part.mesh.faces] for part in scene.parts])
+    return ((corners if before is None else before.cut(corners)) - centre) / radius
 
 
 def nothing_hides(found: tuple[Pieces, ...]) -> bool:

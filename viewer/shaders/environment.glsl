@@ -1,20 +1,11 @@
 // A light that spreads, made ready to be looked up; twin of lighting.environment.gathering. Octahedral maps with a border
 // of one texel, one below the other; up to four fields a texel.
 
-const float PI = 3.14159265358979;
-
 uniform sampler2D pyramid;          // levels of rising sharpness
 uniform sampler2D irradiance;       // lux by normals, and its moments, one map beside the other
 uniform sampler2D fields;           // the map itself, latitude-longitude
 uniform vec2 environment_levels[ENVIRONMENT_LEVELS];        // of each level, its first row and its side
 uniform float environment_sharpness[ENVIRONMENT_LEVELS];    // rising; the first is 0
-
-// To [-1, 1] by [-1, 1]: up in the middle.
-vec2 octahedral(vec3 to) {
-    vec3 on = to / (abs(to.x) + abs(to.y) + abs(to.z));
-    vec2 folded = vec2((1.0 - abs(on.z)) * (on.x < 0.0 ? -1.0 : 1.0), (1.0 - abs(on.x)) * (on.z < 0.0 ? -1.0 : 1.0));
-    return on.y < 0.0 ? folded : on.xz;
-}
 
 vec4 between_octahedral(sampler2D map, vec2 place, int first_row, int side) {
     vec2 at = 0.5 * (place + 1.0) * float(side) + 0.5;
@@ -91,4 +82,8 @@ void on_surface(mat3 frame, out vec4 found[BENT]) {
     found[7] = x.x * along[0] + x.y * along[1] + x.z * along[2] - (y.x * along[3] + y.y * along[4] + y.z * along[5]);
     found[8] = 3.0 * (z.x * along[6] + z.y * along[7] + z.z * along[8]) - m[0];
 #endif
+}
+
+// It is the same everywhere.
+void stand_at(ivec2 at) {
 }

@@ -1,13 +1,14 @@
-// The frame of every sample and the direction to its viewer, for lights that spread; kept for all of them.
+// The place and frame of every sample and the direction to its viewer, for lights that spread; kept for all of them.
 
 #include "surface.glsl"
 
 layout(location = 0) out vec4 tangent;      // and the local direction to the viewer, one component with each
 layout(location = 1) out vec4 bitangent;
 layout(location = 2) out vec4 normal;
+layout(location = 3) out vec4 position;     // in radii about the scene's centre
 
 void main() {
-    tangent = bitangent = normal = vec4(0.0);
+    tangent = bitangent = normal = position = vec4(0.0);
     int number = int(texelFetch(seen, ivec2(gl_FragCoord.xy), 0).x) - 1;
     if (number < 0) return;
     Surface at = surface_at(number, gl_FragCoord.xy * SUBSTEPS);
@@ -15,4 +16,5 @@ void main() {
     tangent = vec4(at.tangent, wo.x);
     bitangent = vec4(at.bitangent, wo.y);
     normal = vec4(at.normal, wo.z);
+    position = vec4(at.position, 1.0);
 }

@@ -1,11 +1,19 @@
 // What one part's material gathers of a light that spreads, at every pixel of a box: terms, for each field of the light
 // the form's, four a target, for `fold.frag`; twin of gathering.py.
 
+#include "octahedral.glsl"
+#ifdef PANEL
+#include "panel.glsl"
+#else
 #include "environment.glsl"
+#endif
 #include "gathered.glsl"
 #include "terms.glsl"
 #ifdef HIDDEN
 #include "hidden.glsl"
+#ifdef PANEL
+#include "panel_hidden.glsl"
+#endif
 #endif
 
 uniform sampler2D seen;         // triangle number + 1 at every sample
@@ -45,9 +53,14 @@ void main() {
         mat3 to_world = mat3(x.xyz, y.xyz, z.xyz) * frame_of(here);
         mat3 to_map = map_from_world * to_world;
         vec4 lux[BENT], light;
+        stand_at(at);
         on_surface(to_map, lux);
 #ifdef HIDDEN
         Hiding hiding = hiding_at(number, at, to_world[2]);
+#ifdef PANEL
+        look_at_cells(hiding);
+        hide_cells(to_world, lux);
+#else
         float angles[MOST_BRIGHT];
         vec4 others[BENT], hidden[BENT], dark = vec4(0.0);
         others = lux;
@@ -68,6 +81,7 @@ void main() {
         for (int k = 0; k < 4; ++k) dark[k] = others[0][k] > 0.0 ? clamp(dark[k] / others[0][k], 0.0, 1.0) : 0.0;
         for (int b = 0; b < BENT; ++b) lux[b] -= others[b] * dark + hidden[b];
 #endif
+#endif
         for (int k = 0; k < QUADS; ++k) {
             int row = first_row + k;
             for (int b = 0; b < BENT; ++b) total[k] += lux[b][row / rows] / PI * value(here, LOBES + b, row % rows);
@@ -78,6 +92,9 @@ void main() {
 #ifdef HIDDEN
             vec3 to = to_world * lobe.xyz;
             float lambda = 1.0 / lobe.w, angle = signed_distance(hiding, to), alone = free_share(angle, lambda);
+#ifdef PANEL
+            light *= free_of_cells(to, lambda, angle);
+#else
             light *= alone;
             for (int j = 0; j < bright; ++j) {
                 float both = lambda + bright_axes[j].w;
@@ -86,6 +103,7 @@ void main() {
                     * bright_amplitudes[j];
             }
             light = max(light, vec4(0.0));
+#endif
 #endif
             for (int k = 0; k < QUADS; ++k) {
                 int row = first_row + k;

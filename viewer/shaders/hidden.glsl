@@ -1,5 +1,5 @@
 // What of a light that spreads is hidden at a sample; twin of gathering._left, lighting.visibility and
-// lighting.environment.bright_light. Needs environment.glsl.
+// lighting.environment.bright_light. Needs octahedral.glsl.
 
 uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
 uniform sampler2D faces;        // of every triangle of the window: its number in the scene; 1 where its back is seen

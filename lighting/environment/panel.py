@@ -1,0 +1,101 @@
+"""A softbox made ready for renderers: each sample sees it from where it is, and nothing is prefiltered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.environment_form import BENDS
+from ..vectors import dot, unit
+from .polygon import gaussian_shares, surface_moments
+from .softbox import SoftboxLight
+
+#: Cells along a side, each of which is hidden for itself.
+CELLS = 4
+# Of the sharpness of a Gaussian that is as broad as an even square: 12 over its solid angle; none is broader than this.
+_BROAD, _LEAST_SHARPNESS = 12.0, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class GatheredPanel:
+    """A bright rectangle, black from behind.
+
+    corners (4, 3) : in the coordinates that positions will have; in an order in which its front has a positive
+        `polygon.solid_angle`. luminance : of its front, cd/m^2.
+    """
+
+    corners: Float[np.ndarray, "4 3"]
+    luminance: float
+
+    @classmethod
+    def of(cls, light: SoftboxLight, centre: Float[np.ndarray, "3"], radius: float) -> GatheredPanel:
+        """A softbox in lengths of `radius` about `centre`, world."""
+        right, up, _ = light.axes
+        half_right, half_up = 0.5 * light.width * right, 0.5 * light.height * up
+        corners = [light.position + a * half_right + b * half_up for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+        return cls((np.array(corners) - centre) / radius, light.luminance_cd_m2)
+
+    @cached_property
+    def facing(self) -> Float[np.ndarray, "3"]:
+        """Unit: the way its front looks."""
+        return unit(np.cross(self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]))
+
+    @cached_property
+    def cells(self) -> Float[np.ndarray, "n 3"]:
+        """The middles of its cells, row by row."""
+        at = (np.arange(CELLS) + 0.5) / CELLS
+        across, along = self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
+        return (self.corners[0] + at[:, None, None] * along + at[:, None] * across).reshape(-1, 3)
+
+    @property
+    def cell_area(self) -> float:
+        """Of one cell."""
+        across, along = self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
+        return float(np.linalg.norm(np.cross(across, along))) / CELLS**2
+
+    def by_lobes(
+        self,
+        positions: Float[np.ndarray, "N 3"],
+        directions: Float[np.ndarray, "N Q 3"],
+        sharpness: Float[np.ndarray, "N Q"],
+    ) -> Float[np.ndarray, "N Q"]:
+        """Mean luminance under each Gaussian about unit directions of the world, cd/m^2."""
+        found = np.zeros(sharpness.shape)
+        front = self._in_front(positions)
+        towards = self.corners - positions[front, None]
+        found[front] = self.luminance * gaussian_shares(towards, directions[front], sharpness[front])
+        return found
+
+    def by_frames(
+        self, positions: Float[np.ndarray, "N 3"], frames: Float[np.ndarray, "N 3 3"], bent: int = BENDS
+    ) -> Float[np.ndarray, "N B"]:
+        """Illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the last is the normal),
+        were nothing in between; with `bent` 1 the illuminance alone.
+        """
+        found = np.zeros((len(positions), bent))
+        front = self._in_front(positions)
+        towards = np.einsum("nij,nkj->nki", frames[front], self.corners - positions[front, None])
+        # Axes of a mirrored frame turn the other way round.
+        left = np.linalg.det(frames[front]) < 0.0
+        towards = np.where(left[:, None, None], towards[:, ::-1], towards)
+        found[front] = self.luminance * surface_moments(towards)[:, :bent]
+        return found
+
+    def seen_cells(
+        self, positions: Float[np.ndarray, "N 3"]
+    ) -> tuple[Float[np.ndarray, "N n 3"], Float[np.ndarray, "N n"], Float[np.ndarray, "N n"]]:
+        """Unit directions to the cells, the solid angle of each, sr, and the sharpness of a Gaussian as broad."""
+        offset = self.cells - positions[:, None]
+        squared = np.maximum(np.sum(offset * offset, axis=2), 1e-30)
+        to = offset / np.sqrt(squared)[..., None]
+        angle = self.cell_area * np.abs(to @ self.facing) / squared
+        # What is next to a cell sees no more than half of all directions filled by it.
+        angle = np.minimum(angle, 2.0 * np.pi)
+        return to, angle, np.maximum(_BROAD / np.maximum(angle, 1e-12), _LEAST_SHARPNESS)
+
+    def _in_front(self, positions: Float[np.ndarray, "N 3"]) -> np.ndarray:
+        """Numbers of the points that it sends light to."""
+        return np.flatnonzero(dot(positions - self.corners[0], np.broadcast_to(self.facing, positions.shape)) > 0.0)
