@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from jaxtyping import Float
 
 from ..lighting.camera import Camera
 from ..lighting.environment.bright_light import BrightLight
+from ..lighting.environment.environment import EnvironmentLight
 from ..lighting.environment.gathering import GatheredLight
 from ..lighting.environment.seen_from import seen_from
 from ..lighting.lights import SpreadLight
@@ -151,7 +152,9 @@ class Keeping(ABC):
         self._with_frames = False
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
         self._visibility: tuple[tuple[Mesh, ...], SceneVisibility | None] | None = None
-        self._bright: dict[int, tuple[SpreadLight, BrightLight]] = {}
+        self._bright: dict[int, tuple[np.ndarray, BrightLight]] = {}
+        # As they are turned, by the same key and the rotation.
+        self._turned: dict[tuple[int, bytes], BrightLight] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -200,6 +203,7 @@ class Keeping(ABC):
         self._keep_lights(())
         self._gathered.clear()
         self._bright.clear()
+        self._turned.clear()
         self._visibility = None
         self._geometry = None
 
@@ -218,19 +222,32 @@ class Keeping(ABC):
 
     def _shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
         """What hides a light; None where nothing hides anything. Visibility is kept while the meshes are the same, the
-        light's parts while the light is.
+        light's parts while its map is, however it is turned.
         """
         meshes = tuple(part.mesh for part in scene.parts)
         if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
             found = scene_visibility(scene, visibility_folder(), progress=self._say)
-            self._visibility, self._bright = (meshes, found), {}
+            self._visibility = meshes, found
         visibility = self._visibility[1]
         if visibility is None:
             return None
-        if id(light) not in self._bright:
-            low, high = scene.bounds
-            self._bright[id(light)] = light, BrightLight.of(seen_from(light, 0.5 * (low + high)))
-        return Shadows(visibility, self._bright[id(light)][1])
+        low, high = scene.bounds
+        return Shadows(visibility, self._bright_light(seen_from(light, 0.5 * (low + high))))
+
+    def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
+        """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""
+        key, rotation = id(environment.fields), environment.world_from_map
+        if key not in self._bright:
+            if len(self._bright) >= KEPT_ENVIRONMENTS:
+                self._bright.clear()
+                self._turned.clear()
+            self._bright[key] = environment.fields, BrightLight.of(replace(environment, rotation_deg=0.0))
+        turned = key, rotation.tobytes()
+        if turned not in self._turned:
+            if len(self._turned) >= KEPT_ENVIRONMENTS:
+                self._turned.pop(next(iter(self._turned)))
+            self._turned[turned] = self._bright[key][1].turned(rotation)
+        return self._turned[turned]
 
     def _say(self, done: int, total: int, what: str) -> None:  # noqa: B027
         """Progress of what takes long."""
