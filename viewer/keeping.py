@@ -5,11 +5,9 @@ Each outlives what it does not depend on: geometry another camera, tiles other m
 
 from __future__ import annotations
 
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +22,7 @@ from ..lighting.lights import SpreadLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.visibility.cache import scene_visibility
+from ..lighting.visibility.keeping import visibility_folder
 from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand
@@ -132,11 +131,6 @@ class Piece:
     coverage: Float[np.ndarray, "h w"] | None = None
     tile: Any = None
     terms: dict[tuple, Any] = field(default_factory=dict)
-
-
-def visibility_folder() -> Path:
-    """Where the visibility of scenes is kept from run to run: `metamer/visibility` in the user's cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / "visibility"
 
 
 class Keeping(ABC):
