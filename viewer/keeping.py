@@ -26,6 +26,7 @@ from ..lighting.visibility.keeping import visibility_folder
 from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand
+from ..spectral.processes import usable_cores
 from .geometry import LightGeometry, SceneGeometry, scene_geometry
 from .raster import Window, WindowTriangles
 from .view import View, view_key, view_of
@@ -36,6 +37,8 @@ KEPT_SAMPLES = 8_000_000
 KEPT_TERMS = 1 << 28
 # Prefiltered environments, some 20 MB each.
 KEPT_ENVIRONMENTS = 4
+#: What progress calls the work on what hides light that spreads.
+VISIBILITY = "visibility"
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +140,8 @@ class Keeping(ABC):
     """Works geometry, tiles and terms out when they are asked for, and keeps them where there is room."""
 
     def __init__(self) -> None:
+        #: Processes for the visibility of large scenes; None: one a core.
+        self.jobs: int | None = None
         self._geometry: SceneGeometry | None = None
         self._view: View | None = None
         self._kept: list[Piece] = []
@@ -220,7 +225,7 @@ class Keeping(ABC):
         """
         meshes = tuple(part.mesh for part in scene.parts)
         if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
-            found = scene_visibility(scene, visibility_folder(), progress=self._say)
+            found = scene_visibility(scene, visibility_folder(), self.jobs or usable_cores(), self._say)
             self._visibility = meshes, found
         visibility = self._visibility[1]
         if visibility is None:

@@ -153,9 +153,7 @@ def verify_material(
         problem = _mismatch(declared, measured, path)
         if problem is None and said is not None and found is not None:
             problem = _mismatch(said, found, path, _ENVIRONMENT)
-        return Verified(
-            material_id, problem, declared, measured, declared_environment=said, measured_environment=found
-        )
+        return Verified(material_id, problem, declared, measured, declared_environment=said, measured_environment=found)
     except InputError as reason:
         # Of a file that large arrays were left in, nobody else says whose they are.
         named = reason if reason.file in (None, path) else reason.at(named_in=material_id)
