@@ -15,7 +15,7 @@ from .shared import comma_separated
 WHAT = {
     "basis": "the error of spectral bases by their size",
     "shading": "the time that folded terms take, beside RGB",
-    "interactive": "another light and another camera, beside drawing anew",
+    "interactive": "another light, camera, map or colour, beside drawing anew",
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
     "svbrdf": "glossy surfaces under environments, as Gaussians, beside the truth: under a minute",
     "all": "basis and shading",
@@ -78,10 +78,12 @@ def run(args: argparse.Namespace) -> int:
         figures["shading"] = shading.run()
         print(shading.report(figures["shading"]))
     if args.what == "interactive":
-        from ..benchmarks import interactive
+        from ..benchmarks import edits, interactive
 
         figures["interactive"] = interactive.run()
         print(interactive.report(figures["interactive"]))
+        figures["interactive"]["edits"] = edits.run()
+        print(edits.report(figures["interactive"]["edits"]))
     if args.what == "svbrdf":
         from ..benchmarks.svbrdf import benchmark
 

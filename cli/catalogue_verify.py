@@ -19,7 +19,8 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "verify",
         help="check every file and measure every declared error again",
         description="Reads every file, compares its checksum and its head, and measures the ΔE94 of its packs against "
-        "its original data again. Exit code 4 where anything does not hold.",
+        "its original data again. Exit code 0: all of it holds; 1: what is there holds, but originals that were left "
+        "outside of the catalogue are gone; 4: something does not hold.",
     )
     add_catalogue_argument(verify)
     verify.add_argument("--quick", action="store_true", help="checksums and heads only")
@@ -29,7 +30,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 
 def run(args: argparse.Namespace) -> int:
-    """Verify; 0, or 4 where a file is damaged or a declared error does not hold."""
+    """Verify; 0, or 4 where a file is damaged or a declared error does not hold, or 1 where only originals are gone."""
     from ..materials.records.verification import verify_catalogue
 
     catalogue = opened(args.catalogue)
@@ -39,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
         _print_json(found)
     else:
         _print(found)
-    return 4 if found.damaged else 0
+    return 4 if found.damaged else 1 if found.incomplete else 0
 
 
 def _print(found: Verification) -> None:
@@ -57,8 +58,8 @@ def _print(found: Verification) -> None:
     if measured:
         hold = "it holds where both" if measured == 1 else "they hold where they"
         print(f"{counted(measured, 'error')} measured again; {hold} agree within ΔE94 {TOLERANCE:g}")
-    intact = len(found.results) - len(found.damaged)
-    print(f"{found.folder}: {counted(intact, 'material')} intact, {len(found.damaged)} damaged")
+    gone = f", {len(found.incomplete)} without their originals, which are gone" if found.incomplete else ""
+    print(f"{found.folder}: {counted(len(found.intact), 'material')} intact{gone}, {len(found.damaged)} damaged")
 
 
 def _print_json(found: Verification) -> None:
@@ -73,6 +74,7 @@ def _print_json(found: Verification) -> None:
                 "measured": one.measured_environment and _figures(one.measured_environment),
             },
             "note": one.note,
+            "missing": one.missing and str(one.missing),
         }
         for one in found.results
     ]

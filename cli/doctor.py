@@ -19,15 +19,23 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "doctor",
         help="what this machine offers, and what to install",
         description="Say which renderer, display transform, rays and libraries there are here, and what to install for "
-        "the rest.",
+        "the rest, and what is kept of scenes from run to run.",
     )
     command.add_argument("--brief", action="store_true", help="one line for each part")
+    command.add_argument(
+        "--clear-cache", action="store_true", help="remove what is kept of scenes from run to run; it is computed again"
+    )
     command.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Look and print; 0, or the exit code of the last error met."""
-    checks: dict[str, Callable[[], str]] = {"renderer": _renderer, "display": _display, "reference": _reference}
+    checks: dict[str, Callable[[], str]] = {
+        "renderer": _renderer,
+        "display": _display,
+        "reference": _reference,
+        "cache": lambda: _cache(args.clear_cache),
+    }
     code = 0
     for label, check in checks.items():
         try:
@@ -69,6 +77,14 @@ def _reference() -> str:
     except ImportError:
         return "no Embree: pip install embreex"
     return f"Embree rays (embreex {_version('embreex')})"
+
+
+def _cache(clear: bool) -> str:
+    from ..lighting.visibility.keeping import pruned, visibility_folder, words
+
+    if clear:
+        pruned(visibility_folder(), 0)
+    return words(visibility_folder())
 
 
 def _version(library: str) -> str:

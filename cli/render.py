@@ -9,6 +9,9 @@ from ..spectral.errors import UsageError
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, say, warn
 
+# Seconds that a picture which should be quick has before it says how far it is.
+_LATE = 2.0
+
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     """Add `render`."""
@@ -31,7 +34,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="mipmapped: highlights smaller than a sample are averaged, for pictures with few samples a pixel",
     )
     command.add_argument(
-        "--jobs", type=positive_count, default=1, metavar="N", help="processes for a missing catalogue's import"
+        "--jobs",
+        type=positive_count,
+        metavar="N",
+        help="processes for what hides light from all around (default: one a core), and for a missing catalogue's "
+        "import (default: 1)",
     )
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -50,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
     # A wrong name is said now, not after the work.
     check_output(args.output, args.spectral)
-    catalogue = catalogue_for(args.catalogue, args.jobs)
+    catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
     view = scene.camera(args.camera)
     kind = "reference" if args.reference else "spectra" if args.spectral else "picture"
@@ -63,8 +70,12 @@ def run(args: argparse.Namespace) -> int:
         with progress_bar("Tracing", quiet=not long) as progress:
             notes = reference_picture(scene, catalogue, args.camera, warn, progress).write(args.output, warn)
     else:
-        with renderer_for(args.renderer) as renderer, progress_bar("Rendering", quiet=not long) as progress:
-            renderer.filtering, renderer.progress = args.filtering, progress
+        # What hides light may be known already, or take minutes.
+        with (
+            renderer_for(args.renderer) as renderer,
+            progress_bar("Rendering", after=0.0 if long else _LATE) as progress,
+        ):
+            renderer.filtering, renderer.progress, renderer.jobs = args.filtering, progress, args.jobs
             if args.spectral:
                 notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:

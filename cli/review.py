@@ -56,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.statistics import beside
     from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.processes import usable_cores
+    from ..viewer.keeping import VISIBILITY
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.review import review
     from ..viewer.review_cases import light_names
@@ -72,6 +73,9 @@ def run(args: argparse.Namespace) -> int:
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
     with renderer, progress_bar("Reviewing") as progress:
+        renderer.jobs = args.jobs
+        # Pictures are counted by the review.
+        renderer.progress = lambda done, total, what: progress(done, total, what) if what == VISIBILITY else None
         result = review(
             scene,
             catalogue,

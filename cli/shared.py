@@ -92,20 +92,25 @@ def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
 
 
 @contextmanager
-def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str], None]]:
-    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way; nothing where `quiet`. On
-    standard error: what a command says on standard output goes into files and other programs."""
+def progress_bar(title: str, *, quiet: bool = False, after: float = 0.0) -> Iterator[Callable[[int, int, str], None]]:
+    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way; nothing where `quiet`, nor
+    in the first `after` seconds. Work whose count changes is another work: its time left is its own. On standard error:
+    what a command says on standard output goes into files and other programs."""
     if quiet:
         yield lambda *_: None
         return
+    begun = time.monotonic()
     if not shows_bars(sys.stderr):
         from ..materials.intake.doing import in_words
 
-        tenths, start = -1, time.monotonic()
+        tenths, start, of = -1, begun, 0
 
         def line(done: int, total: int, what: str) -> None:
-            nonlocal tenths
-            if done * 10 // total > tenths:
+            nonlocal tenths, start, of
+            if of and total != of:
+                tenths, start = -1, time.monotonic()
+            of = total
+            if done * 10 // total > tenths and time.monotonic() - begun >= after:
                 tenths = done * 10 // total
                 spent = time.monotonic() - start
                 telling = _TELLING * total <= done < total and spent > 2.0
@@ -119,13 +124,24 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(title, total=None)
-        # The count and the time left are never cut for the sake of a long name.
-        room = max(0, console.width - len(title) - _BESIDE_THE_NAME)
-        yield lambda done, total, what: progress.update(
-            task, completed=done, total=total, description=f"{title}: {shortened(what, room)}"
-        )
+    progress = Progress(*columns, console=console)
+    task = progress.add_task(title, total=None)
+    # The count and the time left are never cut for the sake of a long name.
+    room = max(0, console.width - len(title) - _BESIDE_THE_NAME)
+
+    def bar(done: int, total: int, what: str) -> None:
+        if time.monotonic() - begun >= after:
+            progress.start()
+        progress.update(task, completed=done, total=total, description=f"{title}: {shortened(what, room)}")
+
+    try:
+        if not after:
+            progress.start()
+        yield bar
+    finally:
+        # To stop what never began would leave an empty line.
+        if progress.live.is_started:
+            progress.stop()
 
 
 def shortened(text: str, room: int) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..spectral.errors import InputError
-from ..spectral.memory import available_bytes, gigabytes
+from ..spectral.memory import check_room, gigabytes
 
 #: Bytes at the peak and seconds, a triangle, of reading, checking and joining: measured with meshes without normals,
 #: which cost the most, on one core of a small machine.
@@ -44,15 +43,13 @@ class MeshCost:
 
     def check_room(self, place: Path | str) -> None:
         """Raise `InputError` where this does not fit into the memory that there is."""
-        free = available_bytes()
-        if free is not None and self.memory_bytes > free:
-            raise InputError(
-                "the mesh does not fit into memory",
-                file=place,
-                found=self.words,
-                expected=f"at most {gigabytes(free)}, what is free here",
-                hint="thin the mesh out, or read it on a machine with more memory",
-            )
+        check_room(
+            self.memory_bytes,
+            "the mesh does not fit into memory",
+            self.words,
+            "thin the mesh out, or read it on a machine with more memory",
+            file=place,
+        )
 
 
 def file_cost(path: Path) -> MeshCost:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+from .errors import InputError
 
 _GIGA = 1e9
 _PROC, _GROUP = Path("/proc"), Path("/sys/fs/cgroup")
@@ -28,6 +31,16 @@ def gigabytes(number: int | float) -> str:
     ('19.5 GB', '0.04 GB')
     """
     return f"{number / _GIGA:.3g} GB" if number >= 0.1 * _GIGA else f"{number / _GIGA:.1g} GB"
+
+
+def check_room(needed: int, problem: str, found: str, hint: str, **place: Any) -> None:
+    """Raise `InputError` where `needed` bytes are not free here; `problem`, `found` and `hint` are its words, `place`
+    its file and field. Where the system does not say what is free, nothing is refused.
+    """
+    free = available_bytes()
+    if free is not None and needed > free:
+        expected = f"at most {gigabytes(free)}, what is free here"
+        raise InputError(problem, found=found, expected=expected, hint=hint, **place)
 
 
 def _system() -> int | None:

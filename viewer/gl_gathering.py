@@ -84,8 +84,11 @@ class GLGathering:
     def _kept(self, of: object, which: int, made: Callable[[], LightTables]) -> LightTables:
         """The tables of something, made when first asked for."""
         key = id(of), which
-        if key not in self._tables:
+        # What was asked for last stands last: a light that is turned and turned does not drive its own map out.
+        found = self._tables.pop(key, None)
+        if found is None:
             if len(self._tables) >= _MOST_TABLES:
-                self.release()
-            self._tables[key] = of, made()
-        return self._tables[key][1]
+                self._tables.pop(next(iter(self._tables)))[1].owner.release()
+            found = of, made()
+        self._tables[key] = found
+        return found[1]

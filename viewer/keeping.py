@@ -5,11 +5,9 @@ Each outlives what it does not depend on: geometry another camera, tiles other m
 
 from __future__ import annotations
 
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,9 +24,11 @@ from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.visibility.before import Before
 from ..lighting.visibility.cache import scene_visibility
+from ..lighting.visibility.keeping import visibility_folder
 from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand
+from ..spectral.processes import usable_cores
 from .geometry import LightGeometry, SceneGeometry, scene_geometry
 from .raster import Window, WindowTriangles
 from .view import View, view_key, view_of
@@ -39,6 +39,8 @@ KEPT_SAMPLES = 8_000_000
 KEPT_TERMS = 1 << 28
 # Prefiltered environments, some 20 MB each.
 KEPT_ENVIRONMENTS = 4
+#: What progress calls the work on what hides light that spreads.
+VISIBILITY = "visibility"
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +138,6 @@ class Piece:
     terms: dict[tuple, Any] = field(default_factory=dict)
 
 
-def visibility_folder() -> Path:
-    """Where the visibility of scenes is kept from run to run: `metamer/visibility` in the user's cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / "visibility"
-
-
 def _before(light: SpreadLight, scene: Scene) -> Before | None:
     """What of a scene may hide a light; None where all of it may."""
     if not isinstance(light, SoftboxLight):
@@ -153,6 +150,8 @@ class Keeping(ABC):
     """Works geometry, tiles and terms out when they are asked for, and keeps them where there is room."""
 
     def __init__(self) -> None:
+        #: Processes for the visibility of large scenes; None: one a core.
+        self.jobs: int | None = None
         self._geometry: SceneGeometry | None = None
         self._view: View | None = None
         self._kept: list[Piece] = []
@@ -163,7 +162,9 @@ class Keeping(ABC):
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
         self._shaded: tuple[Mesh, ...] | None = None
         self._visibility: dict[int | None, tuple[SpreadLight, SceneVisibility | None]] = {}
-        self._bright: dict[int, tuple[SpreadLight, BrightLight]] = {}
+        self._bright: dict[int, tuple[np.ndarray, BrightLight]] = {}
+        # As they are turned, by the same key and the rotation.
+        self._turned: dict[tuple[int, bytes], BrightLight] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -212,6 +213,7 @@ class Keeping(ABC):
         self._keep_lights(())
         self._gathered.clear()
         self._bright.clear()
+        self._turned.clear()
         self._visibility.clear()
         self._shaded = None
         self._geometry = None
@@ -231,24 +233,37 @@ class Keeping(ABC):
 
     def _shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
         """What hides a light; None where nothing hides anything. Visibility is kept while the meshes are the same, the
-        light's parts while the light is.
+        light's parts while its map is, however it is turned.
         """
         meshes = tuple(part.mesh for part in scene.parts)
         if self._shaded is None or [*map(id, self._shaded)] != [*map(id, meshes)]:
-            self._shaded, self._visibility, self._bright = meshes, {}, {}
+            self._shaded, self._visibility = meshes, {}
         before = _before(light, scene)
         key = None if before is None else id(light)
         if key not in self._visibility:
             if len(self._visibility) >= KEPT_ENVIRONMENTS:
                 self._visibility.clear()
-            found = scene_visibility(scene, visibility_folder(), progress=self._say, before=before)
+            found = scene_visibility(scene, visibility_folder(), self.jobs or usable_cores(), self._say, before=before)
             self._visibility[key] = light, found
         visibility = self._visibility[key][1]
         if visibility is None or not isinstance(light, EnvironmentLight):
             return None if visibility is None else Shadows(visibility)
-        if id(light) not in self._bright:
-            self._bright[id(light)] = light, BrightLight.of(light)
-        return Shadows(visibility, self._bright[id(light)][1])
+        return Shadows(visibility, self._bright_light(light))
+
+    def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
+        """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""
+        key, rotation = id(environment.fields), environment.world_from_map
+        if key not in self._bright:
+            if len(self._bright) >= KEPT_ENVIRONMENTS:
+                self._bright.clear()
+                self._turned.clear()
+            self._bright[key] = environment.fields, BrightLight.of(replace(environment, rotation_deg=0.0))
+        turned = key, rotation.tobytes()
+        if turned not in self._turned:
+            if len(self._turned) >= KEPT_ENVIRONMENTS:
+                self._turned.pop(next(iter(self._turned)))
+            self._turned[turned] = self._bright[key][1].turned(rotation)
+        return self._turned[turned]
 
     def _say(self, done: int, total: int, what: str) -> None:  # noqa: B027
         """Progress of what takes long."""

@@ -12,8 +12,7 @@ from typing import Literal
 from ..lighting.camera import Camera
 from ..lighting.reference import BAND_SAMPLES
 from ..lighting.scene import Scene
-from ..spectral.errors import InputError
-from ..spectral.memory import available_bytes, gigabytes
+from ..spectral.memory import check_room, gigabytes
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM
 from .keeping import KEPT_SAMPLES
 from .view import TILE_SAMPLES
@@ -23,6 +22,8 @@ Kind = Literal["picture", "spectra", "reference", "review"]
 # Bytes at the peak: a triangle for the scene's geometry and for a light's shadows, or for rays; a sample point that is
 # worked on and, by light, one that is kept; a pixel of XYZ and coverage with what encodes or writes it.
 _TRIANGLE, _TRIANGLE_AND_LIGHT, _TRIANGLE_IN_RAYS = 1100, 400, 700
+# A vertex, where something may hide a light that spreads: its visibility on its way to the GPU.
+_VERTEX_HIDDEN = 700
 _SAMPLE, _SAMPLE_KEPT, _SAMPLE_AND_LIGHT_KEPT = 560, 70, 120
 _PIXEL = {".png": 84, ".exr": 36}
 _PIXEL_AND_WAVELENGTH = 32
@@ -52,16 +53,14 @@ class Cost:
 
     def check_room(self, scene: Scene, camera: Camera) -> None:
         """Raise `InputError` where this does not fit into the memory that there is."""
-        free = available_bytes()
-        if free is not None and self.memory_bytes > free:
-            raise InputError(
-                "the picture does not fit into memory",
-                file=scene.path,
-                field=f"camera {camera.name}",
-                found=self.words,
-                expected=f"at most {gigabytes(free)}, what is free here",
-                hint="fewer pixels (width, height_px) or samples, or the picture in parts by cameras of their own",
-            )
+        check_room(
+            self.memory_bytes,
+            "the picture does not fit into memory",
+            self.words,
+            "fewer pixels (width, height_px) or samples, or the picture in parts by cameras of their own",
+            file=scene.path,
+            field=f"camera {camera.name}",
+        )
 
 
 def picture_cost(
@@ -79,6 +78,8 @@ def picture_cost(
     kept = samples if samples * lights <= KEPT_SAMPLES else 0
     drawn = triangles * (_TRIANGLE + _TRIANGLE_AND_LIGHT * lights) + tile * _SAMPLE
     drawn += kept * (_SAMPLE_KEPT + _SAMPLE_AND_LIGHT_KEPT * lights)
+    if scene.spread_lights:
+        drawn += _VERTEX_HIDDEN * sum(len(part.mesh.vertices) for part in scene.parts)
     traced = triangles * _TRIANGLE_IN_RAYS
     picture = pixels * _PIXEL.get(suffix.lower(), _PIXEL[".png"])
     drawing = triangles * lights * _TRIANGLE_SECONDS + samples * lights * _DRAWN_SECONDS

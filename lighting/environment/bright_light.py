@@ -7,14 +7,14 @@ itself, and of the rest by the lobe's own share, or by harmonics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from .brights import BrightParts, taken_apart
 from .environment import EnvironmentLight
-from .harmonics import gaussian_factors, harmonics, projected
+from .harmonics import gaussian_factors, harmonics, projected, turning
 
 # Bright parts, of the brightest tenth of the sphere: with 8 of 3 % matt shadows under a sky are off by twice as much,
 # and with 32 of 30 % by hardly less.
@@ -37,11 +37,19 @@ class BrightLight:
 
     @classmethod
     def of(cls, environment: EnvironmentLight) -> BrightLight:
-        """Worked out anew when the light is turned: some tenths of a second."""
-        parts, _ = taken_apart(environment, _COUNT, _SHARE)
+        """Found in the environment's own axes, some tenths of a second, then turned as it is: a rotation moves nothing
+        in relation to the light.
+        """
+        parts, _ = taken_apart(replace(environment, rotation_deg=0.0), _COUNT, _SHARE)
         whole = _integrals(parts.sharpness)[:, None] * gaussian_factors(parts.sharpness) * harmonics(parts.axis)
-        rest = projected(environment) - parts.amplitude.T @ whole
-        return cls(parts, np.array([_on_surfaces(one) for one in parts.sharpness]).reshape(-1, _COSINES), rest)
+        rest = projected(replace(environment, rotation_deg=0.0)) - parts.amplitude.T @ whole
+        own = cls(parts, np.array([_on_surfaces(one) for one in parts.sharpness]).reshape(-1, _COSINES), rest)
+        return own.turned(environment.world_from_map)
+
+    def turned(self, rotation: Float[np.ndarray, "3 3"]) -> BrightLight:
+        """The same light turned by a rotation of the world: nothing is found anew."""
+        parts = replace(self.parts, axis=self.parts.axis @ rotation.T)
+        return replace(self, parts=parts, rest=self.rest @ turning(rotation).T)
 
     def by_lobes(
         self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...spectral.errors import InputError
-from ...spectral.memory import available_bytes, gigabytes
+from ...spectral.memory import check_room, gigabytes
 
 #: Bytes at the peak: of a stored sample while it is read, of a texel in each field of luminance, of a texel in what
 #: directions are drawn by, and of the rows whose spectra are reduced at once. By a tenth to a half above what maps of
@@ -48,14 +47,12 @@ class MapCost:
 
     def check_room(self, path: Path, say: Callable[[str], None] | None = None) -> None:
         """Raise `InputError` where this does not fit into the memory that there is; `say` what takes long."""
-        free = available_bytes()
-        if free is not None and self.memory_bytes > free:
-            raise InputError(
-                "the map does not fit into memory",
-                file=path,
-                found=self.words,
-                expected=f"at most {gigabytes(free)}, what is free here",
-                hint="save it smaller: half the width takes a quarter; nothing is made smaller unasked",
-            )
+        check_room(
+            self.memory_bytes,
+            "the map does not fit into memory",
+            self.words,
+            "save it smaller: half the width takes a quarter; nothing is made smaller unasked",
+            file=path,
+        )
         if say is not None and self.seconds >= SAID_FROM_SECONDS:
             say(f"reading {path.name}: {self.words}")

@@ -2,7 +2,7 @@
 
 A file is named by a hash of all that it depends on: the vertices, normals and triangles of all parts, the code of this
 room, and the libraries that give the numbers. Materials, lights and cameras do not count. It holds a hash of its
-content; one that is damaged is computed anew, and that is said.
+content; one that is damaged is computed anew, and that is said. `keeping` bounds what all of them take.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ...spectral.files import check_writable, made_folder, written_whole
 from ...spectral.fingerprint import fingerprint
 from ..scene import Scene
 from .before import Before
+from .keeping import most_bytes, pruned, used
 from .precompute import Progress, computed_visibility
 from .refinement import refined
 from .sites import nothing_hides, pieces_of
@@ -47,7 +48,7 @@ def scene_visibility(
 
     Parameters
     ----------
-    folder : of the cache, made where it is missing; None keeps nothing.
+    folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`keeping`).
     jobs, progress, before : as of `computed_visibility`.
     say : hears a sentence where a file of the cache cannot be used.
 
@@ -57,14 +58,20 @@ def scene_visibility(
 
     Raises
     ------
-    InputError : it would not fit into memory; the folder cannot be made or written to.
+    InputError : it would not fit into memory; the folder cannot be made or written to; its limit is no size.
     """
-    if folder is None:
+    limit = 0 if folder is None else most_bytes()
+    if folder is None or not limit:
         return computed_visibility(scene, jobs, progress, before)
     file = Path(folder) / f"{visibility_key(scene, before)}.npz"
     if file.is_file():
         try:
-            return _read(file, scene)
+            found = _read(file, scene)
+            used(file)
+            return found
+        except FileNotFoundError:
+            # Another process has made room since.
+            pass
         except _UNREADABLE:
             say(f"{file} is damaged; the visibility of the scene is computed again")
     # Known at once: such scenes have no file.
@@ -75,6 +82,7 @@ def scene_visibility(
     check_writable(file)
     found = computed_visibility(scene, jobs, progress, before)
     _write(file, found)
+    pruned(Path(folder), limit, keep=file)
     return found
 
 

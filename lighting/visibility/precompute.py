@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
-from ...spectral.memory import available_bytes, gigabytes
+from ...spectral.memory import available_bytes, check_room, gigabytes
 from ...spectral.processes import in_order
 from ..environment import harmonics
 from ..scene import Scene
@@ -32,6 +31,8 @@ SECONDS_A_VERTEX = 1.5e-3
 BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
 # Sites that are traced together: some 30 MB of rays.
 _TILE = 128
+# Sites that make a further process worth its start.
+_A_PROCESS = 4096
 # Sites, evenly spread over all, that the axes are found from.
 _TRAINING = 2048
 
@@ -67,16 +68,22 @@ class VisibilityCost:
             f"{max(1.0, self.cpu_seconds / max(1, self.jobs)):.0f} s"
         )
 
+    def with_jobs(self, most: int) -> VisibilityCost:
+        """The same with as many processes as there is work and memory for, at most `most`."""
+        free = available_bytes()
+        found = replace(self, jobs=max(1, min(most, self.vertices // _A_PROCESS)))
+        while found.jobs > 1 and free is not None and found.memory_bytes > free:
+            found = replace(found, jobs=found.jobs - 1)
+        return found
+
     def check_room(self) -> None:
         """Raise `InputError` where this does not fit into the memory that there is."""
-        free = available_bytes()
-        if free is not None and self.memory_bytes > free:
-            raise InputError(
-                "the visibility of this scene does not fit into memory",
-                found=self.words,
-                expected=f"at most {gigabytes(free)}, what is free here",
-                hint="use fewer processes, or thin the meshes out",
-            )
+        check_room(
+            self.memory_bytes,
+            "the visibility of this scene does not fit into memory",
+            self.words,
+            "thin the meshes out",
+        )
 
 
 def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
@@ -95,8 +102,8 @@ def computed_visibility(
 
     Parameters
     ----------
-    jobs : processes; the result is the same, bit for bit, where BLAS works in one thread, as commands have it
-        (`processes.one_thread`).
+    jobs : processes at most: fewer where there is little to do, or no memory for more of them. The result is the same,
+        bit for bit, where BLAS works in one thread, as commands have it (`processes.one_thread`).
     progress : called with (sites done, sites in all, what is done) after each tile.
     before : what may hide anything, where that is not all of the scene.
 
@@ -113,8 +120,9 @@ def computed_visibility(
         return None
     fine, refinement, order = refined(scene)
     meshes = [part.mesh for part in fine.parts]
-    cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
+    cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
     cost.check_room()
+    jobs = cost.with_jobs(jobs).jobs
     triangles = scaled_triangles(scene).astype(np.float32)
     divided = bool((refinement.divisions > 1).any())
     where = sites(fine, pieces_of(fine) if divided else found, Occluders(triangles))

@@ -43,6 +43,7 @@ class Verified:
     declared_environment, measured_environment : those of its environment form, where it stores one.
 
     note : why the error was not measured, where it was not.
+    missing : a file outside of the catalogue that large arrays were left in, and that is not there any more.
     """
 
     id: str
@@ -50,6 +51,7 @@ class Verified:
     declared: FitError | None = None
     measured: FitError | None = None
     note: str = ""
+    missing: Path | None = None
     declared_environment: FitError | None = None
     measured_environment: FitError | None = None
 
@@ -66,6 +68,16 @@ class Verification:
     def damaged(self) -> tuple[Verified, ...]:
         """Those that do not hold."""
         return tuple(one for one in self.results if one.problem is not None)
+
+    @property
+    def incomplete(self) -> tuple[Verified, ...]:
+        """Those of which a part of the original lies in a file that is gone: what is left of them holds."""
+        return tuple(one for one in self.results if one.problem is None and one.missing is not None)
+
+    @property
+    def intact(self) -> tuple[Verified, ...]:
+        """Those that are there as a whole, and hold."""
+        return tuple(one for one in self.results if one.problem is None and one.missing is None)
 
 
 def verify_catalogue(
@@ -130,9 +142,8 @@ def verify_material(
             if array.file not in gone:
                 replace(array, heard=say).check()
         if gone:
-            return Verified(
-                material_id, declared=declared, note=f"large arrays were left in a file that is gone: {gone[0]}"
-            )
+            note = f"large arrays were left in a file that is gone: {gone[0]}"
+            return Verified(material_id, declared=declared, note=note, missing=Path(gone[0]))
         if quick or declared is None or record.fast is None:
             return Verified(material_id, declared=declared, note="" if quick or declared is None else "no packs")
         measured = measured_again(record)
@@ -142,7 +153,7 @@ def verify_material(
         problem = _mismatch(declared, measured, path)
         if problem is None and said is not None and found is not None:
             problem = _mismatch(said, found, path, _ENVIRONMENT)
-        return Verified(material_id, problem, declared, measured, "", said, found)
+        return Verified(material_id, problem, declared, measured, declared_environment=said, measured_environment=found)
     except InputError as reason:
         # Of a file that large arrays were left in, nobody else says whose they are.
         named = reason if reason.file in (None, path) else reason.at(named_in=material_id)

@@ -4,11 +4,13 @@ import inspect
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from metamer.cli import catalogue_diff
 from metamer.cli.words import parser
 from metamer.materials.compare import ILLUMINANTS, compare_catalogues
 from metamer.materials.records.record import read_record, write_record
+from metamer.materials.records.stored_array import StoredArray
 
 
 @pytest.fixture
@@ -58,6 +60,29 @@ def test_verify_finds_a_false_error_and_quick_does_not_look(metamer, folder):
     assert code == 4
     (dark,) = [one for one in json.loads(out)["materials"] if one["id"] == "paint/dark"]
     assert dark["declared"]["p99"] == pytest.approx(dark["measured"]["p99"] + 0.1) and "hold" in dark["problem"]
+
+
+def test_verify_counts_apart_whose_original_is_gone(metamer, folder, tmp_path):
+    stack = tmp_path / "scans" / "stack.raw"
+    stack.parent.mkdir()
+    stack.write_bytes(np.random.default_rng(0).random((40, 50, 60)).tobytes())
+    path = folder / "paint" / "dark.h5"
+    outside = StoredArray(stack, 0, (40, 50, 60), np.dtype("f8"))
+    write_record(replace(read_record(path), original={"stack": outside}), path, copy=False)
+    code, out, _ = metamer("catalogue", "verify", folder, "--quick")
+    assert code == 0 and "3 materials intact, 0 damaged" in out
+    stack.unlink()
+    for words in ((), ("--quick",)):
+        code, out, _ = metamer("catalogue", "verify", folder, "--jobs", 1, *words)
+        assert code == 1 and "2 materials intact, 1 without their originals, which are gone, 0 damaged" in out
+        assert f"paint/dark: error not measured: large arrays were left in a file that is gone: {stack}" in out
+    code, out, _ = metamer("catalogue", "verify", folder, "--quick", "--json")
+    missing = {one["id"]: one["missing"] for one in json.loads(out)["materials"]}
+    assert code == 1 and missing == {"lamp/led": None, "paint/dark": str(stack), "paint/light": None}
+    # Damage weighs more.
+    (folder / "paint" / "light.h5").write_bytes(b"no more")
+    code, out, _ = metamer("catalogue", "verify", folder, "--quick")
+    assert code == 4 and "1 material intact, 1 without" in out and "1 damaged" in out
 
 
 def test_verify_reports_what_a_killed_writer_left(metamer, folder):

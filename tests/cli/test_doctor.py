@@ -50,3 +50,23 @@ def test_unusable_display_configuration_does_not_hide_the_rest(metamer, monkeypa
     code, out, _ = metamer("doctor", "--brief")
     assert code == 4
     assert "missing.ocio" in out and "Embree rays" in out
+
+
+def test_what_is_kept_from_run_to_run_is_said_and_cleared(metamer, monkeypatch, tmp_path):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    kept = tmp_path / "metamer" / "visibility"
+    kept.mkdir(parents=True)
+    with (kept / "one.npz").open("wb") as file:
+        file.truncate(300_000_000)
+    code, out, _ = metamer("doctor", "--brief")
+    assert code == 0 and f"cache: {kept}, 1 file, 0.3 GB of at most 1 GB" in out and (kept / "one.npz").is_file()
+    code, out, _ = metamer("doctor", "--brief", "--clear-cache")
+    assert code == 0 and "0 files, 0 GB" in out and list(kept.iterdir()) == []
+
+
+def test_a_limit_of_the_cache_that_is_no_size_is_said(metamer, monkeypatch):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    monkeypatch.setenv("METAMER_CACHE_GB", "a lot")
+    code, out, _ = metamer("doctor", "--brief")
+    assert code == 4 and "METAMER_CACHE_GB" in out and "a lot" in out

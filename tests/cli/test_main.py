@@ -136,6 +136,36 @@ def test_progress_follows_the_same_rule(monkeypatch, capsys):
     assert capsys.readouterr().err == "Looking: 1/2 paint/red\n"
 
 
+@pytest.mark.parametrize("bars", [False, True])
+def test_work_that_should_be_quick_says_how_far_it_is_once_it_is_late(monkeypatch, capsys, bars):
+    now = [100.0]
+    monkeypatch.setattr("metamer.cli.shared.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: bars)
+    with progress_bar("Rendering", after=2.0) as told:
+        told(1, 10, "visibility")
+    assert capsys.readouterr().err == ""
+    with progress_bar("Rendering", after=2.0) as told:
+        told(1, 10, "visibility")
+        now[0] += 4.0
+        told(2, 10, "visibility")
+    said = capsys.readouterr().err
+    assert "2/10" in said and (bars or said == "Rendering: 2/10 visibility, about 16 s left\n")
+
+
+def test_another_work_has_another_time_left(monkeypatch, capsys):
+    now = [100.0]
+    monkeypatch.setattr("metamer.cli.shared.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: False)
+    with progress_bar("Rendering") as told:
+        told(1000, 1000, "visibility")
+        now[0] += 600.0
+        told(0, 4, "sorting")
+        now[0] += 10.0
+        told(2, 4, "drawing")
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[1:] == ["Rendering: 0/4 sorting", "Rendering: 2/4 drawing, about 10 s left"]
+
+
 def test_closed_streams_are_no_traceback(tmp_path):
     for closed in (">&-", "2>&-", ">&- 2>&-", "<&-"):
         command = f'"{sys.executable}" -m metamer.cli.main catalogue list nowhere {closed}'

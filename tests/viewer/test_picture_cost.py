@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import mesh_cost, scene_files, shapes
+from metamer.lighting import scene_files, shapes
+from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh_cost import MeshCost, file_cost
 from metamer.lighting.mesh_files import load_mesh
 from metamer.lighting.reference import reference_images
 from metamer.lighting.scene_files import load_scene
 from metamer.materials.analytic.lambert import Lambert
+from metamer.spectral import memory
 from metamer.spectral.errors import InputError
 from metamer.spectral.image import ColourImage
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from metamer.viewer import picture_cost as cost
 from metamer.viewer.picture import display_for
 from metamer.viewer.picture_cost import picture_cost
 from metamer.viewer.png import write_png
@@ -103,8 +104,15 @@ def test_a_text_mesh_has_fewer_triangles_a_byte(tmp_path):
         assert 0.5 * len(ball.faces) <= file_cost(path).triangles <= 2.5 * len(ball.faces)
 
 
+def test_what_hides_light_that_spreads_counts_by_the_vertex(scenes):
+    scene = scenes.sphere_scene()
+    light = EnvironmentLight(np.ones((1, 4, 8)), (scene.lights[0].spectrum,))
+    one, other = (picture_cost(replace(scene, lights=(each,)), scene.camera()) for each in (scene.lights[0], light))
+    assert other.memory_bytes - one.memory_bytes >= 600 * len(scene.parts[0].mesh.vertices)
+
+
 def test_a_picture_that_cannot_fit_is_refused_in_numbers(scenes, monkeypatch):
-    monkeypatch.setattr(cost, "available_bytes", lambda: 4_000_000_000)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 4_000_000_000)
     scene = scenes.sphere_scene()
     large = replace(scene.camera(), width=16000, height_px=16000)
     estimate = picture_cost(scene, large)
@@ -114,12 +122,12 @@ def test_a_picture_that_cannot_fit_is_refused_in_numbers(scenes, monkeypatch):
     assert "camera ortho" in message and "16,000 x 16,000 pixels of 3 x 3 samples" in message
     assert f"{estimate.memory_bytes / 1e9:.3g} GB of memory" in message and "at most 4 GB" in message
     picture_cost(scene, scene.camera()).check_room(scene, scene.camera())
-    monkeypatch.setattr(cost, "available_bytes", lambda: None)
+    monkeypatch.setattr(memory, "available_bytes", lambda: None)
     estimate.check_room(scene, large)
 
 
 def test_a_mesh_that_cannot_fit_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh_cost, "available_bytes", lambda: 1_000_000)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1_000_000)
     (tmp_path / "large.stl").write_bytes(bytes(84 + 50 * 100_000))
     (tmp_path / "scene.toml").write_text('[[part]]\nmesh = "large.stl"\n')
     monkeypatch.setattr(scene_files, "load_mesh", lambda *_: pytest.fail("it was read"))

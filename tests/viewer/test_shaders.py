@@ -1,5 +1,6 @@
 """Every shader that ships compiles, and a compiler's message names files."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,28 @@ def test_a_compiler_error_names_the_included_file_and_its_line(gl, monkeypatch, 
     monkeypatch.setattr(shaders, "files", lambda _package: tmp_path)
     with pytest.raises(shaders.ShaderError, match=r"part\.glsl:2"):
         shaders.program(gl, "all.vert", "top.frag")
+
+
+@pytest.mark.parametrize(("fragment", "form"), [("shade.frag", FACTORS), ("gather.frag", SLICES)])
+@pytest.mark.parametrize("line", ["vec4 f() { return nonsense; }", "vec4 f( { }", "#error no such form"])
+def test_an_error_in_a_forms_own_file_names_it_in_every_pass(gl, tmp_path, fragment, form, line):
+    text = form.read_text("utf-8")
+    (tmp_path / "wrong.glsl").write_text(f"{text}{line}\n")
+    sizes = {**LIGHT, **HIDDEN, "AXES": 3, "MIXED": 1, "LOBES": 12, "POLAR": 24, "AZIMUTHS": 1}
+    place = rf"\nwrong\.glsl:{len(text.splitlines()) + 1}\("
+    with pytest.raises(shaders.ShaderError, match=place) as refused:
+        shaders.program(gl, "fullscreen.vert", fragment, sizes, tmp_path / "wrong.glsl")
+    assert str(refused.value).startswith(f"fullscreen.vert + {fragment}: ")
+
+
+@pytest.mark.parametrize("fragment", ["gather.frag", "frames.frag", "fold.frag", "uv.frag", "light.frag"])
+def test_an_error_in_a_pass_names_that_pass(gl, monkeypatch, tmp_path, fragment):
+    shutil.copytree(shaders._folder(), tmp_path / "shaders")
+    text = (tmp_path / "shaders" / fragment).read_text()
+    (tmp_path / "shaders" / fragment).write_text(f"#error here\n{text}")
+    monkeypatch.setattr(shaders, "files", lambda _package: tmp_path)
+    with pytest.raises(shaders.ShaderError, match=rf"\n{fragment.replace('.', chr(92) + '.')}:1\b"):
+        shaders.program(gl, "fullscreen.vert", fragment, {**LIGHT, **HIDDEN}, SLICES)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.environment import latlong
+from metamer.lighting.environment import bright_light, latlong
+from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.reference import reference_images
 from metamer.materials.factored.pack import FactoredBrdf
@@ -148,6 +149,25 @@ def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
     assert len(renderer._gathered) == 2
     assert np.abs(one - renderer.render(under(scene, still), None, surfaces)[0]).max() > 0.02
     assert len(renderer._gathered) == 2
+
+
+def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_renderer_draws(scenes, make, monkeypatch):
+    scene, surfaces = two_balls(scenes, size=24), dict(scenes.SURFACES)
+    light = sky(2, contrast=300.0)
+    found = []
+    monkeypatch.setattr(bright_light, "taken_apart", lambda *args: found.append(args) or taken_apart(*args))
+    renderer = make()
+    renderer.render(under(scene, light), None, surfaces)
+    for angle in (35.0, 120.0, -60.0, 200.0, 0.0):
+        turned = replace(light, rotation_deg=angle)
+        drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
+    assert len(found) == 1 and len(renderer._turned) <= 4
+    for angle in (35.0, 137.0):
+        turned = replace(light, rotation_deg=angle)
+        drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
+        anew, _ = make().render(under(scene, turned), None, surfaces)
+        relative = np.abs(drawn - anew)[coverage > 0.0] / np.maximum(anew[coverage > 0.0], 1e-3)
+        assert np.percentile(relative, 99.9) < 1e-5
 
 
 def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):

@@ -1,12 +1,14 @@
 """What surfaces gather of an environment, and of its bright parts, beside sums over every direction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.gathering import GatheredLight
-from metamer.lighting.environment.harmonics import harmonics
+from metamer.lighting.environment.harmonics import harmonics, projected
 from metamer.lighting.vectors import unit
 from metamer.materials.environment_form import bends
 from metamer.spectral.illuminants import illuminant
@@ -70,6 +72,17 @@ def test_the_mean_of_bright_parts_under_lobes_is_the_integral_of_products(light)
         weight = np.exp(own * (TO @ axis - 1.0)) * ANGLES
         lobes = np.exp(bright.parts.sharpness * (TO @ bright.parts.axis.T - 1.0))
         assert np.allclose(got, weight @ lobes / weight.sum(), rtol=0.02, atol=1e-6)
+
+
+def test_a_light_that_is_turned_keeps_its_parts(light):
+    still, turned = (BrightLight.of(replace(light, rotation_deg=angle)) for angle in (0.0, 35.0))
+    other = still.turned(light.world_from_map)
+    assert np.array_equal(turned.parts.sharpness, other.parts.sharpness) and np.array_equal(turned.lux, other.lux)
+    assert np.allclose(turned.parts.axis, other.parts.axis, rtol=0.0, atol=1e-12)
+    # What the light is, turned texel by texel, less its lobes.
+    world = TO @ light.world_from_map.T
+    left = projected(light) - ((other.parts.luminance(world) * ANGLES[:, None]).T @ harmonics(world))
+    assert np.abs(other.rest - left).max() < 0.02 * np.abs(left).max()
 
 
 def test_a_light_without_bright_parts_is_all_rest():

@@ -5,6 +5,7 @@ import OpenEXR
 import pytest
 from metamer.lighting.environment import map_cost
 from metamer.lighting.environment.map_file import read_map
+from metamer.spectral import memory
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.upsampling import xyz_from_rgb
@@ -209,7 +210,7 @@ def test_memory_is_said_before_a_pixel_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(map_cost, "SAID_FROM_SECONDS", 0.0)
     read_map(path, say=lines.append)
     assert len(lines) == 1 and "32 texels of 3 channels" in lines[0] and "memory" in lines[0]
-    monkeypatch.setattr(map_cost, "available_bytes", lambda: 100)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 100)
     refused(path, "does not fit into memory", "half the width takes a quarter")
     assert map_cost.MapCost(8192 * 4096, 3).memory_bytes > 2e9
 

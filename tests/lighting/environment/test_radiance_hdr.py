@@ -143,6 +143,6 @@ def test_damage_anywhere_is_refused_or_read_and_never_more(tmp_path):
     ],
 )
 def test_a_header_that_fits_nothing(tmp_path, header, size, word, monkeypatch):
-    monkeypatch.setattr("metamer.lighting.environment.map_cost.available_bytes", lambda: None)
+    monkeypatch.setattr("metamer.spectral.memory.available_bytes", lambda: None)
     with pytest.raises(InputError, match=word):
         read_map(write(tmp_path / "sky.hdr", header=header, size=size))

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from metamer.lighting.shapes import plane, speed_shape, sphere
 from metamer.lighting.visibility import precompute
 from metamer.lighting.visibility.precompute import VisibilityCost, computed_visibility, visibility_cost
+from metamer.spectral import memory
 from metamer.spectral.errors import InputError
 
 
@@ -31,7 +33,7 @@ from metamer.lighting.shapes import cloth, speed_shape
 from metamer.lighting.visibility import precompute, refinement
 from metamer.spectral.fingerprint import fingerprint
 
-precompute._TRAINING, precompute._TILE, refinement.MOST_VERTICES = 150, 40, 100
+precompute._TRAINING, precompute._TILE, precompute._A_PROCESS, refinement.MOST_VERTICES = 150, 40, 40, 100
 scene = scene_of.__wrapped__()(speed_shape(2), cloth(8).placed(translate=(0.0, -1.0, 0.0)))
 for jobs in (1, 2):
     found = precompute.computed_visibility(scene, jobs)
@@ -90,8 +92,19 @@ def test_two_million_triangles_fit_a_small_machine():
     assert cost.memory_bytes < 5e9 and cost.cpu_seconds < 3600.0
 
 
+def test_there_are_as_many_processes_as_work_and_memory_allow(monkeypatch):
+    large, small = VisibilityCost(1_000_000, 2_000_000), VisibilityCost(5_000, 9_000)
+    monkeypatch.setattr(precompute, "available_bytes", lambda: None)
+    assert large.with_jobs(8).jobs == 8 and small.with_jobs(8).jobs == 1
+    room = replace(large, jobs=3).memory_bytes
+    monkeypatch.setattr(precompute, "available_bytes", lambda: room + 1)
+    assert large.with_jobs(8).jobs == 3
+    monkeypatch.setattr(precompute, "available_bytes", lambda: 1)
+    assert large.with_jobs(8).jobs == 1
+
+
 def test_what_does_not_fit_is_refused_in_numbers(scene, monkeypatch):
-    monkeypatch.setattr(precompute, "available_bytes", lambda: 1_000_000)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1_000_000)
     monkeypatch.setattr(precompute, "Occluders", lambda *_: pytest.fail("work before the refusal"))
     with pytest.raises(InputError, match="does not fit into memory"):
         computed_visibility(scene)
