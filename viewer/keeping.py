@@ -6,7 +6,7 @@ Each outlives what it does not depend on: geometry another camera, tiles other m
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -142,6 +142,8 @@ class Keeping(ABC):
     def __init__(self) -> None:
         #: Processes for the visibility of large scenes; None: one a core.
         self.jobs: int | None = None
+        #: Hears which long step begins, and why something that was kept is worked out again.
+        self.say: Callable[[str], object] = lambda words: None
         self._geometry: SceneGeometry | None = None
         self._view: View | None = None
         self._kept: list[Piece] = []
@@ -225,7 +227,7 @@ class Keeping(ABC):
         """
         meshes = tuple(part.mesh for part in scene.parts)
         if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
-            found = scene_visibility(scene, visibility_folder(), self.jobs or usable_cores(), self._say)
+            found = scene_visibility(scene, visibility_folder(), self.jobs or usable_cores(), self._say, self.say)
             self._visibility = meshes, found
         visibility = self._visibility[1]
         if visibility is None:

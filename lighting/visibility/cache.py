@@ -21,7 +21,7 @@ from ...spectral.files import check_writable, made_folder, written_whole
 from ...spectral.fingerprint import fingerprint
 from ..scene import Scene
 from .keeping import most_bytes, pruned, used
-from .precompute import Progress, computed_visibility
+from .precompute import SAID_FROM_SECONDS, Progress, computed_visibility, visibility_cost
 from .refinement import refined
 from .sites import nothing_hides, pieces_of
 from .visibility import SceneVisibility
@@ -48,7 +48,7 @@ def scene_visibility(
     ----------
     folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`keeping`).
     jobs, progress : as of `computed_visibility`.
-    say : hears a sentence where a file of the cache cannot be used.
+    say : hears a sentence where a file of the cache cannot be used, and where the work takes long.
 
     Returns
     -------
@@ -60,6 +60,7 @@ def scene_visibility(
     """
     limit = 0 if folder is None else most_bytes()
     if folder is None or not limit:
+        _say_cost(scene, jobs, say)
         return computed_visibility(scene, jobs, progress)
     file = Path(folder) / f"{visibility_key(scene)}.npz"
     if file.is_file():
@@ -78,10 +79,17 @@ def scene_visibility(
     # Before the work; this also clears away what a killed process has left of this file.
     made_folder(folder)
     check_writable(file)
+    _say_cost(scene, jobs, say)
     found = computed_visibility(scene, jobs, progress)
     _write(file, found)
     pruned(Path(folder), limit, keep=file)
     return found
+
+
+def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:
+    cost = visibility_cost(scene).with_jobs(jobs)
+    if cost.seconds >= SAID_FROM_SECONDS:
+        say(f"what hides light from all around, once for these meshes: {cost.words}")
 
 
 def visibility_key(scene: Scene) -> str:
