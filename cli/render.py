@@ -75,7 +75,8 @@ def run(args: argparse.Namespace) -> int:
             renderer_for(args.renderer) as renderer,
             progress_bar("Rendering", after=0.0 if long else _LATE) as progress,
         ):
-            renderer.filtering, renderer.progress, renderer.jobs = args.filtering, progress, args.jobs
+            renderer.filtering, renderer.progress = args.filtering, progress
+            renderer.jobs, renderer.say = args.jobs, say
             if args.spectral:
                 notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:

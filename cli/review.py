@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
     with renderer, progress_bar("Reviewing") as progress:
-        renderer.jobs = args.jobs
+        renderer.jobs, renderer.say = args.jobs, say
         # Pictures are counted by the review.
         renderer.progress = lambda done, total, what: progress(done, total, what) if what == VISIBILITY else None
         result = review(

@@ -6,7 +6,7 @@ Each outlives what it does not depend on: geometry another camera, tiles other m
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -152,6 +152,8 @@ class Keeping(ABC):
     def __init__(self) -> None:
         #: Processes for the visibility of large scenes; None: one a core.
         self.jobs: int | None = None
+        #: Hears which long step begins, and why something that was kept is worked out again.
+        self.say: Callable[[str], object] = lambda words: None
         self._geometry: SceneGeometry | None = None
         self._view: View | None = None
         self._kept: list[Piece] = []
@@ -243,7 +245,9 @@ class Keeping(ABC):
         if key not in self._visibility:
             if len(self._visibility) >= KEPT_ENVIRONMENTS:
                 self._visibility.clear()
-            found = scene_visibility(scene, visibility_folder(), self.jobs or usable_cores(), self._say, before=before)
+            found = scene_visibility(
+                scene, visibility_folder(), self.jobs or usable_cores(), self._say, self.say, before
+            )
             self._visibility[key] = light, found
         visibility = self._visibility[key][1]
         if visibility is None or not isinstance(light, EnvironmentLight):

@@ -22,7 +22,7 @@ from ...spectral.fingerprint import fingerprint
 from ..scene import Scene
 from .before import Before
 from .keeping import most_bytes, pruned, used
-from .precompute import Progress, computed_visibility
+from .precompute import SAID_FROM_SECONDS, Progress, computed_visibility, visibility_cost
 from .refinement import refined
 from .sites import nothing_hides, pieces_of
 from .visibility import SceneVisibility
@@ -50,7 +50,7 @@ def scene_visibility(
     ----------
     folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`keeping`).
     jobs, progress, before : as of `computed_visibility`.
-    say : hears a sentence where a file of the cache cannot be used.
+    say : hears a sentence where a file of the cache cannot be used, and where the work takes long.
 
     Returns
     -------
@@ -62,6 +62,7 @@ def scene_visibility(
     """
     limit = 0 if folder is None else most_bytes()
     if folder is None or not limit:
+        _say_cost(scene, jobs, say)
         return computed_visibility(scene, jobs, progress, before)
     file = Path(folder) / f"{visibility_key(scene, before)}.npz"
     if file.is_file():
@@ -80,10 +81,17 @@ def scene_visibility(
     # Before the work; this also clears away what a killed process has left of this file.
     made_folder(folder)
     check_writable(file)
+    _say_cost(scene, jobs, say)
     found = computed_visibility(scene, jobs, progress, before)
     _write(file, found)
     pruned(Path(folder), limit, keep=file)
     return found
+
+
+def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:
+    cost = visibility_cost(scene).with_jobs(jobs)
+    if cost.seconds >= SAID_FROM_SECONDS:
+        say(f"what hides light from all around, once for these meshes: {cost.words}")
 
 
 def visibility_key(scene: Scene, before: Before | None = None) -> str:

@@ -26,6 +26,8 @@ from .visibility import SceneVisibility
 Progress = Callable[[int, int, str], None]
 #: CPU seconds a vertex: 0.5 to 0.9 ms were measured on one core of a small machine, and 1.4 ms a vertex of a sheet.
 SECONDS_A_VERTEX = 1.5e-3
+#: Work that takes longer than this is announced.
+SAID_FROM_SECONDS = 10.0
 #: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
 #: and of a process itself.
 BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
@@ -54,6 +56,11 @@ class VisibilityCost:
         return SECONDS_A_VERTEX * self.vertices
 
     @property
+    def seconds(self) -> float:
+        """On as many free cores as there are processes."""
+        return self.cpu_seconds / max(1, self.jobs)
+
+    @property
     def memory_bytes(self) -> int:
         """At the peak, all processes together: each worker has the triangles."""
         ours = BYTES_A_TRIANGLE * self.triangles + BYTES_A_VERTEX * self.vertices + BYTES_A_PROCESS
@@ -65,7 +72,7 @@ class VisibilityCost:
         """For a person."""
         return (
             f"{self.triangles:,} triangles, {self.vertices:,} vertices, {gigabytes(self.memory_bytes)} of memory and "
-            f"{max(1.0, self.cpu_seconds / max(1, self.jobs)):.0f} s"
+            f"{max(1.0, self.seconds):.0f} s"
         )
 
     def with_jobs(self, most: int) -> VisibilityCost:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.shapes import patches, speed_shape, sphere
-from metamer.lighting.visibility import cache
+from metamer.lighting.visibility import cache, precompute
 from metamer.lighting.visibility.cache import scene_visibility, visibility_key
 from metamer.spectral.errors import NoRoomError
 
@@ -80,6 +80,23 @@ def test_numbers_changed_in_a_file_that_can_be_read_are_not_believed(scene, kept
     np.savez(file, **arrays)
     said = []
     assert same(scene_visibility(scene, folder, say=said.append), first) and len(said) == 1
+
+
+@pytest.mark.parametrize("keeps", [True, False])
+def test_what_takes_long_is_said_before_the_work(scene, tmp_path, monkeypatch, keeps):
+    monkeypatch.setattr(precompute, "SECONDS_A_VERTEX", 1.0)
+    said, begun = [], []
+
+    def work(*given):
+        begun.append(list(said))
+
+    monkeypatch.setattr(cache, "computed_visibility", work)
+    scene_visibility(scene, tmp_path if keeps else None, say=said.append)
+    ((line,),) = begun
+    assert line.startswith("what hides light from all around, once for these meshes: 320 triangles, 162 vertices, ")
+    if keeps:
+        scene_visibility(scene, tmp_path, say=said.append)
+        assert len(said) == 1 and len(begun) == 1
 
 
 def test_an_interruption_leaves_nothing_half_written(scene, tmp_path):
