@@ -288,13 +288,14 @@ def _gltf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     licences: dict[str, None] = {}
     for record in records:
         with _of(record):
-            material, said = gltf_material(record.surface(), record.id, writer)
+            surface = record.surface()
+            material, said = gltf_material(surface, record.id, writer)
         if record.model not in ("maps", "spectral_texture") and _mean_only(record):
             said.append("its textures are left out; this is their mean")
         said += [
             f"not written either: {note}" for note in record.provenance.notes.split(" + ") if "not rendered" in note
         ]
-        method = str(record.original.get("uplift.method", ""))
+        method = getattr(surface, "uplift", record.original.get("uplift.method", ""))
         said += [f"its spectra are by {method}: import it again with --uplift {method}"] if method else []
         licences |= {record.provenance.licence: None}
         material["extras"] = {"metamer": provenance_tags(record) | {"export": " + ".join(said)}}
