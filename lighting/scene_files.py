@@ -134,7 +134,10 @@ def _parts(
         found = "a table" if shape is not None else "a list"
         raise InputError("not of this part", file=path, field=f"{where}.materials", found=found, expected=expected)
     if "materials" in got and "mesh_part" in got:
-        raise InputError("of a whole mesh alone", file=path, field=f"{where}.materials", found="mesh_part too")
+        hint = "leave mesh_part out: `materials` parts the mesh by itself"
+        raise InputError(
+            "both parts and materials", file=path, field=f"{where}.materials", found="mesh_part", hint=hint
+        )
     if shape is not None:
         foreign |= dict.fromkeys(("mesh_part", "crease_deg"), "a mesh, not a shape")
     for field, right in foreign.items():
