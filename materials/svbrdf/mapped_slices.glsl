@@ -178,6 +178,7 @@ Here here_at(Gathered s) {
     bool some = there > 0.0;
     for (int k = 0; k < PLANES; ++k) numbers[k] = total[k] / (some ? there : 1.0);
     normal = some ? first / there : vec3(0.0, 0.0, 1.0);
+    wider = vec3(NUMBER(DIFFER, 0, AT_DIFFER), NUMBER(DIFFER, 1, AT_DIFFER), NUMBER(DIFFER, 2, AT_DIFFER));
 #if NORMAL >= 0
     // See map_levels.wider.
     second = some ? second / there : vec3(0.0);
@@ -187,9 +188,9 @@ Here here_at(Gathered s) {
     mat2 turn = mat2(turned_to(up, vec3(1.0, 0.0, -up.x / flatter_up)).xy,
         turned_to(up, vec3(0.0, 1.0, -up.y / flatter_up)).xy);
     mat2 turned = turn * mat2(covariance.xy, covariance.yz) * transpose(turn);
-    wider = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
-    float most = sqrt(wider.x * wider.z);
-    wider.y = clamp(wider.y, -most, most);
+    vec3 more = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
+    float most = sqrt(more.x * more.z);
+    wider += vec3(more.x, clamp(more.y, -most, most), more.z);
 #endif
     shorter = length(normal);
     normal /= shorter;

@@ -85,7 +85,8 @@ class MappedSlices(EnvironmentForm):
             covers = (covers >= self.maps.cutoff - ROUNDING).astype(np.float64)
         frame, theta_o = _frame(normal, points.wo)
         seen = (np.sum(normal * points.wo, axis=1, keepdims=True) > 0.0) * covers
-        spread = np.broadcast_to(kind("spread", 3) + wider, (len(points), 3))
+        spread = kind("spread", 3) + (kind("differ", 3) + wider if filtered else 0.0)
+        spread = np.broadcast_to(spread, (len(points), 3))
         if self.parts > 1:
             directions, sharpness, values = self._stretched(filtered, spread, normal, frame, theta_o, points.wo)
         else:
@@ -204,7 +205,10 @@ class MappedSlices(EnvironmentForm):
         low, high = [], []
         for level in levels:
             texels = level.reshape(level.shape[0] * level.shape[1], level.shape[2])
-            a, b, c = np.moveaxis(layout.numbers(texels, "spread", 3).astype(np.float64), -1, 0)
+            spread = layout.numbers(texels, "spread", 3).astype(np.float64)
+            if len(layout.columns) > layout.starts["differ"]:
+                spread += layout.numbers(texels, "differ", 3)
+            a, b, c = np.moveaxis(spread, -1, 0)
             # Of what leans, the middle part is the narrowest.
             narrow = (a * c - b * b) / (0.5 * (a + c) + np.hypot(0.5 * (a - c), b)) if self.parts > 1 else 0.0
             low.append((np.sqrt(narrow) if self.parts > 1 else (a * c - b * b) ** 0.25).min())

@@ -48,8 +48,9 @@ def axes_of(
     a, b, c = np.moveaxis(spread, -1, 0)
     half = np.hypot(0.5 * (a - c), b)
     wide = 0.5 * (a + c) + half
-    # From the determinant: the difference would lose the digits of what is narrow.
-    narrow = np.minimum((a * c - b * b) / wide, wide)
+    # From the determinant: the difference would lose the digits of what is narrow. Rounding may take it below zero.
+    narrow = np.divide(a * c - b * b, wide, out=np.zeros_like(wide), where=wide > 0.0)
+    narrow = np.clip(narrow, 0.0, wide)
     # Of what is as wide along as across any direction will do.
     turn = 0.5 * np.arctan2(np.where(half > 0.0, 2.0 * b, 0.0), np.where(half > 0.0, a - c, 1.0))
     return np.sqrt(wide), np.sqrt(narrow), np.stack([np.cos(turn), np.sin(turn)], axis=1)
