@@ -116,12 +116,14 @@ def off(scenes, software, surface, light=TWO):
 
 
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
-@pytest.mark.parametrize("kind", ["varied", "two axes, turned", "alike everywhere"])
+@pytest.mark.parametrize("kind", ["varied", "two axes, turned", "alike everywhere", "two axes alike"])
 def test_gl_equals_numpy(scenes, software, hardware, filtering, kind):
     if kind == "varied":
         surface = varied(placement=Placement((3.0, 2.0), (-0.7, 0.2), ("repeat", "mirror")))
     elif kind == "alike everywhere":
         surface = surface_of(0.5)
+    elif kind == "two axes alike":
+        surface = surface_of(np.broadcast_to([0.6, 0.4], (1, 1, 2)), 1.0, turn=ALIKE(0.4))
     else:
         rng = np.random.default_rng(1)
         turn = TexelMap(rng.uniform(0.0, 3.0, (32, 48, 1)).astype(np.float32))
