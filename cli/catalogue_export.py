@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..materials.records.material import MaterialRecord
 
 # Names of `materials.exporting.FORMATS`, which is imported only when something is exported.
-_FORMATS = "csv, cxf, exr, merl or mitsuba"
+_FORMATS = "csv, cxf, exr, gltf, merl or mitsuba"
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

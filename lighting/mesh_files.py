@@ -7,7 +7,7 @@ import re
 import struct
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,9 +44,39 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
     InputError : the file is missing, of another kind, damaged, or holds no triangle; numbers that are not finite.
     UnknownNameError : no part of this name.
     """
+    path = Path(path)
+    meshes, left_out = _pieces(path, crease_deg)
+    mesh = joined([mesh for mesh, _ in meshes], path.stem)
+    if mesh_part is not None:
+        own = next((one for one, _ in meshes if one.name == mesh_part), mesh)
+        alone = mesh.part(mesh_part)
+        mesh = alone if own.uv is None else replace(alone, uv=own.uv[np.unique(own.faces)])
+    if path.suffix.lower() == ".obj" and all(one.uv is None for one, _ in meshes) and b"\nvt " in path.read_bytes():
+        left_out.append(f"{path.stem}: not every corner has texture coordinates; they are left out")
+    return replace(mesh, notes=(*mesh.notes, *left_out))
+
+
+def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[str, Mesh]:
+    """The meshes of a file by the material that the file itself gives them: glTF's `materials`, OBJ's `usemtl`.
+
+    Those without one, as all in STL and PLY, are under "". Parameters and errors as of `load_mesh`.
+    """
+    path = Path(path)
+    meshes, left_out = _pieces(path, crease_deg, named=True)
+    found: dict[str, list[Mesh]] = {}
+    for mesh, material in meshes:
+        found.setdefault(material, []).append(mesh)
+    whole = {material: joined(several, material or path.stem) for material, several in found.items()}
+    return {name: replace(mesh, notes=(*mesh.notes, *left_out)) for name, mesh in whole.items()}
+
+
+def _pieces(path: Path, crease_deg: Number, named: bool = False) -> tuple[list[tuple[Mesh, str]], list[str]]:
+    """What a file holds, piece by piece, each with the name of its material in the file; and notes.
+
+    named : names of materials are asked for, which an OBJ has even where the file of its materials is missing.
+    """
     import trimesh
 
-    path = Path(path)
     if not path.is_file():
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
     if path.suffix.lower() not in SUFFIXES:
@@ -57,9 +87,11 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
         _check_ply_lines(path)
     mended, left_out = readable_gltf(path) if path.suffix.lower() in (".gltf", ".glb") else (None, ())
     # Buffers and materials beside the file are found from its place.
-    beside = {} if mended is None else {"resolver": trimesh.resolvers.FilePathResolver(str(path))}
+    beside: dict[str, Any] = {} if mended is None else {"resolver": trimesh.resolvers.FilePathResolver(str(path))}
     try:
         source = _source(path) if mended is None else mended
+        if named and path.suffix.lower() == ".obj":
+            source, beside = _with_names(path)
         loaded = trimesh.load(source, file_type=path.suffix[1:].lower(), process=False, **beside)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
@@ -70,14 +102,14 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
         ) from reason
 
     pieces: list[tuple[str, trimesh.Trimesh, np.ndarray]] = []
-    left_out = list(left_out)
+    notes = list(left_out)
     if isinstance(loaded, trimesh.Scene):
         for name, node in _named_nodes(loaded):
             world_from_node, geometry = loaded.graph[node]
             if isinstance(loaded.geometry[geometry], trimesh.Trimesh):
                 pieces.append((name, loaded.geometry[geometry], np.asarray(world_from_node, dtype=np.float64)))
             else:
-                left_out.append(f"{name}: left out, it holds lines or points and no triangles")
+                notes.append(f"{name}: left out, it holds lines or points and no triangles")
     elif isinstance(loaded, trimesh.Trimesh):
         pieces.append((path.stem, loaded, np.eye(4)))
     pieces = [piece for piece in pieces if len(piece[1].faces)]
@@ -90,15 +122,9 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
         uv = getattr(piece.visual, "uv", None)
         label = f"{path} ({name})" if len(pieces) > 1 else str(path)
         cleaned = cleaned_mesh(piece.vertices, piece.faces, normals, uv, source=label, name=name, crease_deg=crease_deg)
-        meshes.append(cleaned.transformed(world_from_piece))
-    mesh = joined(meshes, path.stem)
-    if mesh_part is not None:
-        own = next((one for one in meshes if one.name == mesh_part), mesh)
-        alone = mesh.part(mesh_part)
-        mesh = alone if own.uv is None else replace(alone, uv=own.uv[np.unique(own.faces)])
-    if path.suffix.lower() == ".obj" and all(one.uv is None for one in meshes) and b"\nvt " in path.read_bytes():
-        left_out.append(f"{path.stem}: not every corner has texture coordinates; they are left out")
-    return replace(mesh, notes=(*mesh.notes, *left_out))
+        material = getattr(getattr(piece.visual, "material", None), "name", None)
+        meshes.append((cleaned.transformed(world_from_piece), str(material or "")))
+    return meshes, notes
 
 
 def _source(path: Path) -> Path | io.BytesIO:
@@ -111,6 +137,27 @@ def _source(path: Path) -> Path | io.BytesIO:
     except UnicodeDecodeError:
         return io.BytesIO(data.decode("latin-1").encode("utf-8"))
     return path
+
+
+class _Names:
+    """Stands in for the file of an OBJ's materials: it has every name that is used, and nothing else."""
+
+    def __init__(self, data: bytes) -> None:
+        names = dict.fromkeys(re.findall(rb"(?m)^\s*usemtl[ \t]+(.*?)\s*$", data))
+        self.text = b"".join(b"newmtl " + name + b"\n" for name in names)
+
+    def get(self, name: str) -> bytes:
+        """The materials, whatever their file is called."""
+        return self.text
+
+    __getitem__ = get
+
+
+def _with_names(path: Path) -> tuple[io.BytesIO, dict[str, Any]]:
+    """An OBJ as trimesh should be given it to keep the names of materials."""
+    source = _source(path)
+    data = source.getvalue() if isinstance(source, io.BytesIO) else source.read_bytes()
+    return io.BytesIO(b"mtllib names\n" + data), {"resolver": _Names(data)}
 
 
 def _named_nodes(scene: trimesh.Scene) -> list[tuple[str, str]]:

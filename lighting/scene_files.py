@@ -23,6 +23,7 @@ from .lights import DirectionalLight, Light
 from .mesh import Mesh
 from .mesh_cost import SAID_FROM_SECONDS, MeshCost, file_cost
 from .mesh_files import SUFFIXES, load_mesh
+from .mesh_materials import worn_meshes
 from .scene import Part, Review, Scene, Viewing, bounds_of, check_lit, framing_camera, held_off_notes, illuminances_lux
 from .scene_keys import (
     CAMERA,
@@ -126,7 +127,17 @@ def _parts(
     options = SHAPES[shape] if shape is not None else {}
     got = taken(table, PART | options, path, where)
     name = got.get("name", shape if shape is not None else Path(got["mesh"]).stem)
-    foreign = {"materials": "material"} if shape != "patches" else {"material": "materials, one id a patch"}
+    foreign = {"material": "materials, one id a patch"} if shape == "patches" else {"materials": "material"}
+    foreign = {} if shape is None else foreign
+    if "materials" in got and isinstance(got["materials"], dict) == (shape is not None):
+        expected = "material" if shape not in ("patches", None) else "a list of ids" if shape else "a table of ids"
+        found = "a table" if shape is not None else "a list"
+        raise InputError("not of this part", file=path, field=f"{where}.materials", found=found, expected=expected)
+    if "materials" in got and "mesh_part" in got:
+        hint = "leave mesh_part out: `materials` parts the mesh by itself"
+        raise InputError(
+            "both parts and materials", file=path, field=f"{where}.materials", found="mesh_part", hint=hint
+        )
     if shape is not None:
         foreign |= dict.fromkeys(("mesh_part", "crease_deg"), "a mesh, not a shape")
     for field, right in foreign.items():
@@ -139,24 +150,30 @@ def _parts(
     if "uv" in options:
         # So that a texture can be put on it.
         settings.setdefault("uv", True)
+    made: list[tuple[str, Mesh, str, dict[str, Any]]]
     with placed(path, where):
         if shape == "patches":
             ids = got.get("materials") or [default]
             chips = shapes.patches(len(ids), **settings)
-            made = [(f"{name}/{k}", chip, id_) for k, (chip, id_) in enumerate(zip(chips, ids, strict=True), 1)]
+            made = [(f"{name}/{k}", chip, id_, {}) for k, (chip, id_) in enumerate(zip(chips, ids, strict=True), 1)]
         elif shape is not None:
             _foretold(MeshCost(shapes.triangles(shape, **settings)), f"making {shape} {name!r}", path, say)
-            made = [(name, getattr(shapes, shape)(**settings), got.get("material", default))]
+            made = [(name, getattr(shapes, shape)(**settings), got.get("material", default), {})]
         else:
             file = path.parent / got["mesh"]
             if file.is_file() and file.suffix.lower() in SUFFIXES:
                 _foretold(file_cost(file), f"reading {file.name}", file, say)
-            made = [(name, _file_mesh(file, got), got.get("material", default))]
-    for part_name, mesh, material in made:
+            if "materials" in got:
+                place_in = (got.get("material"), float(got.get("crease_deg", 40.0)), path, f"{where}.materials")
+                worn = worn_meshes(file, got["materials"], *place_in)
+                made = [(f"{name}/{piece}" if piece else name, mesh, id_, own) for piece, mesh, id_, own in worn]
+            else:
+                made = [(name, _file_mesh(file, got), got.get("material", default), {})]
+    for part_name, mesh, material, own in made:
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
         with placed(path, where):
-            there = mesh.placed(**place)
+            there = mesh.placed(**(place | own))
         yield Part(part_name, there, material)
 
 

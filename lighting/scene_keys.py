@@ -28,13 +28,15 @@ PART = {
     "mesh_part": "text",
     "crease_deg": "number",
     "material": "text",
-    "materials": "texts",
+    "materials": "materials",
     "translate": "vector",
     "rotate_deg": "vector",
     "scale": "scale",
     "uv_scale": "uv_scale",
     "uv_rotate_deg": "number",
 }
+# What one material of a mesh file can be told beside its id.
+WORN = {"material": "text", "uv_scale": "uv_scale", "uv_rotate_deg": "number"}
 # What each generated shape can be told beside the keys of every part.
 SHAPES = {
     "sphere": {"subdivisions": "count", "uv": "flag"},
@@ -64,6 +66,7 @@ EXPECTED = {
     "text": "text in quotes",
     "file": "the name of a file, in quotes",
     "texts": "a list of texts",
+    "materials": "a list of texts, or of a mesh a table of ids",
     "number": "a finite number",
     "entry": "a name in quotes, or a number from 1",
     "count": "a whole number, at least 1",
@@ -97,6 +100,8 @@ def _fits(value: Any, kind: str) -> bool:
         return _fits(value, "text") or _fits(value, "count")
     if kind == "texts":
         return isinstance(value, list) and bool(value) and all(isinstance(item, str) and item for item in value)
+    if kind == "materials":
+        return _fits(value, "texts") or (isinstance(value, dict) and all(map(_is_worn, value.values())) and bool(value))
     if kind == "flag":
         return isinstance(value, bool)
     if kind == "count":
@@ -109,6 +114,11 @@ def _fits(value: Any, kind: str) -> bool:
         several = len(items) == (3 if kind == "scale" else 2) and all(_fits(item, "number") for item in items)
         return (number and value != 0) or (several and all(item != 0 for item in items))
     return number
+
+
+def _is_worn(value: Any) -> bool:
+    """An id, or a table, whose keys are checked where it is read."""
+    return isinstance(value, dict) or _fits(value, "text")
 
 
 @contextmanager

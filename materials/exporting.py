@@ -280,10 +280,38 @@ def _mitsuba(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     return (*notes, *_mean_only(record))
 
 
+def _gltf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
+    from .formats.gltf_material import gltf_material
+    from .formats.gltf_writer import GltfWriter
+
+    writer, notes = GltfWriter(), []
+    licences: dict[str, None] = {}
+    for record in records:
+        with _of(record):
+            surface = record.surface()
+            material, said = gltf_material(surface, record.id, writer)
+        if record.model not in ("maps", "spectral_texture") and _mean_only(record):
+            said.append("its textures are left out; this is their mean")
+        said += [
+            f"not written either: {note}" for note in record.provenance.notes.split(" + ") if "not rendered" in note
+        ]
+        method = getattr(surface, "uplift", record.original.get("uplift.method", ""))
+        said += [f"its spectra are by {method}: import it again with --uplift {method}"] if method else []
+        licences |= {record.provenance.licence: None}
+        material["extras"] = {"metamer": provenance_tags(record) | {"export": " + ".join(said)}}
+        writer.add(material)
+        notes += [f"{record.id}: {note}" for note in said]
+    writer.write(path, {"copyright": "; ".join(licences)})
+    return tuple(notes)
+
+
 FORMATS = {
     "csv": ExportFormat(".csv", True, _csv, "table of spectra"),
     "cxf": ExportFormat(".cxf", True, _cxf, "CxF3: spectra, Lab under D50, provenance"),
     "exr": ExportFormat(".exr", False, _exr, "spectral OpenEXR: reflectance, emission or fluorescence"),
+    "gltf": ExportFormat(
+        ".glb", True, _gltf, "glTF 2.0: maps, textures, and what is matt or metal and roughness, in RGB"
+    ),
     "merl": ExportFormat(".binary", False, _merl, "MERL table of the BRDF in red, green and blue"),
     "mitsuba": ExportFormat("", False, _mitsuba, "folder with a Mitsuba 3 scene of the material on a sphere"),
 }

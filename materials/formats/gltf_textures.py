@@ -17,8 +17,8 @@ from .pictures.textures import Texture
 # Textures of colours are in sRGB; all others hold numbers.
 _SRGB = ("baseColorTexture", "emissiveTexture", "diffuseTexture", "specularGlossinessTexture")
 _OTHER_PICTURES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "MSFT_texture_dds")
-# OpenGL's numbers, which samplers have.
-_WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+#: OpenGL's numbers, which samplers have.
+WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _KTX2 = b"\xabKTX 20\xbb"
 #: Extensions of a material: what to call those that are kept and not rendered; "" for those that are rendered.
 KEPT_EXTENSIONS = {
@@ -98,10 +98,10 @@ class TextureReader:
         wrap = []
         for key in ("wrapS", "wrapT"):
             code = sampler.whole(key, 10497)
-            if code not in _WRAPS:
-                expected = ", ".join(f"{known} ({word})" for known, word in _WRAPS.items())
+            if code not in WRAPS:
+                expected = ", ".join(f"{known} ({word})" for known, word in WRAPS.items())
                 sampler.refuse(key, "unknown way to go on beyond a texture", code, expected)
-            wrap.append(_WRAPS[code])
+            wrap.append(WRAPS[code])
         return Placement((across, down), (left, 1.0 - top - down), (wrap[0], wrap[1]))
 
     def all(self) -> tuple[list[Texture], list[str]]:

@@ -1,7 +1,8 @@
 """Loose texture maps: albedo, roughness, metallic, normal, ... in pictures of their own, told apart by their names.
 
 The albedo stands for its set; its siblings in the same folder come with it. Integers are sRGB in an albedo and numbers
-elsewhere; floats (OpenEXR, TIFF) are linear. Every texel is rendered, or the mean of all where that is asked for or
+elsewhere; floats (OpenEXR, TIFF) are linear; a spectral OpenEXR picture as the albedo is measured reflectances, which
+stay as they are. Every texel is rendered, or the mean of all where that is asked for or
 maps say more than is drawn; the maps are kept as they came.
 """
 
@@ -21,7 +22,8 @@ from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
 from ..svbrdf.maps import MappedSurface
-from .measured import placed
+from ..svbrdf.texel_map import TexelMap
+from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
 from .pictures.map_names import SUFFIXES, map_name, members
@@ -29,6 +31,9 @@ from .pictures.map_record import kept_maps
 from .pictures.normal_maps import Green, green_of
 from .pictures.stand_in import Colour, Number, SurfaceMaps, model_of
 from .pictures.textures import Texture
+from .reading_cost import Cost, cost_of_bytes, cost_of_picture
+from .spectral_base import SpectralBase, mean_of, read_spectral_base
+from .spectral_channels import is_spectral_base
 
 __all__ = ["DRAWS_MAPS", "NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
 
@@ -52,6 +57,11 @@ def companions(path: Path) -> Iterable[Path]:
     return tuple(other for files in members(path).values() for other in files if other != path)
 
 
+def reading_cost(path: Path) -> Cost:
+    """Of a spectral albedo, as its header counts its pixels."""
+    return cost_of_picture(path) if is_spectral_base(path) else cost_of_bytes(path)
+
+
 def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """The one record, "maps/NAME", of the set that a map belongs to.
 
@@ -72,26 +82,42 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
             hint="rename the picture, or copy the albedo beside it",
         )
     _check_unambiguous(path, found)
-    textures = {role: [_texture(role, file) for file in files] for role, files in found.items()}
+    (albedo,) = found["albedo"]
+    measured = read_spectral_base(albedo) if is_spectral_base(albedo) else None
+    textures = {
+        role: [_texture(role, file) for file in files]
+        for role, files in found.items()
+        if role != "albedo" or measured is None
+    }
     every = [texture for several in textures.values() for texture in several]
-    _check_sizes(path, every)
+    sizes = [(texture.file, texture.size) for texture in every]
+    _check_sizes(path, sizes if measured is None else [(albedo, measured.size), *sizes])
     notes: list[str] = []
-    with placed(path, "albedo"):
-        model, parameters, drawn = _surface(textures, uplift, answer, notes)
+    with placed(albedo, "albedo"):
+        model, parameters, drawn = _surface(textures, measured, uplift, answer, notes)
     notes += _unrendered(textures, drawn) + [note for texture in every for note in texture.notes]
-    notes += [f"spectra by {uplift}, of linear sRGB"]
-    notes += [f"{printable(texture.file.name)}: SHA-256 {texture.digest}" for texture in every]
+    notes += [f"spectra by {uplift}, of linear sRGB"] if measured is None else []
+    digests = {texture.file: texture.digest for texture in every}
+    if measured is not None:
+        digests = {albedo: sha256_of(albedo), **digests}
+    notes += [f"{printable(file.name)}: SHA-256 {digest}" for file, digest in digests.items()]
     name = map_name(path)
     label = name.stem if name and name.stem else path.resolve().parent.name
-    files = ", ".join(printable(texture.file.name) for texture in every)
+    files = ", ".join(printable(file.name) for file in digests)
+    # Facets are a model's, whatever is known of the body.
+    of_measured = "measured" if model in ("lambert", "spectral_texture") else "analytic"
     provenance = Provenance(
         source=f"{printable(label)}, a set of texture maps: {files}",
         licence="not stated in the files",
-        kind=upsampling(uplift).provenance,
+        kind=upsampling(uplift).provenance if measured is None else of_measured,
         notes=" + ".join(dict.fromkeys(notes)),
     )
     original: dict[str, Any] = {f"maps.{texture.slot}.file": printable(texture.file.name) for texture in every}
-    original |= kept_maps(every, uplift)
+    kept = kept_maps(every, uplift)
+    if measured is not None:
+        original |= {"maps.albedo.file": printable(albedo.name), **measured.original}
+        kept = {name: value for name, value in kept.items() if not name.startswith("uplift.")}
+    original |= kept
     yield MaterialSource(f"maps/{id_word(label)}", "maps", model, parameters, provenance, path, original)
 
 
@@ -156,10 +182,9 @@ def _check_unambiguous(path: Path, found: dict[str, list[Path]]) -> None:
             )
 
 
-def _check_sizes(path: Path, textures: list[Texture]) -> None:
-    sizes = {texture.size for texture in textures}
-    if len(sizes) > 1:
-        shown = (f"{printable(each.file.name)} {each.size[1]} x {each.size[0]}" for each in textures)
+def _check_sizes(path: Path, files: list[tuple[Path, tuple[int, int]]]) -> None:
+    if len({size for _, size in files}) > 1:
+        shown = (f"{printable(file.name)} {width} x {height}" for file, (height, width) in files)
         raise InputError(
             "maps of different sizes",
             file=path,
@@ -171,17 +196,18 @@ def _check_sizes(path: Path, textures: list[Texture]) -> None:
 
 
 def _surface(
-    textures: dict[str, list[Texture]], uplift: str, answer: Answer, notes: list[str]
+    textures: dict[str, list[Texture]], measured: SpectralBase | None, uplift: str, answer: Answer, notes: list[str]
 ) -> tuple[str, dict[str, Any], set[str]]:
     """Model, parameters, and the properties that are drawn beside colour, roughness and metal; what was assumed is
     added to `notes`.
     """
     only = {role: several[0] for role, several in textures.items()}
-    albedo = only["albedo"]
-    if albedo.floating:
+    albedo = only.get("albedo")
+    notes += measured.notes if measured is not None else ()
+    if albedo is not None and albedo.floating:
         beyond = int(((albedo.values[..., :3] < 0) | (albedo.values[..., :3] > 1)).sum())
         notes += [f"{beyond} values of the albedo are below 0 or above 1, and kept so"] if beyond else []
-    if albedo.values.shape[2] in (2, 4) and np.ptp(albedo.values[..., -1]) > 0:
+    if albedo is not None and albedo.values.shape[2] in (2, 4) and np.ptp(albedo.values[..., -1]) > 0:
         notes.append("the alpha of the albedo is kept and not rendered")
     roughness, metallic = _roughness(only, notes), _metallic(only, notes)
     maps = SurfaceMaps(base=Colour(albedo), metallic=metallic or Number(scale=0.0), roughness=roughness or Number())
@@ -192,12 +218,15 @@ def _surface(
         notes.append("no map of roughness or metal: taken to be perfectly diffuse")
     if answer.maps != "mean":
         try:
-            surface, said, drawn = _drawn(textures, maps, facets is None, uplift, answer)
+            surface, said, drawn = _drawn(textures, maps, measured, facets is None, uplift, answer)
             if surface is not None:
                 notes += said
                 return "maps", surface.parameters(), drawn
         except NotDrawn as reason:
             notes.append(f"not drawn texel by texel: {reason}")
+    if measured is not None:
+        notes.append("what is rendered is the mean of the maps")
+        return (*mean_of(drawn_maps(maps, _more(measured, facets is None), "")[0], facets is None), set())
     parameters, more_notes = model_of(maps, uplift)
     notes += more_notes
     if facets:
@@ -206,13 +235,25 @@ def _surface(
     return "lambert", lambert, set()
 
 
+def _more(measured: SpectralBase | None, matt: bool, mends: bool = False) -> MoreMaps:
+    if measured is None:
+        return MoreMaps(matt=matt, mends=mends)
+    spectra = (measured.wavelengths_nm, TexelMap(measured.values))
+    return MoreMaps(matt=matt, mends=mends, spectra=spectra)
+
+
 def _drawn(
-    textures: dict[str, list[Texture]], maps: SurfaceMaps, matt: bool, uplift: str, answer: Answer
+    textures: dict[str, list[Texture]],
+    maps: SurfaceMaps,
+    measured: SpectralBase | None,
+    matt: bool,
+    uplift: str,
+    answer: Answer,
 ) -> tuple[MappedSurface | None, list[str], set[str]]:
     """The surface of all texels, None where they are alike; notes; and which of the other properties it shows."""
     notes: list[str] = []
     drawn: set[str] = set()
-    more = MoreMaps(matt=matt, mends=answer.maps == "mended")
+    more = _more(measured, matt, answer.maps == "mended")
     role = next((role for role in ("normal_gl", "normal_dx", "normal") if role in textures), "")
     if role:
         if len(textures[role]) > 1:
@@ -244,7 +285,6 @@ def _green(role: str, textures: dict[str, list[Texture]], answer: Answer, notes:
     if answer.normal_map is None or proved:
         raise InputError(
             "a normal map that does not say which way is up" if proved is None else "not what --normal-map says",
-            file=textures["albedo"][0].file,
             field=printable(texture.file.name),
             found="slopes that are no height's either way" if proved is None else f"slopes of a height by {proved}",
             expected="a name that ends in nor_gl, nor_dx, NormalGL or NormalDX",

@@ -10,15 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
 
 from ...spectral.formats.exr import write_exr
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
-from ...spectral.upsampling import xyz_from_rgb
 from ..svbrdf.map_set import DIELECTRIC_F0, ROUNDING, MapSet
 from ..svbrdf.texel_map import TexelMap
 from .mitsuba_writer import element, write_scene
+from .shown_colours import shown_base
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -32,7 +29,7 @@ def write_mitsuba_maps(folder: Path, surface: MapSet, comment: str = "") -> tupl
     InputError : a folder that cannot be written to.
     """
     notes = ["the maps are OpenEXR pictures beside the scene; Mitsuba makes spectra of their colours itself"]
-    base = _texture(folder, "base_color", _colours(surface), surface)
+    base = _texture(folder, "base_color", shown_base(surface), surface)
     matt = _is(surface.weight, 0.0) and _is(surface.metallic, 0.0)
     if matt:
         base.set("name", "reflectance")
@@ -68,15 +65,6 @@ def write_mitsuba_maps(folder: Path, surface: MapSet, comment: str = "") -> tupl
 
 def _is(one: TexelMap, number: float) -> bool:
     return bool((one.decoded(one.values) == number).all())
-
-
-def _colours(surface: MapSet) -> Float[np.ndarray, "H W 3"]:
-    """Linear red, green and blue of the base colour; of spectra, as D65 shows them."""
-    base = surface.base.decoded(surface.base.values)
-    if surface.uplift:
-        return base
-    weights = observer("1931_2").weights(illuminant("D65"), surface.wavelengths_nm)
-    return base @ weights.T @ np.linalg.inv(xyz_from_rgb()).T
 
 
 def _texture(folder: Path, name: str, values: np.ndarray, surface: MapSet, raw: bool = False) -> Element:

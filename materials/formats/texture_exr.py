@@ -8,7 +8,6 @@ picture of few colours is a chart, and gives a spectrum each (`spectra`).
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_picture
-from ...spectral.formats.spectral_exr import LENGTH, MOST_COLOURS, wavelength_of
+from ...spectral.formats.spectral_exr import MOST_COLOURS, wavelength_of
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
@@ -29,12 +28,12 @@ from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .reading_cost import Cost, cost_of_picture
 from .spectra import read_sources as read_chart
+from .spectral_channels import PLAIN, is_spectral, is_spectral_base
 
 NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
 #: 2048 x 2048 of 32 wavelengths: half a gigabyte as floats.
 MOST_SAMPLES = 1 << 27
-_PLAIN = re.compile(rf"^(?:(?P<layer>.*)\.)?(?P<kind>S[0-3]|T)\.{LENGTH}$")
 _PREVIEW = ("R", "G", "B", "A", "Y", "RY", "BY")
 _LONGEST_TEXT = 32000
 
@@ -50,11 +49,11 @@ class SpectralTexture:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for OpenEXR with spectral channels, or whose header cannot be read."""
-    if not head.startswith(MAGIC):
+    """True for OpenEXR with spectral channels, or whose header cannot be read; a base colour goes with its set."""
+    if not head.startswith(MAGIC) or is_spectral_base(path, head):
         return False
     names = channel_names(path, head)
-    return not names or any(_PLAIN.match(name) for name in names)
+    return not names or any(map(is_spectral, names))
 
 
 def reading_cost(path: Path) -> Cost:
@@ -108,7 +107,7 @@ def spectral_textures(picture: ExrPicture, path: Path) -> list[SpectralTexture]:
     """Every quantity of every layer; raises `InputError` where channels do not go together."""
     found: dict[tuple[str, str], dict[float, np.ndarray]] = {}
     for name, pixels in picture.channels.items():
-        if match := _PLAIN.match(name):
+        if match := PLAIN.match(name):
             held = found.setdefault((match["layer"] or "", match["kind"]), {})
             length = wavelength_of(*match.group(3, 4, 5))
             if length in held:
@@ -158,7 +157,7 @@ def _source(
     height, width, count = texture.values.shape
     mean = texture.values.mean(axis=(0, 1), dtype=np.float64)
     grid = texture.wavelengths_nm
-    model, parameters, said = _model(texture, mean, path)
+    model, parameters, said = surface_of(texture, mean, path)
     shown = "each of which is rendered" if "texture" in parameters else "of which the mean is kept as a spectrum"
     sentences = [f"{width} x {height} texels, {shown}", *said]
     if any(name.rpartition(".")[2] in ("R", "G", "B") for name in picture.channels):
@@ -184,11 +183,11 @@ def _source(
         original |= {f"{key}.values": other.values, f"{key}.wavelengths_nm": other.wavelengths_nm}
     for channel, pixels in _others(picture).items():
         original[f"channel.{printable(channel)}"] = pixels
-    original |= _attributes(picture.attributes)
+    original |= header_of(picture.attributes)
     return MaterialSource(f"textures/{name}", "textures", model, parameters, provenance, path, original)
 
 
-def _model(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
+def surface_of(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
     """A matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
     values, grid = texture.values, texture.wavelengths_nm
     notes = []
@@ -226,11 +225,11 @@ def _others(picture: ExrPicture) -> dict[str, np.ndarray]:
     return {
         name: pixels
         for name, pixels in picture.channels.items()
-        if not _PLAIN.match(name) and name.rpartition(".")[2] not in _PREVIEW
+        if not PLAIN.match(name) and name.rpartition(".")[2] not in _PREVIEW
     }
 
 
-def _attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+def header_of(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """The header's attributes, each as its text: units, exposure, handedness, the preview's light, ..."""
     found: dict[str, Any] = {}
     for name, value in attributes.items():

@@ -9,7 +9,7 @@ be none.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -28,6 +28,8 @@ KINDS = 4
 # What counts where Gaussians are placed: highlights, at grazing those that all materials share the more; of the body
 # they only take what its bent cosine leaves over.
 _COUNTS = np.array([0.1, 0.1, 1.0, 4.0])
+# Integrals of `bends` over the cosine's hemisphere, over pi.
+_MOMENTS = np.array([1.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.5])
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +46,34 @@ class FacetSlices:
     widths: Float[np.ndarray, "A T Q"]
     values: Float[np.ndarray, "A T QB 4"]
 
+    @cached_property
+    def energies(self) -> Float[np.ndarray, "A T 4"]:
+        """The integral of each geometry over all directions."""
+        count = self.widths.shape[2]
+        return self.values[:, :, :count].sum(axis=2) + np.einsum("b,atbk->atk", _MOMENTS, self.values[:, :, count:])
+
+    def energy(self, theta_o: Float[np.ndarray, " N"], alpha: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 4"]:
+        """`energies`, between the tabulated ones."""
+        rough, place = self._rough(alpha), places_of(theta_o, self.widths.shape[1])
+        a = np.minimum(rough.astype(np.int64), max(len(self.alphas) - 2, 0))
+        t = np.minimum(place.astype(np.int64), self.widths.shape[1] - 2)
+        part, above = (place - t)[:, None], np.minimum(a + 1, len(self.alphas) - 1)
+        smoother, rougher = (
+            (1.0 - part) * self.energies[side, t] + part * self.energies[side, t + 1] for side in (a, above)
+        )
+        return smoother + (rough - a)[:, None] * (rougher - smoother)
+
+    def _rough(self, alpha: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
+        """Where among the tabulated alphas one is; held beyond the first and the last."""
+        return np.clip(np.log(alpha / self.alphas[0]) / np.log(RATIO), 0.0, len(self.alphas) - 1.0)
+
     def at(
         self, theta_o: Float[np.ndarray, " N"], alpha: Float[np.ndarray, " N"]
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB 4"]]:
         """Unit directions, sharpness and values: the Gaussians of the alphas on both sides, where there are several,
         each by its share; held beyond the first and the last alpha.
         """
-        rough = np.clip(np.log(alpha / self.alphas[0]) / np.log(RATIO), 0.0, len(self.alphas) - 1.0)
+        rough = self._rough(alpha)
         polar, count = self.widths.shape[1:]
         place = places_of(theta_o, polar)
         below = np.minimum(place.astype(np.int64), polar - 2)

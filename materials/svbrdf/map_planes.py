@@ -26,7 +26,7 @@ from ..fast import Summand, TermShader
 from ..points import Points
 from ..terms import Terms
 from .facets import facets, turned_to
-from .map_levels import normals_from_afar, spread_from_afar
+from .map_levels import WIDENED, facets_apart, normals_from_afar, spread_from_afar
 from .map_set import ROUNDING, WHOLE, Placement
 from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
 
@@ -38,7 +38,8 @@ _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 @dataclass(frozen=True)
 class Layout:
     """Where the numbers of a texel are, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
-    covers, and of levels beyond the first `up`, the z of the mean normal.
+    covers, and of levels beyond the first `up`, the z of the mean normal, and `differ` (3), how much wider normals that
+    differ make the spread.
 
     columns : the plane of each number; -1 where it is in `constants`, alike in all texels.
     """
@@ -52,7 +53,7 @@ class Layout:
         """The first number of each kind."""
         edge = 3 * self.rank
         each = {"body": 0, "rest": self.rank, "facet": 2 * self.rank, "edge": edge, "normal": edge + 1}
-        return each | {"spread": edge + 3, "covers": edge + 6, "up": edge + 7}
+        return each | {"spread": edge + 3, "covers": edge + 6, "up": edge + 7, "differ": edge + 8}
 
     def numbers(self, texels: Float[np.ndarray, "N P"], name: str, count: int) -> Float[np.ndarray, "N K"]:
         """Numbers of one kind, of points whose planes are `texels`."""
@@ -97,11 +98,12 @@ class MapPlanes(Summand):
 
     @cached_property
     def levels(self) -> tuple[list[np.ndarray], Layout]:
-        """The planes at each level, and their layout, which has the widths and the z of mean normals besides."""
+        """The planes at each level, and their layout, which has the z of mean normals and what they differ by, too."""
         layout, rank = self.layout, self.layout.rank
         columns, starts = list(layout.columns), layout.starts
         x, y = layout.constants[starts["normal"] : starts["normal"] + 2]
-        constants = [*layout.constants, max(1.0 - x * x - y * y, 0.0) ** 0.5]
+        constants = [*layout.constants, max(1.0 - x * x - y * y, 0.0) ** 0.5, 0.0, 0.0, 0.0]
+        columns += [-1] * 4
         planes = self.planes.astype(np.float64)
         shape = planes.shape[:2]
 
@@ -118,18 +120,16 @@ class MapPlanes(Summand):
                 levels.append(mean)
         else:
             levels = levels_of(planes)
-        normal, spread = starts["normal"], starts["spread"]
-        varied = [columns[number] >= 0 for number in (normal, spread)]
-        if any(varied):
-            widths = spread_from_afar(kind("spread", 3))
+        added: list[tuple[str, list[np.ndarray]]] = []
+        if max(columns[starts["spread"] : starts["spread"] + 3]) >= 0:
+            added.append(("spread", spread_from_afar(kind("spread", 3))))
+        if columns[starts["normal"]] >= 0:
             means, wider = normals_from_afar(kind("normal", 2))
-            each = zip(widths, wider, means, strict=True)
-            added = [np.concatenate([width + more, mean[..., 2:]], axis=-1) for width, more, mean in each]
-            levels = [np.concatenate(both, axis=-1) for both in zip(levels, added, strict=True)]
-            columns[spread : spread + 3] = range(planes.shape[2], planes.shape[2] + 3)
-            columns.append(planes.shape[2] + 3)
-        else:
-            columns.append(-1)
+            added += [("up", [mean[..., 2:] for mean in means]), ("differ", wider)]
+        for name, more in added:
+            count, start, column = more[0].shape[2], starts[name], levels[0].shape[2]
+            levels = [np.concatenate(both, axis=-1) for both in zip(levels, more, strict=True)]
+            columns[start : start + count] = range(column, column + count)
         return levels, Layout(rank, tuple(columns), tuple(constants))
 
     def terms(self, points: Points) -> Terms:
@@ -196,7 +196,9 @@ class MapPlanes(Summand):
         there = above * (covers if coarse else covers >= self.cutoff - ROUNDING)
         wi, wo = (np.where(above[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
         fall = schlick(points.wi, points.wo)
-        shine = facets(wi, wo, kind("spread", 3)) * wi[:, 2] * there
+        spread = kind("spread", 3)
+        shine = facets_apart(wi, wo, spread, kind("differ", 3)) if coarse else facets(wi, wo, spread) * wi[:, 2]
+        shine = shine * there
         lit = (wi[:, 2] if arriving is None else arriving) * there / np.pi
         out = np.empty((len(texels), rank + 1))
         out[:, :rank] = kind("body", rank) * ((1.0 - fall) * lit)[:, None]
@@ -222,6 +224,8 @@ class MapPlanes(Summand):
         read = [number for number, column in enumerate(layout.columns) if column < 0]
         constants = tuple(layout.constants[: max(read, default=0) + 1])
         uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff - ROUNDING}
+        if filtered and self.uses_uv:
+            uniforms["widened"] = WIDENED
         uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
         return TermShader(
             Path(__file__).with_name("maps.glsl"), {**sizes, "CONSTANTS": len(constants)}, {"planes": texels}, uniforms

@@ -3,10 +3,12 @@
 
 #include "map_numbers.glsl"
 
+// Gaussians of a part of the facets, and at one of the alphas on both sides.
+#define OF_PART (LOBES / PARTS)
 #if ALPHAS == 1
-#define EACH LOBES
+#define EACH OF_PART
 #else
-#define EACH (LOBES / 2)
+#define EACH (OF_PART / 2)
 #endif
 
 uniform sampler2D axes;         // of each Gaussian its axis, and the logarithm of 1 / lambda; a row a viewer and alpha
@@ -17,9 +19,22 @@ uniform float logistic;
 uniform float widened;
 uniform float steps;            // of alphas, to one of its logarithm
 
-struct Here {
+#if PARTS > 1
+uniform sampler2D leaning;      // a row a rho: two middles and shares; three widths, and the logarithm of rho
+#endif
+
+struct Place {
     int row;                    // of the smoother alpha, and the viewer below
     vec2 between;               // how far from there to the next alpha, and to the next viewer
+};
+
+struct Here {
+    Place at[PARTS];
+#if PARTS > 1
+    mat3 frames[PARTS];         // of the parts of facets that lean, as `frame`
+    float shares[PARTS];        // of what is seen
+    vec2 whole;                 // what all send on over what the parts do: facets, and facets at grazing
+#endif
     mat3 frame;                 // columns: its x above which the viewer is, and the normal of the texel, last
     vec4 body[ROWS], rest[ROWS], facet[ROWS];
     float edge;
@@ -34,6 +49,99 @@ void numbers_at(Four at, out float numbers[PLANES]) {
         numbers[4 * row + 3] = four.w;
     }
 }
+
+// About what share of a Gaussian is above a horizon, where its axis is so high.
+float above(float height, float width) {
+    return 1.0 / (1.0 + exp(min(-logistic * height / sqrt(width), 80.0)));
+}
+
+Place place_of(float theta, float alpha) {
+    float rough = clamp(log(alpha / first_alpha) * steps, 0.0, float(ALPHAS - 1));
+    int smoother = min(int(rough), max(ALPHAS - 2, 0));
+    float place = (1.0 - pow(1.0 - clamp(theta / last, 0.0, 1.0), 2.0 / 3.0)) * float(POLAR - 1);
+    int polar = min(int(place), POLAR - 2);
+    return Place(smoother * POLAR + polar, vec2(rough - float(smoother), place - float(polar)));
+}
+
+// Columns: axes about a normal whose x is towards the viewer; and the viewer's height above its plane.
+mat3 frame_about(vec3 normal, vec3 wo, out float height) {
+    height = dot(normal, wo);
+    vec3 level_to = wo - height * normal, other = vec3(normal.z, 0.0, -normal.x);
+    float across = length(level_to), flatter = length(other);
+    vec3 x = across > 0.0 ? level_to / across : flatter > 0.0 ? other / flatter : vec3(1.0, 0.0, 0.0);
+    return mat3(x, cross(normal, x), normal);
+}
+
+vec4 between_viewers(sampler2D table, Place at, int column, int side) {
+    int row = at.row + side * POLAR;
+    return mix(texelFetch(table, ivec2(column, row), 0), texelFetch(table, ivec2(column, row + 1), 0), at.between.y);
+}
+
+// Of both alphas, of a column of `slices`.
+vec4 between_alphas(Place at, int column) {
+    vec4 found = between_viewers(slices, at, column, 0);
+#if ALPHAS > 1
+    found = mix(found, between_viewers(slices, at, column, 1), at.between.x);
+#endif
+    return found;
+}
+
+// A Gaussian of one part in that part's own frame: those of the smoother alpha, then those of the rougher one.
+vec4 own_lobe(Place at, int number) {
+    vec4 found = between_viewers(axes, at, number % EACH, number / EACH);
+    return vec4(normalize(found.xyz), exp(found.w));
+}
+
+vec4 own_value(Place at, int number) {
+    int side = number / EACH;
+    return between_viewers(slices, at, number % EACH, side) * (side == 0 ? 1.0 - at.between.x : at.between.x);
+}
+
+#if PARTS > 1
+// See stretched.parts_of, and mapped_slices.MappedSlices._stretched.
+Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
+    float along = 0.5 * (spread.x - spread.z), half_apart = length(vec2(along, spread.y));
+    float wide = 0.5 * (spread.x + spread.z) + half_apart;
+    float narrow = min((spread.x * spread.z - spread.y * spread.y) / wide, wide);
+    float turn = half_apart > 0.0 ? 0.5 * atan(spread.y, along) : 0.0;
+    float ratio = 0.5 * log(wide / narrow);
+    int row = 0;
+    while (row < RATIOS - 2 && texelFetch(leaning, ivec2(1, row + 1), 0).w < ratio) ++row;
+    float low = texelFetch(leaning, ivec2(1, row), 0).w, high = texelFetch(leaning, ivec2(1, row + 1), 0).w;
+    float part = clamp((ratio - low) / (high - low), 0.0, 1.0);
+    vec4 first = mix(texelFetch(leaning, ivec2(0, row), 0), texelFetch(leaning, ivec2(0, row + 1), 0), part);
+    vec4 second = mix(texelFetch(leaning, ivec2(1, row), 0), texelFetch(leaning, ivec2(1, row + 1), 0), part);
+    float across = length(normal.yz);
+    vec2 up = across > 0.0 ? normal.zy / across : vec2(1.0, 0.0);
+    vec3 level = cos(turn) * vec3(across, -normal.x * up.y, -normal.x * up.x) + sin(turn) * vec3(0.0, up.x, -up.y);
+    float middles[5] = float[5](0.0, first.x, -first.x, first.y, -first.y), all = 0.0;
+    float shares[5] = float[5](1.0 - 2.0 * (first.z + first.w), first.z, first.z, first.w, first.w);
+    float widths[5] = float[5](second.x, second.y, second.y, second.z, second.z);
+    for (int k = 0; k < PARTS; ++k) {
+        float slope = middles[k] * sqrt(wide), longer = sqrt(1.0 + slope * slope), height;
+        vec3 own = (normal + slope * level) / longer;
+        here.frames[k] = frame_about(own, wo, height);
+        float leans = min(atan(length(wo - height * own), height), 1.5707963267949);
+        here.at[k] = place_of(leans, widths[k] * sqrt(narrow) / longer);
+        here.shares[k] = shares[k] * longer * max(height, 0.0);
+        all += here.shares[k];
+    }
+    vec2 total = vec2(0.0);
+    for (int k = 0; k < PARTS; ++k) {
+        here.shares[k] = all > 0.0 ? here.shares[k] / all : 0.0;
+        vec2 sent = between_alphas(here.at[k], EACH + BENT).zw;
+        for (int q = 0; q < OF_PART; ++q) {
+            vec4 axis = own_lobe(here.at[k], q);
+            float stays = above(dot(here.frames[k] * axis.xyz, normal), axis.w) / above(axis.z, axis.w);
+            sent -= (1.0 - min(stays, 1.0)) * own_value(here.at[k], q).zw;
+        }
+        total += here.shares[k] * sent;
+    }
+    vec2 goal = between_alphas(place_of(theta, sqrt(0.5 * (spread.x + spread.z))), EACH + BENT).zw;
+    here.whole = vec2(total.x > 0.0 ? goal.x / total.x : 0.0, total.y > 0.0 ? goal.y / total.y : 0.0);
+    return here;
+}
+#endif
 
 Here here_at(Gathered s) {
     float numbers[PLANES], covers, shorter = 1.0;
@@ -70,6 +178,7 @@ Here here_at(Gathered s) {
     bool some = there > 0.0;
     for (int k = 0; k < PLANES; ++k) numbers[k] = total[k] / (some ? there : 1.0);
     normal = some ? first / there : vec3(0.0, 0.0, 1.0);
+    wider = vec3(NUMBER(DIFFER, 0, AT_DIFFER), NUMBER(DIFFER, 1, AT_DIFFER), NUMBER(DIFFER, 2, AT_DIFFER));
 #if NORMAL >= 0
     // See map_levels.wider.
     second = some ? second / there : vec3(0.0);
@@ -79,9 +188,9 @@ Here here_at(Gathered s) {
     mat2 turn = mat2(turned_to(up, vec3(1.0, 0.0, -up.x / flatter_up)).xy,
         turned_to(up, vec3(0.0, 1.0, -up.y / flatter_up)).xy);
     mat2 turned = turn * mat2(covariance.xy, covariance.yz) * transpose(turn);
-    wider = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
-    float most = sqrt(wider.x * wider.z);
-    wider.y = clamp(wider.y, -most, most);
+    vec3 more = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
+    float most = sqrt(more.x * more.z);
+    wider += vec3(more.x, clamp(more.y, -most, most), more.z);
 #endif
     shorter = length(normal);
     normal /= shorter;
@@ -94,22 +203,18 @@ Here here_at(Gathered s) {
 #endif
 
     Here here;
-    float height = dot(normal, s.wo);
-    vec3 level_to = s.wo - height * normal, other = vec3(normal.z, 0.0, -normal.x);
-    float across = length(level_to), flatter = length(other);
-    vec3 x = across > 0.0 ? level_to / across : flatter > 0.0 ? other / flatter : vec3(1.0, 0.0, 0.0);
-    here.frame = mat3(x, cross(normal, x), normal);
-
+    float height;
+    here.frame = frame_about(normal, s.wo, height);
+    float theta = atan(length(s.wo - height * normal), height);
     vec3 spread = vec3(NUMBER(SPREAD_XX, 0, AT_SPREAD), NUMBER(SPREAD_XY, 0, AT_SPREAD + 1),
         NUMBER(SPREAD_YY, 0, AT_SPREAD + 2)) + wider;
-    float alpha = sqrt(sqrt(spread.x * spread.z - spread.y * spread.y));
     // Where nothing is there, alpha does not matter but must be some.
-    float rough = covers > 0.0 ? clamp(log(alpha / first_alpha) * steps, 0.0, float(ALPHAS - 1)) : 0.0;
-    int smoother = min(int(rough), max(ALPHAS - 2, 0));
-    float place = (1.0 - pow(1.0 - clamp(atan(across, height) / last, 0.0, 1.0), 2.0 / 3.0)) * float(POLAR - 1);
-    int polar = min(int(place), POLAR - 2);
-    here.row = smoother * POLAR + polar;
-    here.between = vec2(rough - float(smoother), place - float(polar));
+    if (!(covers > 0.0)) spread = vec3(first_alpha * first_alpha, 0.0, first_alpha * first_alpha);
+#if PARTS > 1
+    here = lean(here, spread, normal, s.wo, theta);
+#else
+    here.at[0] = place_of(theta, sqrt(sqrt(spread.x * spread.z - spread.y * spread.y)));
+#endif
 
     // Of a body, whose texels together gather what their mean normal does, that is shorter.
     float seen = height > 0.0 ? covers : 0.0, dull = seen * shorter;
@@ -127,45 +232,42 @@ mat3 frame_of(Here here) {
     return here.frame;
 }
 
-vec4 between_viewers(sampler2D table, Here here, int column, int side) {
-    int row = here.row + side * POLAR;
-    return mix(texelFetch(table, ivec2(column, row), 0), texelFetch(table, ivec2(column, row + 1), 0), here.between.y);
-}
-
-// Those of the smoother alpha, then those of the rougher one.
 vec4 lobe(Here here, int number) {
-    vec4 found = between_viewers(axes, here, number % EACH, number / EACH);
-    return vec4(normalize(found.xyz), exp(found.w));
-}
-
-// About what share of a Gaussian is above a horizon, where its axis is so high.
-float above(float height, float width) {
-    return 1.0 / (1.0 + exp(min(-logistic * height / sqrt(width), 80.0)));
+    vec4 own = own_lobe(here.at[number / OF_PART], number % OF_PART);
+#if PARTS > 1
+    own.xyz = (here.frames[number / OF_PART] * own.xyz) * here.frame;
+#endif
+    return own;
 }
 
 vec4 value(Here here, int number, int row) {
     if (row >= ROWS) return vec4(0.0);
-    vec4 found;
+    vec4 found = vec4(0.0);
+    vec3 up = vec3(here.frame[0].z, here.frame[1].z, here.frame[2].z);
     if (number < LOBES) {
-        int side = number / EACH;
-        found = between_viewers(slices, here, number % EACH, side) * (side == 0 ? 1.0 - here.between.x : here.between.x);
+        int part = number / OF_PART;
+        found = own_value(here.at[part], number % OF_PART);
+        vec4 axis = own_lobe(here.at[part], number % OF_PART);
+        // What lies below the mesh's own horizon, and for what leans below the texel's.
+#if PARTS > 1
+        vec3 to = here.frames[part] * axis.xyz;
+        float free = min(above(to.z, axis.w), above(dot(to, here.frame[2]), axis.w)) / above(axis.z, axis.w);
+        found *= here.shares[part] * min(free, 1.0);
+#else
+        if (up.z < 1.0) found *= min(above(dot(axis.xyz, up), axis.w) / above(axis.z, axis.w), 1.0);
+#endif
     } else {
         int bend = number - LOBES + EACH;
-        found = between_viewers(slices, here, bend, 0);
-#if ALPHAS > 1
-        found = mix(found, between_viewers(slices, here, bend, 1), here.between.x);
+#if PARTS > 1
+        for (int k = 0; k < PARTS; ++k) found += here.shares[k] * between_alphas(here.at[k], bend);
+#else
+        found = between_alphas(here.at[0], bend);
 #endif
+        if (up.z < 1.0) found *= 0.5 * (1.0 + up.z);
     }
-    // What lies below the mesh's own horizon.
-    vec3 up = vec3(here.frame[0].z, here.frame[1].z, here.frame[2].z);
-    if (up.z < 1.0) {
-        if (number < LOBES) {
-            vec4 axis = lobe(here, number);
-            found *= min(above(dot(axis.xyz, up), axis.w) / above(axis.z, axis.w), 1.0);
-        } else {
-            found *= 0.5 * (1.0 + up.z);
-        }
-    }
+#if PARTS > 1
+    found.zw *= here.whole;
+#endif
     vec4 total = found.x * here.body[row] + found.y * here.rest[row] + found.z * here.facet[row];
     if (row == RANK / 4) total[RANK % 4] += found.w * here.edge;
     return total;

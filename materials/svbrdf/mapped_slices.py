@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
 from .map_levels import WIDENED, wider
 from .map_planes import TAPS, Layout, MapPlanes
 from .map_set import ROUNDING
+from .stretched import PARTS, TABLE, parts_of
 from .texels import level_at, look_up
 
 # Of a normal distribution the logistic curve that is nearest to it.
@@ -27,7 +29,9 @@ _LOGISTIC = 1.702
 class MappedSlices(EnvironmentForm):
     """Slices in the frame of each texel's normal, the viewer above its x.
 
-    Roughness that differs along two axes, or from afar by normals that differ, is taken as one: facets are alike in all
+    Facets that are wider along one axis are `PARTS` that are not and lean along it (`stretched`), each with its own
+    slice; together they send on as much as facets of alpha^2 = tr S / 2 do, which is right within a hundredth. Where
+    roughness comes of normals that differ, from afar, facets of maps without such axes are taken to be alike in all
     directions, as wide as the ellipse of the same area, alpha^4 = det S. Nobody sees a texel that leans away from them,
     as under lights of one direction. Light from below the mesh's own horizon is left out of Gaussians by the share of
     them that lies there; of cosines by what is lost of light that is even.
@@ -37,9 +41,21 @@ class MappedSlices(EnvironmentForm):
     """
 
     maps: MapPlanes
-    # Of the alphas on both sides; `shader` says so where there is one alone.
-    count = 2 * LOBES
     bent = BENDS
+
+    @property
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Of the alphas on both sides; `shader` says so where there is one alone."""
+        return 2 * LOBES * self.parts
+
+    @cached_property
+    def parts(self) -> int:
+        """`PARTS` where a texel's facets are wider along one axis, else 1."""
+        layout = self.maps.layout
+        start = layout.starts["spread"]
+        xx, xy, yy = layout.columns[start : start + 3]
+        alike = xx == yy and (xx >= 0 or layout.constants[start] == layout.constants[start + 2])
+        return 1 if alike and xy < 0 and layout.constants[start + 1] == 0.0 else PARTS
 
     @property
     def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -69,13 +85,18 @@ class MappedSlices(EnvironmentForm):
             covers = (covers >= self.maps.cutoff - ROUNDING).astype(np.float64)
         frame, theta_o = _frame(normal, points.wo)
         seen = (np.sum(normal * points.wo, axis=1, keepdims=True) > 0.0) * covers
-        a, b, c = np.moveaxis(kind("spread", 3) + wider, -1, 0)
-        directions, sharpness, values = self._slices(filtered).at(theta_o, (a * c - b * b) ** 0.25)
+        spread = kind("spread", 3) + (kind("differ", 3) + wider if filtered else 0.0)
+        spread = np.broadcast_to(spread, (len(points), 3))
+        if self.parts > 1:
+            directions, sharpness, values = self._stretched(filtered, spread, normal, frame, theta_o, points.wo)
+        else:
+            a, b, c = np.moveaxis(spread, -1, 0)
+            directions, sharpness, values = self._slices(filtered).at(theta_o, (a * c - b * b) ** 0.25)
+            # Above the mesh's horizon, beside what is above the texel's, which slices know already.
+            height = np.einsum("nqi,ni->nq", directions, frame[:, :, 2])
+            free = _above(height, sharpness) / _above(directions[..., 2], sharpness)
+            values[:, : sharpness.shape[1]] *= np.minimum(free, 1.0)[..., None]
         count = sharpness.shape[1]
-        # Above the mesh's horizon, beside what is above the texel's, which slices know already.
-        height = np.einsum("nqi,ni->nq", directions, frame[:, :, 2])
-        free = _above(height, sharpness) / _above(directions[..., 2], sharpness)
-        values[:, :count] *= np.minimum(free, 1.0)[..., None]
         values[:, count:] *= 0.5 * (1.0 + normal[:, 2])[:, None, None]
         # Of a body, whose texels together gather what their mean normal does, that is shorter.
         body, rest, facet = (kind(name, rank) * seen for name in ("body", "rest", "facet"))
@@ -84,6 +105,42 @@ class MappedSlices(EnvironmentForm):
         out[..., :rank] += values[..., 2:3] * facet[:, None]
         out[..., rank] = values[..., 3] * (kind("edge") * seen)
         return Lobes(directions, sharpness, out[:, :count], out[:, count:], frame)
+
+    def _stretched(
+        self,
+        filtered: bool,
+        spread: Float[np.ndarray, "N 3"],
+        normal: Float[np.ndarray, "N 3"],
+        frame: Float[np.ndarray, "N 3 3"],
+        theta_o: Float[np.ndarray, " N"],
+        wo: Float[np.ndarray, "N 3"],
+    ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB 4"]]:
+        """Slices of all parts, in the frame of the texel's normal, above both horizons."""
+        slices = self._slices(filtered)
+        normals, alphas, shares = parts_of(spread, normal, wo)
+        whole = slices.energy(theta_o, np.sqrt(0.5 * (spread[:, 0] + spread[:, 2])))
+        total, bent, found = np.zeros_like(whole), np.zeros((len(wo), BENDS, KINDS)), []
+        for part in range(PARTS):
+            own, theta = _frame(normals[:, part], wo)
+            # Whoever looks from below a part sees nothing of it.
+            theta = np.minimum(theta, 0.5 * np.pi)
+            axes, sharpness, values = slices.at(theta, alphas[:, part])
+            share, count = shares[:, part, None], sharpness.shape[1]
+            mesh = axes @ own
+            directions = mesh @ frame.swapaxes(1, 2)
+            # What is below the texel's horizon goes elsewhere, what is below the mesh's is lost.
+            known = _above(axes[..., 2], sharpness)
+            above, free = (np.minimum(_above(to[..., 2], sharpness) / known, 1.0) for to in (directions, mesh))
+            lost = np.einsum("nq,nqk->nk", 1.0 - above, values[:, :count])
+            total += share * (slices.energy(theta, alphas[:, part]) - lost)
+            bent += share[..., None] * values[:, count:]
+            gaussians = values[:, :count] * (share * np.minimum(above, free))[..., None]
+            found.append((directions, sharpness, gaussians))
+        directions, sharpness, gaussians = (np.concatenate(each, axis=1) for each in zip(*found, strict=True))
+        values = np.concatenate([gaussians, bent], axis=1)
+        # Of the body there is as much whatever leans.
+        values[..., 2:] *= np.divide(whole, total, out=np.zeros_like(whole), where=total > 0.0)[:, None, 2:]
+        return directions, sharpness, values
 
     def _numbers(self, points: Points) -> tuple[Float[np.ndarray, "N P"], Layout, bool, Float[np.ndarray, "_ 3"]]:
         """What is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how much
@@ -148,8 +205,13 @@ class MappedSlices(EnvironmentForm):
         low, high = [], []
         for level in levels:
             texels = level.reshape(level.shape[0] * level.shape[1], level.shape[2])
-            a, b, c = np.moveaxis(layout.numbers(texels, "spread", 3).astype(np.float64), -1, 0)
-            low.append(((a * c - b * b) ** 0.25).min())
+            spread = layout.numbers(texels, "spread", 3).astype(np.float64)
+            if len(layout.columns) > layout.starts["differ"]:
+                spread += layout.numbers(texels, "differ", 3)
+            a, b, c = np.moveaxis(spread, -1, 0)
+            # Of what leans, the middle part is the narrowest.
+            narrow = (a * c - b * b) / (0.5 * (a + c) + np.hypot(0.5 * (a - c), b)) if self.parts > 1 else 0.0
+            low.append((np.sqrt(narrow) if self.parts > 1 else (a * c - b * b) ** 0.25).min())
             # Between texels a matrix may have a larger determinant than both, but half its trace is no less than that.
             high.append(np.sqrt(0.5 * (a + c)).max())
         starts = layout.starts
@@ -163,17 +225,24 @@ class MappedSlices(EnvironmentForm):
         """The maps' own look-up; the slices in two textures, a row a viewer and alpha."""
         own, slices = self.maps.shader(filtered), self._slices(filtered and self.maps.uses_uv)
         alphas, polar, count = slices.widths.shape
+        sizes = {"ALPHAS": alphas, "POLAR": polar, "PARTS": self.parts, "RATIOS": len(TABLE)}
         axes = np.concatenate([slices.directions, slices.widths[..., None]], axis=-1)
+        tabled = slices.values
+        if self.parts > 1:
+            tabled = np.concatenate([tabled, slices.energies[:, :, None]], axis=2)
         textures = {
             "axes": axes.reshape(alphas * polar, count, 4).astype(np.float32),
-            "slices": slices.values.reshape(alphas * polar, count + BENDS, KINDS).astype(np.float32),
+            "slices": tabled.reshape(alphas * polar, -1, KINDS).astype(np.float32),
         }
         uniforms = {"last": 0.5 * np.pi - LAST, "logistic": _LOGISTIC, "widened": WIDENED}
         uniforms |= {"first_alpha": float(slices.alphas[0]), "steps": float(1.0 / np.log(RATIO))}
+        if self.parts > 1:
+            # By rho, two texels a row: middles and shares, widths and the logarithm of rho.
+            textures["leaning"] = TABLE.reshape(len(TABLE), 2, 4).astype(np.float32)
         return replace(
             own,
             file=Path(__file__).with_name("mapped_slices.glsl"),
-            sizes={**own.sizes, "LOBES": count * min(alphas, 2), "ALPHAS": alphas, "POLAR": polar},
+            sizes={**own.sizes, "LOBES": self.parts * count * min(alphas, 2), **sizes},
             textures={**own.textures, **textures},
             uniforms={**own.uniforms, **uniforms},
         )

@@ -2,6 +2,10 @@
 
 #include "map_numbers.glsl"
 
+#ifdef MIPMAPPED
+uniform float widened;
+#endif
+
 struct Here {
     vec4 terms[ROWS];
 };
@@ -41,6 +45,24 @@ float facets(vec3 wi, vec3 wo, vec3 spread) {
     return density / (side(wi, spread) * side(wo, spread));
 }
 
+#ifdef MIPMAPPED
+// Those about normals that differ, times cos_i, in the frame of their mean; see map_levels.facets_apart.
+float facets_apart(vec3 wi, vec3 wo, vec3 spread, vec3 differ) {
+    float half_apart = length(vec2(0.5 * (differ.x - differ.z), differ.y)), wide = 0.5 * (differ.x + differ.z) + half_apart;
+    float narrow = wide > 0.0 ? clamp((differ.x * differ.z - differ.y * differ.y) / wide, 0.0, wide) : 0.0;
+    float turn = half_apart > 0.0 ? 0.5 * atan(2.0 * differ.y, differ.x - differ.z) : 0.0;
+    vec2 axis = vec2(cos(turn), sin(turn));
+    spread += narrow * vec3(axis.y * axis.y, -axis.x * axis.y, axis.x * axis.x);
+    float total = 0.0;
+    for (int side = -1; side < 2; side += 2) {
+        vec3 normal = normalize(vec3(float(side) * sqrt(wide / widened) * axis, 1.0));
+        vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
+        if (to_light.z > 0.0 && to_viewer.z > 0.0) total += 0.5 * facets(to_light, to_viewer, spread) * to_light.z;
+    }
+    return total;
+}
+#endif
+
 // With what a level shows at a point, `share` of it; `coarse`: of means of texels.
 Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     float numbers[PLANES];
@@ -71,7 +93,15 @@ Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     // 1 - cos = sin^2 / (1 + cos), and |wi - wo| = 2 sin: no cancellation near retro-reflection.
     float lost = 0.25 * dot(d, d) / (1.0 + 0.5 * length(wi + wo));
     float fall = lost * lost * lost * lost * lost;
-    float shine = facets(to_light, to_viewer, spread) * to_light.z * covers * share;
+    float shine = 0.0;
+#ifdef MIPMAPPED
+    if (coarse) {
+        vec3 differ = vec3(NUMBER(DIFFER, 0, AT_DIFFER), NUMBER(DIFFER, 1, AT_DIFFER), NUMBER(DIFFER, 2, AT_DIFFER));
+        shine = facets_apart(to_light, to_viewer, spread, differ);
+    } else
+#endif
+    shine = facets(to_light, to_viewer, spread) * to_light.z;
+    shine *= covers * share;
     lit *= covers * share / 3.14159265358979;
     float through = (1.0 - fall) * lit, rest = fall * lit, reflected = (1.0 - fall) * shine;
     for (int r = 0; r < RANK; ++r)

@@ -70,6 +70,9 @@ class MapsForm(Fast):
         # Its facets lie level; of its body's cosine that of the mean normal is left.
         starts = layout.starts
         numbers[starts["normal"] : starts["normal"] + 2] = [0.0, 0.0]
+        differ = [numbers.pop() for _ in range(3)][::-1]
+        for number, more in enumerate(differ, starts["spread"]):
+            numbers[number] += more
         covers, up = numbers[starts["covers"]], numbers.pop()
         shown = covers if layout.columns[starts["covers"]] >= 0 else 1.0
         for number in range(starts["normal"]):

@@ -186,7 +186,9 @@ def test_every_example_loads_without_an_assumption_and_its_materials_ship(path, 
 
 def test_the_scenes_of_the_manual_load(scene, shipped, tmp_path):
     snippets = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "scene.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(snippets) == 5
+    assert len(snippets) == 6
+    faces = "usemtl Leather\nf 1/1 2/2 3/3\nusemtl Top stitch\nf 3/3 2/2 1/1\n"
+    (tmp_path / "seat.obj").write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n{faces}")
     write_exr(tmp_path / "sky.exr", {}, {name: np.ones((4, 8)) for name in "RGB"})
     for snippet in snippets:
         assert scene(snippet, shipped).parts

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from jaxtyping import Float
 
 from ....spectral.errors import InputError
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...svbrdf.map_set import WHOLE, Placement, check_normals
+from ...svbrdf.map_set import DIELECTRIC_F0, WHOLE, Placement, check_normals
 from ...svbrdf.maps import MappedSurface
 from ...svbrdf.texel_map import TexelMap
 from ...svbrdf.texels import look_up
@@ -31,6 +32,7 @@ class MoreMaps:
     strength, direction, turn : of a stretched highlight (KHR_materials_anisotropy): how much, the direction in red and
         green, and radians beside it.
     placement : where all maps lie on the mesh. matt : nothing but the body is there. mends : bad normals lie level.
+    spectra : wavelengths, nm (L,), and measured reflectances in as many channels, in place of the base colour.
     """
 
     normal: Texture | None = None
@@ -42,6 +44,7 @@ class MoreMaps:
     placement: Placement = WHOLE
     matt: bool = False
     mends: bool = False
+    spectra: tuple[Float[np.ndarray, " L"], TexelMap] | None = None
 
 
 def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSurface | None, list[str]]:
@@ -57,6 +60,12 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
     notes: list[str] = []
     found = {"base": _colour(maps.base), "roughness": _number(maps.roughness), "weight": _number(maps.weight)}
     found |= {"metallic": _number(maps.metallic), "reflected": _colour(maps.reflected)}
+    grid = WORKING_WAVELENGTHS_NM
+    if more.spectra is not None:
+        (grid, found["base"]), uplift = more.spectra, ""
+        if maps.reflected == SurfaceMaps().reflected:
+            # One number, and no colour that would have to be made up.
+            found["reflected"] = TexelMap.constant(DIELECTRIC_F0)
     if more.matt:
         found |= {"weight": TexelMap.constant(0.0), "roughness": TexelMap.constant(1.0)}
     cutoff = 0.0
@@ -75,8 +84,8 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
             raise reason.at(hint=_NO_NORMALS) from None
         if not is_level(normal):
             found["normal"] = normal
-    found = {name: _alike(one) for name, one in found.items()}
-    _check_colours(found)
+    found = {name: one if name == "base" and more.spectra else _alike(one) for name, one in found.items()}
+    _check_colours(found, more.spectra is not None)
     sizes = list(dict.fromkeys(one.size for one in found.values() if one.size != (1, 1)))
     size = max(sizes, key=lambda size: size[0] * size[1], default=(1, 1))
     if len(sizes) > 1:
@@ -85,11 +94,13 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
     found = {name: _brought_to(size, one, more.placement) for name, one in found.items()}
     if more.strength.scale > 0.0:
         found |= _stretched(found["roughness"], more, size)
-    if "normal" not in found and "turn" not in found and all(one.size == (1, 1) for one in found.values()):
+    if (
+        more.spectra is None
+        and not {"normal", "turn"} & set(found)
+        and all(one.size == (1, 1) for one in found.values())
+    ):
         return None, []
-    surface = MappedSurface(
-        WORKING_WAVELENGTHS_NM, uplift=uplift, glossy=maps.glossy, cutoff=cutoff, placement=more.placement, **found
-    )
+    surface = MappedSurface(grid, uplift=uplift, glossy=maps.glossy, cutoff=cutoff, placement=more.placement, **found)
     height, width = surface.size
     return surface, [f"{width} x {height} texels, each of which is rendered", *notes]
 
@@ -119,10 +130,14 @@ def _alike(one: TexelMap) -> TexelMap:
     return replace(one, values=one.values[:1, :1]) if alike else one
 
 
-def _check_colours(found: dict[str, TexelMap]) -> None:
-    """Numbers beyond 0 and 1, which floats may be: their mean may be none, one texel alone is."""
+def _check_colours(found: dict[str, TexelMap], measured: bool) -> None:
+    """Numbers beyond 0 and 1, which floats may be: their mean may be none, one texel alone is. Noise of
+    measurements stays.
+    """
     for name in ("base", "reflected", "roughness", "metallic", "weight"):
         one = found[name]
+        if name == "base" and measured:
+            continue
         if one.values.dtype.kind == "f" and one.size != (1, 1):
             values = one.decoded(one.values)
             beyond = int(((values < 0.0) | (values > 1.0)).sum())
