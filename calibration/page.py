@@ -72,6 +72,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         codes=coded_map.code_words(budget),
         step=100.0 * coded_map.STEP_SHARE,
         budget=budget,
+        uncertain=max((row.noise.mean for row in rows if row.noise is not None), default=None),
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 from ..spectral.errors import InputError
 from ..spectral.files import made_folder, written_whole
 from .page import render_page
-from .row import ReviewRow, RowColour
+from .row import ReferenceNoise, ReviewRow, RowColour
 from .statistics import SelfCheck, verdict
 
 SCHEMA = "metamer.review/1"
@@ -117,8 +117,14 @@ def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
         "seconds": {step: float(seconds) for step, seconds in row.seconds.items()},
         "white_xyz": None if row.white_xyz is None else row.white_xyz.tolist(),
         "colour": None if row.colour is None else _colour(row.colour),
+        "reference_noise": None if row.noise is None else _noise(row.noise),
         "notes": list(row.notes),
     }
+
+
+def _noise(noise: ReferenceNoise) -> dict[str, Any]:
+    figures = {"mean": noise.mean, "p99": noise.p99, "aimed": noise.aimed}
+    return {**figures, "directions": noise.directions, "limited": noise.limited}
 
 
 def _colour(colour: RowColour) -> dict[str, Any]:

@@ -30,6 +30,21 @@ class RowColour:
     geometry: str
 
 
+@dataclass(frozen=True)
+class ReferenceNoise:
+    """How far off a row's reference is by chance, in ΔE94 over its wholly covered and lit pixels.
+
+    mean, p99 : of the pixels; `aimed` : what the mean should not exceed.
+    directions : drawn for a pixel at the most. limited : whether no more were allowed before that was reached.
+    """
+
+    mean: float
+    p99: float
+    aimed: float
+    directions: int
+    limited: bool
+
+
 @dataclass(frozen=True, eq=False)
 class ReviewRow:
     """One material under one light; make it with `review_row`, which encodes the pictures and lets the arrays go.
@@ -47,6 +62,7 @@ class ReviewRow:
     wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
     colour : of the original data under this light, or None; `swatch` is the same, display-encoded.
     white_xyz : white of this light for this observer.
+    noise : of the reference; None where nothing in it is left to chance.
     notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
     provenance : where the material comes from, as label and text.
     """
@@ -70,6 +86,7 @@ class ReviewRow:
     swatch: tuple[int, int, int] | None = None
     colour: RowColour | None = None
     white_xyz: Float[np.ndarray, "3"] | None = None
+    noise: ReferenceNoise | None = None
     notes: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -101,6 +118,12 @@ def review_row(
         raise ComparisonError(f"{material} under {illuminant}: picture and reference are the same array")
     factor = plots.reduction(max(delta_e.shape), plots.embedded_side(rows))
     notes = [*more.pop("notes", ())]
+    noise = more.get("noise")
+    if noise is not None and noise.limited:
+        notes.append(
+            f"The reference is uncertain by ΔE94 {noise.mean:.2g} (mean), with as many directions as are allowed; "
+            f"{noise.aimed:.2g} was aimed at."
+        )
     if factor > 1:
         notes.append(f"Shown at 1/{factor} of its size; the figures are those of the full picture.")
     if statistics.max == 0.0:

@@ -29,7 +29,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "What was broken off goes on from where it was: rows in DIR that depend on the very same things are not drawn "
         "again. Exit code 0: every row within the budget; 1: some near it; 2: some over it.",
     )
-    command.add_argument("scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere")
+    command.add_argument(
+        "scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere in a light booth"
+    )
     command.add_argument("--out", type=Path, default=Path("review"), metavar="DIR", help="default: review")
     command.add_argument("--illuminants", type=comma_separated, metavar="A,B", help="default: those of the scene")
     command.add_argument(
@@ -64,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
     catalogue = catalogue_for(args.catalogue, jobs)
-    scene = load_scene(args.scene or shipped_scene(), catalogue, say)
+    scene = load_scene(args.scene or shipped_scene("booth"), catalogue, say)
     view = scene.camera(args.camera)
     cost = picture_cost(scene, view, "review", spectra=len(light_names(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)

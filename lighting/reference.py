@@ -14,14 +14,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..materials.points import Points
-from ..materials.sampling import DirectionSampler
+from ..materials.scattering import Scattering
 from ..materials.surface import Surface
 from ..spectral.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
 from .geometry import LitSamples, Tracer, VisibleGeometry, visible_geometry
-from .reference_spread import MOST_DIRECTIONS, NOISE_SHARE, Found, Noise, SpreadSum, gathered, noise_stated
+from .reference_noise import MOST_DIRECTIONS, NOISE_SHARE, Found, Noise, gathered, noise_stated
+from .reference_spread import SpreadSum
 from .scene import Scene
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
@@ -111,7 +112,7 @@ def reference_images(
     if geometry is not None:
         xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)
         if scene.spread_lights:
-            xyz = spread.added(xyz, geometry, Tracer(scene), 0, partial(say, 0, geometry.rows))
+            xyz = spread.added(xyz, geometry, partial(Tracer, scene), 0, partial(say, 0, geometry.rows))
         return ReferencePictures(xyz, geometry.coverage, spread.noise)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
@@ -122,7 +123,7 @@ def reference_images(
         band = visible_geometry(scene, camera, rows, tracer, scene.needs_uv(surfaces))
         shaded = _shade(scene, band, surfaces, foldings, len(illuminants), block)
         if scene.spread_lights:
-            shaded = spread.added(shaded, band, tracer, start, partial(say, start, camera.height_px))
+            shaded = spread.added(shaded, band, lambda: tracer, start, partial(say, start, camera.height_px))
         xyz.append(shaded)
         coverage.append(band.coverage)
         say(min(start + step, camera.height_px), camera.height_px, "tracing")
@@ -141,11 +142,12 @@ class _Spread:
         most: int,
         seed: int,
     ) -> None:
-        self._scene, self._surfaces, self._illuminants = scene, surfaces, illuminants
-        self._aimed, self._most, self._seed = aimed, most, seed
+        self._scene, self._illuminants = scene, illuminants
+        # Half of them has to be a whole number.
+        self._aimed, self._most, self._seed = aimed, max(2, most - most % 2), seed
         self._found: list[Found] = []
         if scene.spread_lights:
-            self._samplers = {name: DirectionSampler(surfaces[name]) for name in scene.material_ids}
+            self._surfaces = {name: Scattering(surfaces[name]) for name in scene.material_ids}
             lit = [scene if other is None else scene.with_illuminant(other) for other in illuminants]
             self._whites = np.stack([one.adopted_white() for one in lit])
 
@@ -153,13 +155,13 @@ class _Spread:
         self,
         xyz: Float[np.ndarray, "M H W 3"],
         geometry: VisibleGeometry,
-        tracer: Tracer,
+        tracer: Callable[[], Tracer],
         start: int,
         say: Callable[[str], None],
     ) -> Float[np.ndarray, "M H W 3"]:
         """`xyz` of other lights with that of those that spread, for the rows of a picture from `start`."""
-        of_scene = self._scene, geometry, self._surfaces, self._samplers, self._illuminants, tracer
-        sums = SpreadSum(*of_scene, (self._seed, start))
+        of_scene = self._scene, geometry, self._surfaces, self._illuminants, tracer
+        sums = SpreadSum(*of_scene, (self._seed, start), self._most)
         self._found.append(gathered(sums, xyz, geometry.coverage, self._whites, self._aimed, self._most, say))
         return self._found[-1].xyz
 

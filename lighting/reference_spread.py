@@ -1,73 +1,55 @@
-"""What lights that spread over directions give each pixel of a reference: drawn directions, until the noise is small.
+"""What lights that spread over directions give each pixel of a reference, as sums over drawn directions.
 
-Directions are drawn in two ways, as the light shines and as the surface scatters, equally many of each, and each counts
-by both densities together: the balance heuristic (Veach and Guibas, "Optimally combining sampling techniques for Monte
-Carlo rendering", SIGGRAPH 1995, section 3.3). With n of each kind, p_l and p_b, the integral over directions is
+Directions are drawn in two ways, as the light shines (density p_l, 1/sr) and as the surface scatters (p_s), equally
+many of each, and each counts by both densities together: the balance heuristic (Veach and Guibas, "Optimally combining
+sampling techniques for Monte Carlo rendering", SIGGRAPH 1995, section 3.3). With n of each, the integral over
+directions is
 
-    1/n sum over all 2n of f_r cos(theta_i) V L / (p_l + p_b).
+    1/n sum over all 2n of f_r cos(theta_i) V L / (p_s + p_l).
 
-Each picture is the mean of two halves that are drawn alike and independently. Their difference tells the noise: the
-error of the mean is spread as half the difference of the halves is, which is the difference of one half and the mean.
-ΔE94 of those two is what is stated, by pixel.
+A surface is a sum, and what is even in it needs no directions of its own: where the light is even too, or is one
+rectangle, that is 1/n sum of f_r cos(theta_i) V L / p_l over n of the light's, which have no noise but that of f_r
+cos(theta_i) and V. Highlights have both kinds.
 
-The points that directions are drawn from are Sobol's (scipy's `qmc`), one sequence for all samples of a pixel: one of
-its dimensions says which sample. In each pixel and half it is scrambled anew, by the exclusive or with random numbers
-(Kollig and Keller, "Efficient multidimensional sampling", Computer Graphics Forum 21(3), 2002). More directions carry
-the same sequence on, to the next power of two, where such points are most even.
+Each picture is the mean of two halves that are drawn alike and independently; `reference_noise` makes of their
+difference what is stated.
+
+The points that directions are drawn from are Sobol's (scipy's `qmc`): one of their dimensions says which sample of a
+pixel is asked. In each half all are scrambled by the exclusive or with random numbers (Kollig and Keller, "Efficient
+multidimensional sampling", Computer Graphics Forum 21(3), 2002). Pixel by pixel they are taken from another place of
+the sequence: from j to (j xor a random number), so that the first 2^k of a pixel are some 2^k of the sequence that
+stand beside each other, which are as even as its first are. What the light gives from where it is drawn is so worked
+out once for all pixels, where it is infinitely far off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
-from jaxtyping import Float, Int, UInt32
+from jaxtyping import Float, Int
 
 from ..materials.points import Points
 from ..materials.sampling import DirectionSampler
+from ..materials.scattering import Scattering
 from ..materials.surface import Surface
-from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.spectrum import Spectrum
+from .convexity import is_convex
+from .environment.softbox import SoftboxLight
 from .geometry import Tracer, VisibleGeometry
 from .lights import SpreadLight
+from .reference_drawing import Drawn, drawn_pool, is_even
 from .scene import Scene
+from .vectors import dot
 
-#: Share of the budget that a reference's own noise may be, as the mean of its pixels.
-NOISE_SHARE = 0.1
-#: Directions of each kind for a pixel, in each half, after which no more are drawn.
-MOST_DIRECTIONS = 4096
-# In the first round.
-_FIRST_DIRECTIONS = 64
-# Pairs of a sample and a direction worked on at once: 81 wavelengths of them, in float64, are some 5 MB.
-_PAIRS = 8192
-# Pixels that are covered as much are judged: others are dark by premultiplication.
-_WHOLE = 1.0 - 1e-3
-
-
-@dataclass(frozen=True)
-class Noise:
-    """How far off a reference's pixels are by chance, in ΔE94 over its wholly covered and lit pixels.
-
-    mean, p99 : one a picture; `aimed` : what the largest mean should not exceed.
-    directions : drawn for a pixel at the most, of both kinds and in both halves.
-    limited : whether no more were allowed although the noise was not yet as small as that.
-    """
-
-    mean: tuple[float, ...]
-    p99: tuple[float, ...]
-    aimed: float
-    directions: int
-    limited: bool
-
-    @property
-    def words(self) -> str:
-        """For a person."""
-        said = f"noise of ΔE94 {max(self.mean):.2g} (mean) and {max(self.p99):.2g} (p99)"
-        said += f" with {self.directions:,} directions a pixel"
-        return f"{said}, the most allowed: {self.aimed:.2g} was aimed at" if self.limited else said
+# Pairs of a sample and a direction worked on at once: some 3 MB of numbers, which stay in cache.
+_PAIRS = 16384
+# Directions of either kind for highlights, for each direction for what is even, under such a light.
+_GLOSSY = 0.5
 
 
 class SpreadSum:
@@ -75,9 +57,10 @@ class SpreadSum:
 
     Parameters
     ----------
-    geometry : with `frame` and `geometric`. tracer : of the same scene.
-    surfaces, samplers : by material id. illuminants : see `reference.reference_images`.
+    geometry : with `frame` and `geometric`. tracer : gives that of the same scene, if it is asked.
+    surfaces : by material id. illuminants : see `reference.reference_images`.
     seed : of the scrambling; equal seeds give equal pictures.
+    most : directions of each kind and half that a pixel may be asked for.
 
     Raises
     ------
@@ -88,98 +71,195 @@ class SpreadSum:
         self,
         scene: Scene,
         geometry: VisibleGeometry,
-        surfaces: Mapping[str, Surface],
-        samplers: Mapping[str, DirectionSampler],
+        surfaces: Mapping[str, Scattering],
         illuminants: Sequence[Spectrum | None],
-        tracer: Tracer,
+        tracer: Callable[[], Tracer],
         seed: tuple[int, ...],
+        most: int,
     ) -> None:
-        if geometry.frame is None:
+        if geometry.frame is None or geometry.geometric is None:
             raise InputError(
                 "this geometry does not know how surfaces lie",
                 field="geometry",
                 found="one of a scene without lights that spread",
                 expected="`visible_geometry` of the scene itself",
             )
-        self._scene, self._geometry, self._tracer = scene, geometry, tracer
-        self._surfaces, self._samplers, self._seed = surfaces, samplers, seed
+        self._scene, self._geometry, self._surfaces, self._seed = scene, geometry, surfaces, seed
+        self._frame, self._outwards = geometry.frame, geometry.geometric
+        self._tracer = None if _nothing_hides(scene, geometry) else tracer()
         self._lights = [_Shining(scene, light, illuminants) for light in scene.spread_lights]
         self._sums = np.zeros((2, geometry.rows * geometry.width, 3 * len(illuminants)))
         self._order = np.argsort(geometry.pixel, kind="stable")
         self._hits = np.bincount(geometry.pixel, minlength=self._sums.shape[1])
         self._first = np.cumsum(self._hits) - self._hits
-        self._pixels = np.flatnonzero(self._hits)
-        self.directions = 0
+        self._most = most
+        self._pools: dict[tuple[int, int], tuple[Drawn, Int[np.ndarray, " P"]]] = {}
+        #: (H W,) directions of each kind that each pixel has had, in each half.
+        self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
+        #: (H W,) pixels that meet a surface.
+        self.covered = self._hits > 0
 
-    def extend(self, directions: int) -> None:
-        """Carry on to so many directions of each kind for each pixel and half."""
-        points = _sobol(directions)
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+        """Carry some pixels (ascending), all of which have had as many, on to so many directions of each kind and half.
+
+        A multiple of 2, so that half is a whole number.
+        """
+        pixels = np.flatnonzero(self.covered) if pixels is None else pixels
+        if not len(pixels):
+            return
+        start = int(self.directions[pixels[0]])
         for number, light in enumerate(self._lights):
             for half in range(2):
-                rng = np.random.default_rng([*self._seed, number, half])
-                scrambling = rng.integers(0, 2**32, (self._sums.shape[1], 5), dtype=np.uint32)
-                for pixel, which in _pairs(self._pixels, self.directions, directions):
-                    uniform = ((points[which] ^ scrambling[pixel]) + 0.5) * 2.0**-32
-                    of_pixel = (uniform[:, 4] * self._hits[pixel]).astype(np.int64)
-                    sample = self._order[self._first[pixel] + of_pixel]
-                    worn = self._geometry.part[sample]
-                    for index in np.unique(worn):
-                        mine = np.flatnonzero(worn == index)
-                        material = self._scene.parts[index].material
-                        self._add(self._sums[half], light, material, sample[mine], uniform[mine, :4])
-        self.directions = directions
+                pool, shift = self._pool(number, half)
+                for task in light.tasks(start, directions):
+                    self._carry_on(self._sums[half], light, pool, shift, task, pixels)
+        self.directions[pixels] = directions
+
+    def _pool(self, number: int, half: int) -> tuple[Drawn, Int[np.ndarray, " P"]]:
+        """Points and, by pixel, where in them it begins."""
+        if (number, half) not in self._pools:
+            rng = np.random.default_rng([*self._seed, number, half])
+            pool = drawn_pool(self._lights[number].light, self._most, rng)
+            self._pools[number, half] = pool, rng.integers(0, len(pool.uniform), self._sums.shape[1])
+        return self._pools[number, half]
+
+    def _carry_on(
+        self,
+        sums: Float[np.ndarray, "P C"],
+        light: _Shining,
+        pool: Drawn,
+        shift: Int[np.ndarray, " P"],
+        task: _Task,
+        pixels: Int[np.ndarray, " n"],
+    ) -> None:
+        """One task for all these pixels."""
+        wearing = [task.part(self._surfaces[part.material]) for part in self._scene.parts]
+        if all(one is None for one in wearing):
+            return
+        for pixel, which in _pairs(pixels, task.start, task.stop):
+            row = which ^ shift[pixel]
+            of_pixel = (pool.uniform[row, 4] * self._hits[pixel]).astype(np.int64)
+            sample = self._order[self._first[pixel] + of_pixel]
+            if len(wearing) == 1:
+                self._add(sums, light, pool, task, wearing[0], sample, row)
+                continue
+            worn = self._geometry.part[sample]
+            for index in np.unique(worn):
+                mine = np.flatnonzero(worn == index)
+                self._add(sums, light, pool, task, wearing[index], sample[mine], row[mine])
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
         """XYZ by each half alone."""
         geometry = self._geometry
         # A sample of a pixel stands for all that meet a surface.
-        scale = np.pi / self._scene.viewing.reference_illuminance_lux / (geometry.samples * max(self.directions, 1))
+        scale = (
+            np.pi / self._scene.viewing.reference_illuminance_lux / (geometry.samples * np.maximum(self.directions, 1))
+        )
         return (self._sums * (self._hits * scale)[:, None]).reshape(2, geometry.rows, geometry.width, -1, 3)
 
     def _add(
         self,
         sums: Float[np.ndarray, "P C"],
         light: _Shining,
-        material: str,
+        pool: Drawn,
+        task: _Task,
+        worn: _Worn | None,
         sample: Int[np.ndarray, " n"],
-        uniform: Float[np.ndarray, "n 4"],
+        row: Int[np.ndarray, " n"],
     ) -> None:
-        """One direction of each kind for each pair of a sample and a direction's numbers."""
-        geometry, shining = self._geometry, light.light
-        surface, sampler = self._surfaces[material], self._samplers[material]
-        assert geometry.frame is not None and geometry.geometric is not None
-        frame, position, wo = geometry.frame[sample], geometry.position[sample], geometry.wo[sample]
-        towards, by_light = shining.drawn(position, uniform[:, :2])
-        local = sampler.drawn(wo, uniform[:, 2:])
-        scattered = np.einsum("nji,nj->ni", frame, local)
-        towards = np.concatenate([towards, scattered])
-        wi = np.concatenate([np.einsum("nij,nj->ni", frame, towards[: len(sample)]), local])
-        by_light = np.concatenate([by_light, shining.density(position, scattered)])
-        twice = np.tile(np.arange(len(sample)), 2)
-        up = wi[:, 2] > 0.0
-        up &= np.einsum("ni,ni->n", geometry.geometric[sample][twice], towards) > 0.0
-        some = np.flatnonzero(up)
-        luminance = shining.luminance(position[twice[some]], towards[some])
-        some, luminance = (values[(luminance > 0.0).any(axis=1)] for values in (some, luminance))
-        at, towards, wi = twice[some], np.ascontiguousarray(towards[some]), wi[some]
-        start = self._tracer.lifted(position[at], geometry.geometric[sample[at]])
-        free = np.flatnonzero(self._tracer.free(start, towards, shining.distance(start, towards)))
-        if not len(free):
+        """One direction for each pair of a sample and a row of the pool."""
+        if worn is None or not len(sample):
             return
-        at, wi, luminance = at[free], wi[free], luminance[free]
-        density = by_light[some[free]] + sampler.density(wo[at], wi)
-        own = sample[at]
-        uv, footprint = (None if one is None else one[own] for one in (geometry.uv, geometry.footprint))
+        low = self._geometry.pixel[sample[0]]
+        arriving = (
+            self._scattered(light, pool, worn, sample, row) if task.scattered else self._shone(light, pool, sample, row)
+        )
+        sample, towards, wi, luminance, by_light = arriving
+        if self._tracer is not None and len(sample):
+            start = self._tracer.lifted(self._geometry.position[sample], self._outwards[sample])
+            towards = np.ascontiguousarray(towards)
+            free = np.flatnonzero(self._tracer.free(start, towards, light.light.distance(start, towards)))
+            sample, wi, luminance, by_light = (values[free] for values in (sample, wi, luminance, by_light))
+        if not len(sample):
+            return
+        geometry = self._geometry
+        wo = geometry.wo[sample]
+        density = by_light
+        if worn.sampler is not None:
+            density = task.of_n * (worn.sampler.density(wo, wi) + by_light)
+        uv, footprint = (None if one is None else one[sample] for one in (geometry.uv, geometry.footprint))
         # What was drawn has a density, but for the last bit at a cell's border.
         weight = np.where(density > 0.0, wi[:, 2], 0.0) / np.where(density > 0.0, density, 1.0)
-        f_r = surface.xyz(Points(wi, wo[at], uv, footprint), light.folding)
+        f_r = worn.surface.xyz(Points(wi, wo, uv, footprint), light.folding)
         values = light.added(f_r, luminance * weight[:, None])
-        pixel = geometry.pixel[own]
-        low = geometry.pixel[sample[0]]
+        pixel = geometry.pixel[sample] - low
         for channel in range(values.shape[1]):
-            found = np.bincount(pixel - low, values[:, channel])
+            found = np.bincount(pixel, values[:, channel])
             sums[low : low + len(found), channel] += found
+
+    def _shone(
+        self, light: _Shining, pool: Drawn, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
+    ) -> tuple[np.ndarray, ...]:
+        """Samples, directions in the world and in their frames, luminance and density, as the light shines."""
+        if pool.towards is None or pool.luminance is None or pool.density is None:
+            position = self._geometry.position[sample]
+            towards, density = light.light.drawn(position, pool.uniform[row, :2])
+            luminance = light.light.luminance(position, towards)
+        else:
+            towards, density, luminance = pool.towards[row], pool.density[row], pool.luminance[row]
+        wi = np.einsum("nij,nj->ni", self._frame[sample], towards)
+        up = (wi[:, 2] > 0.0) & (dot(self._outwards[sample], towards) > 0.0) & luminance.any(axis=1)
+        some = np.flatnonzero(up)
+        return sample[some], towards[some], wi[some], luminance[some], density[some]
+
+    def _scattered(
+        self, light: _Shining, pool: Drawn, worn: _Worn, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
+    ) -> tuple[np.ndarray, ...]:
+        """The same, as the surface scatters."""
+        assert worn.sampler is not None
+        wi = worn.sampler.drawn(self._geometry.wo[sample], pool.uniform[row, 2:4])
+        some = np.flatnonzero(wi[:, 2] > 0.0)
+        sample, wi = sample[some], wi[some]
+        towards = np.einsum("nji,nj->ni", self._frame[sample], wi)
+        some = np.flatnonzero(dot(self._outwards[sample], towards) > 0.0)
+        sample, wi, towards = sample[some], wi[some], towards[some]
+        position = self._geometry.position[sample]
+        luminance = light.light.luminance(position, towards)
+        some = np.flatnonzero(luminance.any(axis=1))
+        sample, wi, towards, luminance = sample[some], wi[some], towards[some], luminance[some]
+        return sample, towards, wi, luminance, light.light.density(position[some], towards)
+
+
+@dataclass(frozen=True, eq=False)
+class _Worn:
+    """What of a material a task adds up, and as it is drawn; without a sampler by the light alone."""
+
+    surface: Surface
+    sampler: DirectionSampler | None
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Directions from `start` to `stop` of one kind, for one share of what surfaces scatter.
+
+    scattered : as surfaces scatter, or else as the light shines. share : "even", "glossy" or "all".
+    of_n : how many of either kind there are for each of n.
+    """
+
+    scattered: bool
+    share: str
+    start: int
+    stop: int
+    of_n: float = 1.0
+
+    def part(self, scattering: Scattering) -> _Worn | None:
+        """Of a material; None where it has no such part."""
+        if self.share == "all":
+            return _Worn(scattering.surface, scattering.sampler)
+        if self.share == "even":
+            return None if scattering.even is None else _Worn(scattering.even, None)
+        return None if scattering.glossy is None else _Worn(scattering.glossy, scattering.glossy_sampler)
 
 
 class _Shining:
@@ -191,79 +271,41 @@ class _Shining:
         self.folding = Folding(scene.observer, [one for each in spectra for one in each])
         self._whole = [other is not None for other in illuminants]
         self._first = np.cumsum([0, *(len(each) for each in spectra)])[:-1]
+        self._even = is_even(light)
+        # A rectangle is drawn evenly by solid angle, and there is nothing beside it.
+        self._alone = self._even or isinstance(light, SoftboxLight)
+
+    def tasks(self, start: int, stop: int) -> Iterator[_Task]:
+        """What is to be done so that there are `stop` directions where there were `start`."""
+        if self._alone:
+            yield _Task(False, "even", start, stop)
+        of_n = _GLOSSY if self._even else 1.0
+        for scattered in (False, True):
+            yield _Task(scattered, "glossy" if self._alone else "all", round(of_n * start), round(of_n * stop), of_n)
 
     def added(self, f_r: Float[np.ndarray, "n C3"], fields: Float[np.ndarray, "n K"]) -> Float[np.ndarray, "n M3"]:
         """f_r times what arrives of each spectrum, added up by picture."""
         total = fields.sum(axis=1, keepdims=True)
+        if all(self._whole):
+            return f_r * total
         columns = np.concatenate([total if whole else fields for whole in self._whole], axis=1)
         each = f_r.reshape(len(f_r), -1, 3) * columns[:, :, None]
         return np.add.reduceat(each, self._first, axis=1).reshape(len(f_r), -1)
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What `gathered` gives: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and `Noise`'s directions."""
-
-    xyz: Float[np.ndarray, "M H W 3"]
-    off: Float[np.ndarray, "M n"]
-    directions: int
-    limited: bool
-
-
-def gathered(
-    sums: SpreadSum,
-    beside: Float[np.ndarray, "M H W 3"],
-    coverage: Float[np.ndarray, "H W"],
-    whites: Float[np.ndarray, "M 3"],
-    aimed: float,
-    most: int,
-    say: Callable[[str], None],
-) -> Found:
-    """Draw, twice as much each time, until the noise is small.
-
-    beside : what other lights give. aimed : mean ΔE94 of the noise. most : directions of each kind and half, at which
-    it ends in any case. say : is told what is done.
-    """
-    directions = min(_FIRST_DIRECTIONS, most)
-    while True:
-        sums.extend(directions)
-        halves = np.moveaxis(sums.halves, 3, 1)
-        off = noise_of(halves, beside, coverage, whites)
-        # The mean of few pixels is itself uncertain: two of its standard errors are counted with it.
-        uncertain = 1.0 + 1.5 / np.sqrt(max(off.shape[1], 1))
-        noise = float(off.mean(axis=1).max()) if off.size else 0.0
-        enough = noise * uncertain <= aimed
-        if enough or directions >= most:
-            return Found(beside + halves.mean(axis=0), off, 4 * directions, not enough)
-        directions = min(2 * directions, most)
-        say(f"drawing {4 * directions:,} directions a pixel; noise of ΔE94 {noise:.2g} so far, {aimed:.2g} is aimed at")
+def _nothing_hides(scene: Scene, geometry: VisibleGeometry) -> bool:
+    """Whether all that is seen is one convex body from outside: no ray from it meets it again."""
+    if len(scene.parts) != 1 or geometry.geometric is None:
+        return False
+    if geometry not in _hides_nothing:
+        middle = scene.parts[0].mesh.vertices.mean(axis=0)
+        outside = bool((dot(geometry.geometric, geometry.position - middle) > 0.0).all())
+        _hides_nothing[geometry] = outside and is_convex(scene.parts[0].mesh)
+    return _hides_nothing[geometry]
 
 
-def noise_of(
-    halves: Float[np.ndarray, "2 M H W 3"],
-    beside: Float[np.ndarray, "M H W 3"],
-    coverage: Float[np.ndarray, "H W"],
-    whites: Float[np.ndarray, "M 3"],
-) -> Float[np.ndarray, "M n"]:
-    """ΔE94 by which each wholly covered pixel (each covered one, where none is) is off by chance, in each picture.
-
-    `beside` is what other lights give, without noise. A pixel that no light reaches is left out.
-    """
-    judged = coverage >= _WHOLE
-    if not judged.any():
-        judged = coverage > 0.0
-    lit = judged & ((halves != 0.0).any(axis=(0, 1, 4)) | (beside != 0.0).any(axis=(0, 3)))
-    pictures = zip(halves[0], halves.mean(axis=0), beside, whites, strict=True)
-    off = [delta_e_xyz(mean[lit] + other[lit], half[lit] + other[lit], white) for half, mean, other, white in pictures]
-    return np.stack(off)
-
-
-def noise_stated(found: Sequence[Found], aimed: float) -> Noise:
-    """The noise of pictures that were made in parts, one above the other."""
-    off = np.concatenate([one.off for one in found], axis=1)
-    mean, p99 = (off.mean(axis=1), np.percentile(off, 99.0, axis=1)) if off.size else (np.zeros(len(off)),) * 2
-    limited = any(one.limited for one in found)
-    return Noise(tuple(mean.tolist()), tuple(p99.tolist()), aimed, max(one.directions for one in found), limited)
+# A geometry is kept for many materials.
+_hides_nothing: WeakKeyDictionary[VisibleGeometry, bool] = WeakKeyDictionary()
 
 
 def _pairs(
@@ -276,11 +318,3 @@ def _pairs(
         for begin in range(0, len(pixels), step):
             some = pixels[begin : begin + step]
             yield np.repeat(some, len(numbers)), np.tile(numbers, len(some))
-
-
-def _sobol(count: int) -> UInt32[np.ndarray, "n 5"]:
-    """At least so many points of Sobol's sequence, as whole numbers of 32 bits."""
-    from scipy.stats import qmc
-
-    points = qmc.Sobol(5, scramble=False, bits=32).random_base2(max(count - 1, 1).bit_length())
-    return (points * 2.0**32).astype(np.uint32)

@@ -31,6 +31,8 @@ _LEAST_COSINE = 0.15
 _LEAST_COSINE_VARIED = 0.4
 # Share of all values that may lie below what counts as the diffuse part.
 _DIFFUSE_QUANTILE = 0.05
+# f_r cos(theta_i) that is nowhere more than this many times its mean over the hemisphere counts as even.
+_EVEN = 4.0
 # A cell has at least this share of its brightest neighbour's density: a highlight may lie across the border.
 _NEAR = 0.25
 
@@ -62,7 +64,9 @@ class DirectionSampler:
         self._edges = np.sin(0.5 * _ring_edges()) ** 2
         nodes = self._polar * self._round
         self._cosine_share = np.ones(nodes)
+        self._highest = np.zeros(nodes)
         if known.uses_uv:
+            self._highest[:] = np.inf
             return
         self._tabulate(known, least)
 
@@ -87,6 +91,8 @@ class DirectionSampler:
             rest[lit] = np.maximum(f_r - even, 0.0) * wi[:, 2] * 4.0 * h_wo[lit]
             cells = _spread(rest.reshape(rings, self._sectors))
             total = float((cells * solid[:, None]).sum())
+            mean = even + total / np.pi
+            self._highest[node] = (f_r * wi[:, 2]).max(initial=0.0) / mean if mean > 0.0 else 0.0
             if total > 1e-3 * np.pi * even:
                 self._cosine_share[node] = np.clip(np.pi * even / (np.pi * even + total), least, 1.0)
                 density[node] = cells / total
@@ -95,6 +101,11 @@ class DirectionSampler:
         self._density = density
         self._up_to_ring = np.cumsum(rings_mass, axis=1)
         self._up_to_sector = np.cumsum(mass, axis=2) / np.where(rings_mass > 0.0, rings_mass, 1.0)[:, :, None]
+
+    @property
+    def even(self) -> bool:
+        """Whether the surface has no highlight, seen from anywhere: light that is drawn as it shines finds it all."""
+        return bool((self._highest <= _EVEN).all())
 
     def _node_direction(self, node: int) -> Float[np.ndarray, "3"]:
         polar, round_ = divmod(node, self._round)

@@ -81,6 +81,18 @@ class Upsampling:
         InputError
             A channel is negative, NaN or infinite: no reflectance has that colour.
         """
+        return self._mixed(rgb, self.corners)
+
+    def folded(
+        self, rgb: Float[np.ndarray, "*batch 3"], weights: Float[np.ndarray, "L C"]
+    ) -> Float[np.ndarray, "*batch C"]:
+        """`spectra(rgb) @ weights`, of which no spectrum has to be made; raises what `spectra` does."""
+        return self._mixed(rgb, self.corners @ weights)
+
+    def _mixed(
+        self, rgb: Float[np.ndarray, "*batch 3"], corners: Float[np.ndarray, "V C"]
+    ) -> Float[np.ndarray, "*batch C"]:
+        """What stands at the corners, mixed as their spectra are."""
         rgb = np.asarray(rgb, dtype=np.float64)
         bad = ~(np.isfinite(rgb) & (rgb >= 0)).all(axis=-1)
         if bad.any():
@@ -90,12 +102,12 @@ class Upsampling:
             )
         flat = rgb.reshape(-1, 3)
         if len(self.corners) == 3:
-            out = flat @ self.corners
+            out = flat @ corners
         else:
             index, share = (_smits_shares if self.method == "smits" else _mesh_shares)(flat)
-            out = np.zeros((len(flat), self.corners.shape[1]))
+            out = np.zeros((len(flat), corners.shape[1]))
             for corner in range(3):
-                out += share[:, corner, None] * self.corners[index[:, corner]]
+                out += share[:, corner, None] * corners[index[:, corner]]
         return out.reshape(*rgb.shape[:-1], out.shape[1])
 
 

@@ -1,4 +1,7 @@
-"""Every shipped material under D65, A and FL11, as `metamer review` draws it: within the budget, row by row."""
+"""Every shipped material under D65, A and FL11, as `metamer review` draws it: within the budget, row by row.
+
+All of them under one light from one direction; a matt one, a glossy one and a metal in the booth of the default review.
+"""
 
 import json
 import re
@@ -10,6 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 LIGHTS = ("D65", "A", "FL11")
+IN_THE_BOOTH = ("colorchecker/blue-matte", "colorchecker/red-satin", "metal/copper")
 MOST_P99, MOST_MEAN = 1.0, 0.3
 MOST_PAGE_BYTES = 25_000_000
 
@@ -17,18 +21,28 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def reviewed(tmp_path_factory):
-    """(folder, review.json, ids in the catalogue) of the default scene, made by the command in its own processes."""
+def both(tmp_path_factory):
+    """Folders of the catalogue and of two reviews, made by the command in its own processes."""
     folder = tmp_path_factory.mktemp("shipped")
-    catalogue, out = folder / "catalogue", folder / "review"
+    catalogue, out, booth = (folder / name for name in ("catalogue", "review", "booth"))
+    options = ["--catalogue", catalogue, "--jobs", "2"]
+    sphere = ROOT / "examples" / "sphere.toml"
     for words in (
         ["catalogue", "import", "--into", catalogue, "--jobs", "2"],
-        ["review", "--catalogue", catalogue, "--out", out, "--illuminants", ",".join(LIGHTS), "--jobs", "2"],
+        ["review", sphere, "--out", out, "--illuminants", ",".join(LIGHTS), *options],
+        ["review", "--out", booth, "--materials", ",".join(IN_THE_BOOTH), *options],
     ):
         command = [sys.executable, "-m", "metamer.cli.main", *map(str, words)]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, encoding="utf-8")
         # 1 and 2 say that a row is off; the tests below say which.
         assert done.returncode in (0, 1, 2), done.stdout + done.stderr
+    return catalogue, out, booth
+
+
+@pytest.fixture(scope="module")
+def reviewed(both):
+    """(folder, review.json, ids in the catalogue) of all materials on a sphere."""
+    catalogue, out, _ = both
     ids = {path.relative_to(catalogue).with_suffix("").as_posix() for path in catalogue.rglob("*.h5")}
     return out, json.loads((out / "review.json").read_text(encoding="utf-8")), ids
 
@@ -88,3 +102,27 @@ def test_page_is_self_contained_and_not_too_large(reviewed):
     linked = {t for t in targets if t.startswith("pictures/")}
     assert linked <= {name for row in document["results"] for name in (row["image"], *row["files"].values())}
     assert all(row["material"] in page for row in document["results"])
+
+
+def test_the_default_review_stands_in_a_booth_and_says_how_uncertain_its_reference_is(both):
+    document = json.loads((both[2] / "review.json").read_text(encoding="utf-8"))
+    rows = document["results"]
+    assert {(row["material"], row["illuminant"]) for row in rows} == {
+        (m, light) for m in IN_THE_BOOTH for light in LIGHTS
+    }
+    # Metals mirror the edges of the booth's panel: by p99 they are near the budget, not within it.
+    assert document["status"] == "near"
+    assert {row["material"] for row in rows if row["status"] != "pass"} <= {"metal/copper"}
+    assert any("of light that spreads" in words for words in document["colour_chain"])
+    for row in rows:
+        assert 1e-3 < row["delta_e94"]["mean"] <= MOST_MEAN and row["delta_e94"]["p95"] <= MOST_P99, row
+        assert row["pixels"] > 10_000
+        noise = row["reference_noise"]
+        assert 0.0 < noise["mean"] <= noise["aimed"] == 0.1 * MOST_P99 and not noise["limited"], row
+        assert noise["mean"] < noise["p99"]
+    page = (both[2] / "index.html").read_text(encoding="utf-8")
+    assert page.count("reference uncertain by ΔE94") == len(rows)
+
+
+def test_a_row_under_one_direction_has_no_noise(reviewed):
+    assert all(row["reference_noise"] is None for row in reviewed[1]["results"])

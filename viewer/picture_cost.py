@@ -28,11 +28,17 @@ _SAMPLE, _SAMPLE_KEPT, _SAMPLE_AND_LIGHT_KEPT = 560, 70, 120
 _PIXEL = {".png": 84, ".exr": 36}
 _PIXEL_AND_WAVELENGTH = 32
 _SEEN, _SEEN_AND_LIGHT = 80, 30
+# A light that spreads: what is gathered of it by pictures, and what a reference draws from and works on.
+_SPREAD, _SPREAD_TRACED = 75_000_000, 32_000_000
+# Samples of a reference under lights that spread, and pixels by spectrum, in two halves and what is made of them.
+_SAMPLE_SPREAD, _PIXEL_AND_SPECTRUM_SPREAD = 130, 240
 # Seconds: a triangle and light, a sample and light drawn, and one of the reference, at every wavelength.
 _TRIANGLE_SECONDS, _DRAWN_SECONDS, _REFERENCE_SECONDS = 9e-6, 3e-6, 2.5e-5
 # The same of a review, which traces no rays, for a formula; a scattered measurement takes fifty times as long.
 _REVIEWED_SECONDS = 5e-7
-
+# Of one light that spreads: to work out what is gathered of it, a sample drawn, and a pixel of a reference, which is
+# that of a gloss paint in a booth: of a matt one a third, of metals and measurements three to ten times as much.
+_SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 1e-5, 4e-4
 
 #: Pictures that take less time than this are made without a word.
 SAID_FROM_SECONDS = 1.0
@@ -72,33 +78,42 @@ def picture_cost(
     jobs : processes of a review; each holds what the camera sees, and its own pictures.
     """
     triangles = sum(len(part.mesh.faces) for part in scene.parts)
-    lights, pixels = len(scene.lights), camera.width * camera.height_px
+    lights, spread, pixels = len(scene.delta_lights), len(scene.spread_lights), camera.width * camera.height_px
     samples = pixels * camera.samples**2
     tile = min(samples, TILE_SAMPLES**2)
-    kept = samples if samples * lights <= KEPT_SAMPLES else 0
-    drawn = triangles * (_TRIANGLE + _TRIANGLE_AND_LIGHT * lights) + tile * _SAMPLE
-    drawn += kept * (_SAMPLE_KEPT + _SAMPLE_AND_LIGHT_KEPT * lights)
-    if scene.spread_lights:
+    # What is kept for a light of either kind is about the same.
+    both = lights + spread
+    kept = samples if samples * both <= KEPT_SAMPLES else 0
+    drawn = triangles * (_TRIANGLE + _TRIANGLE_AND_LIGHT * both) + tile * _SAMPLE
+    drawn += kept * (_SAMPLE_KEPT + _SAMPLE_AND_LIGHT_KEPT * both)
+    if spread:
         drawn += _VERTEX_HIDDEN * sum(len(part.mesh.vertices) for part in scene.parts)
     traced = triangles * _TRIANGLE_IN_RAYS
     picture = pixels * _PIXEL.get(suffix.lower(), _PIXEL[".png"])
     drawing = triangles * lights * _TRIANGLE_SECONDS + samples * lights * _DRAWN_SECONDS
+    drawing += spread * (_SPREAD_SECONDS + samples * _SPREAD_DRAWN_SECONDS)
+    drawn += _SPREAD * spread
+    # Directions are the same for all lights' spectra; only their sums are not.
+    drawn_directions = pixels * spread * _SPREAD_REFERENCE_SECONDS
+    sums = spread * _SPREAD_TRACED
+    if spread:
+        sums += min(samples, BAND_SAMPLES) * _SAMPLE_SPREAD + pixels * spectra * _PIXEL_AND_SPECTRUM_SPREAD
     if kind == "reference":
-        found = traced + min(samples, BAND_SAMPLES) * _SAMPLE + 2 * picture
-        seconds = samples * lights * _REFERENCE_SECONDS
+        found = traced + min(samples, BAND_SAMPLES) * _SAMPLE + 2 * picture + sums
+        seconds = samples * lights * _REFERENCE_SECONDS + drawn_directions
     elif kind == "spectra":
         found = drawn + pixels * len(WORKING_WAVELENGTHS_NM) * _PIXEL_AND_WAVELENGTH
         seconds = drawing * len(WORKING_WAVELENGTHS_NM) / 12
     elif kind == "review":
         found = drawn + traced + samples * _SAMPLE + 2 * picture * spectra
-        found += jobs * (samples * (_SEEN + _SEEN_AND_LIGHT * lights) + 24 * pixels * spectra)
-        seconds = drawing + samples * lights * _REVIEWED_SECONDS
+        found += jobs * (samples * (_SEEN + _SEEN_AND_LIGHT * lights) + 24 * pixels * spectra + sums)
+        seconds = drawing + samples * lights * _REVIEWED_SECONDS + drawn_directions
     else:
         found, seconds = drawn + picture, drawing
     of_each = "1 sample" if camera.samples == 1 else f"{camera.samples} x {camera.samples} samples"
     what = (
         f"{camera.width:,} x {camera.height_px:,} pixels of {of_each}, {triangles:,} triangles, "
-        f"{lights} {'light' if lights == 1 else 'lights'}"
+        f"{both} {'light' if both == 1 else 'lights'}"
     )
     return Cost(what, found, seconds)
 

@@ -4,21 +4,38 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
+from ..calibration.row import ReferenceNoise
 from ..lighting.camera import Camera
 from ..lighting.geometry import VisibleGeometry
 from ..lighting.reference import reference_images
+from ..lighting.reference_noise import Noise
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
 from ..spectral.processes import in_order
 from ..spectral.spectrum import Spectrum
 
-#: Pictures (M,H,W,3) float64, one for each spectrum, and the seconds that they took together.
-Reference = tuple[Float[np.ndarray, "M H W 3"], float]
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Pictures (M,H,W,3), float64, one for each spectrum; the seconds that they took together; their noise."""
+
+    xyz: Float[np.ndarray, "M H W 3"]
+    seconds: float
+    noise: Noise | None = None
+
+    def noise_of(self, number: int) -> ReferenceNoise | None:
+        """Of one of the pictures, as a row has it."""
+        noise = self.noise
+        if noise is None:
+            return None
+        return ReferenceNoise(noise.mean[number], noise.p99[number], noise.aimed, noise.directions, noise.limited)
+
 
 # What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material.
 _worker: dict = {}
@@ -53,4 +70,4 @@ def _reference(scene: Scene) -> Reference:
     surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
     seen = {name: _worker[name] for name in ("geometry", "budget")}
     found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen)
-    return found.xyz, time.perf_counter() - start
+    return Reference(found.xyz, time.perf_counter() - start, found.noise)

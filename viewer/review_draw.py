@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ..calibration.row import ReferenceNoise
 from ..lighting.scene import Scene
 from ..spectral.image import ColourImage
 from .picture import Warn, say_if_clipped
@@ -23,6 +24,7 @@ class Drawing:
     scene : as it is lit. illuminant : its name, `own_light` where each light keeps its own spectrum. white (3,).
     sample, truth : XYZ, float32, and the `coverage` of each; truth_xyz (H, W, 3) : in float64.
     shown, truth_shown (H, W, 3) : encoded for the display.
+    noise : of the truth, where directions were drawn for it.
     notes : of the display transform. seconds : of the steps "render", "reference" and "encode".
     """
 
@@ -36,6 +38,7 @@ class Drawing:
     coverage: tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]]
     shown: Float[np.ndarray, "H W 3"]
     truth_shown: Float[np.ndarray, "H W 3"]
+    noise: ReferenceNoise | None
     notes: tuple[str, ...]
     seconds: dict[str, float]
 
@@ -43,16 +46,15 @@ class Drawing:
 def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iterator[Drawing]:
     """The case under each illuminant; pictures that the display clips are said."""
     scene, display = setting.scene, setting.display
-    reference_xyz, reference_seconds = reference
     begun = time.perf_counter()
     shown = {name: setting.surfaces[name] for name in case.scene.material_ids}
     pictures = setting.renderer.render_many(case.scene, setting.view, shown, setting.spectra)
     each = {
         "render": (time.perf_counter() - begun) / len(setting.names),
-        "reference": reference_seconds / len(setting.names),
+        "reference": reference.seconds / len(setting.names),
     }
-    rows = zip(setting.names, setting.spectra, pictures, reference_xyz, strict=True)
-    for name, spectrum, (sample_xyz, coverage), truth_xyz in rows:
+    rows = zip(setting.names, setting.spectra, pictures, reference.xyz, strict=True)
+    for number, (name, spectrum, (sample_xyz, coverage), truth_xyz) in enumerate(rows):
         lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
         white = lit.adopted_white()
         background = white * scene.viewing.background_reflectance
@@ -76,6 +78,7 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
             both,
             shown_rgb,
             truth_rgb,
+            reference.noise_of(number),
             tuple(notes),
             seconds,
         )

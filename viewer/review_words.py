@@ -40,11 +40,15 @@ def colour_chain(
 ) -> list[str]:
     """The colour chain from spectrum to display, a sentence each."""
     observer = scene.observer
+    traced = "Reference: Embree rays, the original data of each material at every wavelength, float64"
+    if scene.spread_lights:
+        traced += "; of light that spreads, directions are drawn until what that leaves to chance, stated by row, is a "
+        traced += "tenth of the budget (mean)"
     lights = ", ".join(names)
     words = [
         f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
         f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
-        "Reference: Embree rays, the original data of each material at every wavelength, float64.",
+        f"{traced}.",
         f"Sample: the materials' fast forms (factor packs, textures) in a {plan.basis.name} basis of {plan.basis_size} "
         f"coefficients, folded with light and observer, {plan.precision}.",
         f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "

@@ -56,6 +56,7 @@ def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Readin
         swatch=swatch(display, xyz, drawing.white),
         colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY),
         white_xyz=drawing.white,
+        noise=drawing.noise,
         notes=drawing.notes,
         provenance=provenance_words(setting.records[found.material]),
     )

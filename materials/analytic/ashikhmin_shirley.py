@@ -9,7 +9,7 @@ import numpy as np
 
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
-from .model import AnalyticBrdf, Part
+from .model import AnalyticBrdf, Part, SumOfTerms
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,10 @@ class AshikhminShirley(AnalyticBrdf):
 
     def lobes(self) -> tuple[Lobe, ...]:
         """The diffuse term (eq. 5) in incident/outgoing angles, the highlight (eq. 4) in half/difference angles."""
-        base = Part(self.wavelengths_nm, True, self._diffuse)
-        highlight = Part(self.wavelengths_nm, self.isotropic, self._highlight)
+        under = SumOfTerms(self._even, self._under[None])
+        base = Part(self.wavelengths_nm, True, self._diffuse, under)
+        coat = SumOfTerms(self._gloss, self._coat)
+        highlight = Part(self.wavelengths_nm, self.isotropic, self._highlight, coat)
         return Lobe("io", base), Lobe("hd", highlight)
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -71,7 +73,15 @@ class AshikhminShirley(AnalyticBrdf):
     def _diffuse(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return np.multiply.outer(_leaving(wi) * _leaving(wo), self._under)
 
+    def _even(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,1): `_diffuse` without its spectrum."""
+        return (_leaving(wi) * _leaving(wo))[:, None]
+
     def _highlight(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return self._gloss(wi, wo) @ self._coat
+
+    def _gloss(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,2): what the spectra of `_coat` are multiplied with."""
         h = wi + wo
         h2 = h * h
         length2 = h2.sum(axis=-1)
@@ -87,7 +97,7 @@ class AshikhminShirley(AnalyticBrdf):
         lobe *= np.sqrt((self.exponent_u + 1.0) * (self.exponent_v + 1.0)) / (8.0 * np.pi)
         lobe /= cos_d * np.maximum(wi[:, 2], wo[:, 2])
         schlick = (1.0 - np.minimum(cos_d, 1.0)) ** 5
-        return np.stack([lobe * (1.0 - schlick), lobe * schlick], axis=-1) @ self._coat
+        return np.stack([lobe * (1.0 - schlick), lobe * schlick], axis=-1)
 
 
 def _leaving(w: np.ndarray) -> np.ndarray:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
+from jaxtyping import Float
 
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
-from .model import AnalyticBrdf, Part
+from .model import AnalyticBrdf, Directed, Part, SumOfTerms
+
+# Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.
+_FOLDED_CELLS, _FOLDED_OFF = 8192, 6e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +83,10 @@ class CookTorrance(AnalyticBrdf):
         """The body in incident/outgoing angles, the facets in half/difference angles; only those with a weight."""
         parts = []
         if self.specular_weight < 1.0:
-            parts.append(Lobe("io", Part(self.wavelengths_nm, True, self._diffuse)))
+            body = SumOfTerms(_one, self._body[None])
+            parts.append(Lobe("io", Part(self.wavelengths_nm, True, self._diffuse, body)))
         if self.specular_weight > 0.0:
-            parts.append(Lobe("hd", Part(self.wavelengths_nm, True, self._facets)))
+            parts.append(Lobe("hd", Part(self.wavelengths_nm, True, self._facets, self._folded_facets)))
         return tuple(parts)
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -93,6 +99,15 @@ class CookTorrance(AnalyticBrdf):
         return np.broadcast_to(self._body, (len(wi), len(self._body)))
 
     def _facets(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return self._reflected(wi, wo, lambda cos2, sin2: fresnel(cos2, sin2, self.eta, self.k), len(self._body))
+
+    def _folded_facets(self, weights: np.ndarray) -> Directed:
+        """See `Part.folded`: Fresnel's term at every wavelength, folded, by the cosine alone (`FoldedFresnel`)."""
+        folded = FoldedFresnel(self.eta, self.k, weights)
+        return partial(self._reflected, fresnel_term=folded, columns=weights.shape[1])
+
+    def _reflected(self, wi: np.ndarray, wo: np.ndarray, fresnel_term: Directed, columns: int) -> np.ndarray:
+        """Facets times `fresnel_term(cos^2, sin^2)` (N, columns)."""
         h, d = wi + wo, wi - wo
         # h and d are the diagonals of a rhombus of side 1: |h| = 2 cos(theta_d), |d| = 2 sin(theta_d).
         cos2_d = 0.25 * np.sum(h * h, axis=-1)
@@ -101,7 +116,7 @@ class CookTorrance(AnalyticBrdf):
         sin2_h = 0.25 * (h[:, 0] ** 2 + h[:, 1] ** 2) / cos2_d
         density = beckmann if self.distribution == "beckmann" else ggx
         geometry = self.specular_weight * density(cos2_h, sin2_h, self.roughness)
-        out = np.zeros((len(wi), len(self.wavelengths_nm)))
+        out = np.zeros((len(wi), columns))
         # Most directions miss a narrow highlight altogether: its exponential is zero, and Fresnel is what costs.
         seen = np.flatnonzero(geometry > 0.0)
         if len(seen):
@@ -110,9 +125,13 @@ class CookTorrance(AnalyticBrdf):
             else:
                 one_sided = smith_beckmann if self.distribution == "beckmann" else smith_ggx
                 masked = one_sided(wi[seen], self.roughness) * one_sided(wo[seen], self.roughness)
-            out[seen] = fresnel(cos2_d[seen], sin2_d[seen], self.eta, self.k)
+            out[seen] = fresnel_term(cos2_d[seen], sin2_d[seen])
             out[seen] *= (geometry[seen] * masked)[:, None]
         return out
+
+
+def _one(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    return np.ones((len(wi), 1))
 
 
 def fresnel(cos2: np.ndarray, sin2: np.ndarray, eta: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -146,6 +165,39 @@ def fresnel(cos2: np.ndarray, sin2: np.ndarray, eta: np.ndarray, k: np.ndarray) 
     along /= whole
     along *= 0.5
     return along
+
+
+class FoldedFresnel:
+    """`fresnel` times weights (L,C), which is a function of the cosine alone: looked up between so many nodes that a
+    straight line between two is right to `_FOLDED_OFF` of the largest value, as middles between nodes show; where a
+    refractive index gives a kink, as total reflection does, every wavelength is evaluated each time.
+    """
+
+    def __init__(self, eta: np.ndarray, k: np.ndarray, weights: Float[np.ndarray, "L C"]) -> None:
+        self._eta, self._k, self._weights = eta, k, weights
+        cos = np.arange(2 * _FOLDED_CELLS + 1) / (2 * _FOLDED_CELLS)
+        found = self._exact(cos**2, (1.0 - cos) * (1.0 + cos))
+        nodes, middles = found[::2], found[1::2]
+        off = np.abs(0.5 * (nodes[1:] + nodes[:-1]) - middles).max()
+        self._slopes = np.diff(nodes, axis=0) if off <= _FOLDED_OFF * np.abs(found).max() else None
+        self._nodes = nodes
+
+    def _exact(self, cos2: np.ndarray, sin2: np.ndarray) -> np.ndarray:
+        step = 2048
+        each = range(0, len(cos2), step)
+        rows = [fresnel(cos2[i : i + step], sin2[i : i + step], self._eta, self._k) @ self._weights for i in each]
+        return np.concatenate(rows)
+
+    def __call__(self, cos2: np.ndarray, sin2: np.ndarray) -> np.ndarray:
+        """(N,C)."""
+        if self._slopes is None:
+            return self._exact(cos2, sin2)
+        place = np.minimum(np.sqrt(cos2), 1.0) * _FOLDED_CELLS
+        cell = np.minimum(place.astype(np.intp), _FOLDED_CELLS - 1)
+        out = self._slopes[cell]
+        out *= (place - cell)[:, None]
+        out += self._nodes[cell]
+        return out
 
 
 def beckmann(cos2_h: np.ndarray, sin2_h: np.ndarray, roughness: float) -> np.ndarray:

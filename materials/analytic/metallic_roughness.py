@@ -10,7 +10,7 @@ import numpy as np
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
 from .cook_torrance import ggx, smith_ggx
-from .model import AnalyticBrdf, Part
+from .model import AnalyticBrdf, Part, SumOfTerms
 
 # Of the coat, whose refractive index is 1.5.
 _COAT_F0 = 0.04
@@ -75,10 +75,14 @@ class MetallicRoughness(AnalyticBrdf):
 
     def lobes(self) -> tuple[Lobe, ...]:
         """Body, facets and coat, all in half/difference angles, where the body depends on theta_d alone."""
-        parts = [self._body, self._facets]
+        one = np.ones((1, len(self.wavelengths_nm)))
+        parts = [(self._body, self._under_terms, self._under), (self._facets, self._facet_terms, self._facet)]
         if self.coat > 0.0:
-            parts.append(self._coat)
-        return tuple(Lobe("hd", Part(self.wavelengths_nm, True, part)) for part in parts)
+            parts.append((self._coat, self._coat_terms, one))
+        return tuple(
+            Lobe("hd", Part(self.wavelengths_nm, True, whole, SumOfTerms(terms, spectra)))
+            for whole, terms, spectra in parts
+        )
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         out = self._body(wi, wo)
@@ -88,17 +92,30 @@ class MetallicRoughness(AnalyticBrdf):
         return out
 
     def _body(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        fall = schlick(wi, wo)
-        return _outer(self._through(fall), fall, self._under)
+        return self._under_terms(wi, wo) @ self._under
 
     def _facets(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        fall = schlick(wi, wo)
-        return _outer(self._through(fall) * _facet_geometry(wi, wo, self.alpha), fall, self._facet)
+        return self._facet_terms(wi, wo) @ self._facet
 
     def _coat(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return np.repeat(self._coat_terms(wi, wo), len(self.wavelengths_nm), axis=1)
+
+    def _under_terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,2): what the spectra of `_under` are multiplied with."""
+        fall = schlick(wi, wo)
+        through = self._through(fall)
+        return np.stack([through, through * fall], axis=-1)
+
+    def _facet_terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,2): what the spectra of `_facet` are multiplied with."""
+        fall = schlick(wi, wo)
+        geometry = self._through(fall) * _facet_geometry(wi, wo, self.alpha)
+        return np.stack([geometry, geometry * fall], axis=-1)
+
+    def _coat_terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,1)."""
         reflected = self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * schlick(wi, wo))
-        reflected *= _facet_geometry(wi, wo, self.coat_alpha)
-        return np.repeat(reflected[:, None], len(self.wavelengths_nm), axis=1)
+        return (reflected * _facet_geometry(wi, wo, self.coat_alpha))[:, None]
 
     def _through(self, fall: np.ndarray) -> np.ndarray:
         """What the coat lets through, 1 - w Fc, (N,)."""
@@ -118,8 +135,3 @@ def _facet_geometry(wi: np.ndarray, wo: np.ndarray, alpha: float) -> np.ndarray:
     length2 = np.sum(h * h, axis=-1)
     density = ggx(h[:, 2] ** 2 / length2, (h[:, 0] ** 2 + h[:, 1] ** 2) / length2, alpha)
     return density * smith_ggx(wi, alpha) * smith_ggx(wo, alpha)
-
-
-def _outer(geometry: np.ndarray, fall: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """geometry (coefficients[0] + fall coefficients[1]), (N,L)."""
-    return np.stack([geometry, geometry * fall], axis=-1) @ coefficients

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum, check_values
 from ...spectral.wavelengths import validated_wavelengths
 from ..brdf import Brdf, eval_lit
+from ..points import Points
 
 Parameter = Float[np.ndarray, " L"] | float | str
+#: A function of N directions to the light and N to the viewer.
+Directed = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class AnalyticBrdf(Brdf):
@@ -141,17 +146,47 @@ class AnalyticBrdf(Brdf):
 
 @dataclass(frozen=True, eq=False)
 class Part(Brdf):
-    """One lobe of a model: the part that `evaluate(wi (N,3), wo (N,3)) -> (N,L)` gives above the horizon."""
+    """One lobe of a model: the part that `evaluate(wi (N,3), wo (N,3)) -> (N,L)` gives above the horizon.
+
+    folded : weights (L,C) -> what gives `evaluate(wi, wo) @ weights`, (N,C), without making spectra first; None where
+        spectra have to be made.
+    """
 
     wavelengths_nm: Float[np.ndarray, " L"]
     isotropic: bool
-    evaluate: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    evaluate: Directed
+    folded: Callable[[np.ndarray], Directed] | None = None
+    _kept: list[tuple[Folding, Directed]] = field(default_factory=list, repr=False)
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
         """f_r (...,L) of this part in 1/sr; see `Brdf.eval`."""
         return eval_lit(self.evaluate, len(self.wavelengths_nm), wi, wo)
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`; folded before it is evaluated where that can be."""
+        if self.folded is None:
+            return super().xyz(points, folding)
+        if not self._kept or self._kept[0][0] is not folding:
+            self._kept[:] = [(folding, self.folded(folding.weights(self.wavelengths_nm)))]
+        return eval_lit(self._kept[0][1], 3 * len(folding.lights), points.wi, points.wo)
+
+
+@dataclass(frozen=True, eq=False)
+class SumOfTerms:
+    """`Part.folded` of what is `terms(wi, wo)` (N,R) times R spectra (R,L)."""
+
+    terms: Directed
+    spectra: Float[np.ndarray, "R L"]
+
+    def __call__(self, weights: Float[np.ndarray, "L C"]) -> Directed:
+        """The terms times what their spectra come to."""
+        return partial(_times, self.terms, self.spectra @ weights)
+
+
+def _times(terms: Directed, colours: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    return terms(wi, wo) @ colours
 
 
 def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> object:

@@ -6,8 +6,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from jaxtyping import Float
 
+from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum
+from ..brdf import eval_lit
+from ..points import Points
 from .model import AnalyticBrdf
 
 
@@ -53,7 +57,36 @@ class OrenNayar(AnalyticBrdf):
         ramp = Spectrum.sampled(wavelengths_nm, np.linspace(0.0, 1.0, len(wavelengths_nm)))
         return tuple(cls(ramp, sigma) for sigma in (0.0, 0.3, 0.52, 0.5 * np.pi))
 
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`: direct and interreflected light times rho and rho^2, folded, wherever no wavelength is
+        held at 0.
+        """
+        weights = folding.weights(self.wavelengths_nm) / np.pi
+        colours = np.stack([self._rho @ weights, self._rho**2 @ weights])
+
+        def folded(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+            terms = self._terms(wi, wo)
+            out = terms @ colours
+            held = np.flatnonzero(terms[:, 0] + terms[:, 1] * self._rho.min() < 0.0)
+            if len(held):
+                out[held] = self._spectra(terms[held]) @ (weights * np.pi)
+            return out
+
+        return eval_lit(folded, weights.shape[1], points.wi, points.wo)
+
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return self._spectra(self._terms(wi, wo))
+
+    def _spectra(self, terms: np.ndarray) -> np.ndarray:
+        """f_r (N,L) of `_terms`."""
+        out = np.multiply.outer(terms[:, 1], self._rho)
+        out += terms[:, :1]
+        np.maximum(out, 0.0, out=out)
+        out *= self._rho / np.pi
+        return out
+
+    def _terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,2): pi L1 / rho and pi L2 / rho^2, which is never negative."""
         sin_i, sin_o = np.hypot(wi[:, 0], wi[:, 1]), np.hypot(wo[:, 0], wo[:, 1])
         theta_i, theta_o = np.arctan2(sin_i, wi[:, 2]), np.arctan2(sin_o, wo[:, 2])
         alpha, beta = np.maximum(theta_i, theta_o), np.minimum(theta_i, theta_o)
@@ -74,8 +107,4 @@ class OrenNayar(AnalyticBrdf):
         shape = cos_phi * c2 * tan_beta + (1.0 - np.abs(cos_phi)) * c3 * tan_mean
         direct = c1 + s2 / (s2 + 0.09) * shape
         between = 0.17 * s2 / (s2 + 0.13) * (1.0 - cos_phi * bend**2)
-        out = np.multiply.outer(between, self._rho)
-        out += direct[:, None]
-        np.maximum(out, 0.0, out=out)
-        out *= self._rho / np.pi
-        return out
+        return np.stack([direct, between], axis=-1)

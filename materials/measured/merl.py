@@ -9,18 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ...spectral.errors import InputError
+from ...spectral.folding import Folding
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..axes import Axis
 from ..brdf import Brdf, Lobe, eval_lit
 from ..directions import half_difference, io_from_half_difference
+from ..points import Points
 from .lookup import multilinear
 
 #: Nodes of theta_h, theta_d and phi_d.
@@ -126,6 +128,12 @@ class MerlBrdf(Brdf):
         """f_r in 1/sr on the working wavelengths."""
         make = upsampling(self.method)
         return eval_lit(lambda i, o: make.spectra(self._looked_up(i, o)), len(self.wavelengths_nm), wi, wo)
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`; the made-up spectra are folded before they are mixed."""
+        weights = folding.weights(self.wavelengths_nm)
+        folded = partial(upsampling(self.method).folded, weights=weights)
+        return eval_lit(lambda i, o: folded(self._looked_up(i, o)), weights.shape[1], points.wi, points.wo)
 
     def eval_rgb(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]

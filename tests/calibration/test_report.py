@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from metamer.calibration.page import TEMPLATES
 from metamer.calibration.report import write_report
-from metamer.calibration.row import RowColour, review_row
+from metamer.calibration.row import ReferenceNoise, RowColour, review_row
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
 from metamer.spectral.errors import ComparisonError, InputError
 
@@ -191,6 +191,29 @@ def test_colour_of_the_original_data_is_on_the_page(tmp_path):
     assert "L* 38.0 a* 51.2 b* \N{MINUS SIGN}7.0 (45a:0)" in words
     (found,) = json.loads(figures.read_text("utf-8"))["results"]
     assert found["colour"] == {"xyz": [0.2, 0.1, 0.05], "lab": [38.0, 51.25, -7.0], "geometry": "45a:0"}
+
+
+def test_noise_of_the_reference_is_said_by_row_and_a_limit_is_a_note(tmp_path):
+    noise = ReferenceNoise(0.09, 0.42, 0.1, 1024, False)
+    limited = ReferenceNoise(0.25, 0.9, 0.1, 16384, True)
+    rows = [row(noise=noise), row(illuminant="A", noise=limited), row(illuminant="FL11")]
+    page, figures = write(tmp_path, rows)
+    words = " ".join("".join(Tags(page.read_text("utf-8")).text).split())
+    assert "reference uncertain by ΔE94 0.09 (mean), 0.42 (p99)" in words and "at most ΔE94 0.25 (mean)" in words
+    assert words.count("reference uncertain by") == 2
+    document = json.loads(figures.read_text("utf-8"))
+    schema = json.loads(re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text("utf-8"), re.S)[1])
+    assert problems(document, schema) == []
+    found = document["results"]
+    expected = {"mean": 0.09, "p99": 0.42, "aimed": 0.1, "directions": 1024, "limited": False}
+    assert found[0]["reference_noise"] == expected and found[2]["reference_noise"] is None
+    assert any("uncertain by ΔE94 0.25" in note and "0.1 was aimed at" in note for note in found[1]["notes"])
+    assert not any("uncertain" in note for note in found[0]["notes"])
+
+
+def test_without_noise_nothing_is_said_of_any(tmp_path):
+    page, _ = write(tmp_path, [row()])
+    assert "uncertain" not in page.read_text("utf-8")
 
 
 def test_paper_is_no_narrow_screen():

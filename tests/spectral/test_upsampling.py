@@ -111,3 +111,12 @@ def test_an_unknown_method_is_named_with_its_neighbours():
 @pytest.mark.parametrize("method", METHODS)
 def test_provenance_says_that_spectra_are_made_up(method):
     assert upsampling(method).provenance == f"uplifted({method})"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_colours_fold_before_they_are_mixed_as_their_spectra_do_after(method):
+    rgb, weights = np.random.default_rng(3).random((200, 3)) ** 3 * 4.0, np.random.default_rng(4).random((81, 6))
+    make = upsampling(method)
+    np.testing.assert_allclose(make.folded(rgb, weights), make.spectra(rgb) @ weights, rtol=1e-12)
+    with pytest.raises(InputError, match="no reflectance"):
+        make.folded(np.array([[0.1, -0.2, 0.3]]), weights)

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.lighting import scene_files, shapes
+from metamer.lighting.environment.booth import light_booth
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh_cost import MeshCost, file_cost
 from metamer.lighting.mesh_files import load_mesh
 from metamer.lighting.reference import reference_images
 from metamer.lighting.scene_files import load_scene
+from metamer.materials.analytic import AshikhminShirley
 from metamer.materials.analytic.lambert import Lambert
 from metamer.spectral import memory
 from metamer.spectral.errors import InputError
@@ -81,6 +83,25 @@ def test_memory_of_the_reference_and_of_spectra_is_foretold(scenes):
     within(measured, picture_cost(scene, scene.camera(), "reference").memory_bytes)
     measured = peak(lambda: SoftwareRenderer().render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM))
     within(measured, picture_cost(scene, scene.camera(), "spectra", ".exr").memory_bytes)
+
+
+def test_memory_and_time_under_a_light_from_all_around_are_foretold(scenes):
+    coat = AshikhminShirley(
+        *(Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, v)) for v in (0.5, 0.04)), 60.0, 60.0
+    )
+    booth = light_booth("D65")
+    scene = replace(filled(scenes, 1, 160), lights=(booth,))
+    small = replace(filled(scenes, 1, 8), lights=(booth,))
+    reference_images(small, None, {"matt": coat}, most_directions=4)
+    measured = peak(lambda: reference_images(scene, None, {"matt": coat}, budget=20.0))
+    within(measured, picture_cost(scene, scene.camera(), "reference").memory_bytes)
+    measured = peak(lambda: SoftwareRenderer().render(scene, None, scenes.SURFACES))
+    within(measured, picture_cost(scene, scene.camera()).memory_bytes)
+    for kind in ("picture", "reference", "review"):
+        assert picture_cost(scene, scene.camera(), kind).seconds > picture_cost(small, small.camera(), kind).seconds
+    assert ", 1 light: " in picture_cost(scene, scene.camera()).words
+    # A quarter of a hundred thousand pixels in a booth take minutes, which has to be said before.
+    assert picture_cost(scene, replace(scene.camera(), width=512, height_px=512), "reference").seconds > 60
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".glb"])

@@ -89,7 +89,9 @@ def test_documented_fields_are_those_written(written):
     _, document = written
 
     def check(value, rule, where):
-        if "properties" in rule:
+        if value is None:
+            assert "null" in rule["type"], where
+        elif "properties" in rule:
             assert set(value) == set(rule["properties"]), where
             assert set(rule.get("required", ())) <= set(value), where
             for key, inner in rule["properties"].items():
