@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from .keeping import SpreadLayer
-from .light_tables import LightTables, bright_tables, divisions, light_tables, visibility_tables
+from .light_tables import LightTables, bright_tables, divisions, hidden_tables, light_tables, visibility_tables
 from .passes import MOST_QUADS, Passes
 from .resources import Owner
 
@@ -68,6 +68,13 @@ class GLGathering:
             lights.append(self._kept(visibility, 0, lambda: visibility_tables(self.context, visibility)))
             lights.append(
                 self._kept(bright, layer.fields.start, lambda: bright_tables(self.context, bright, layer.fields))
+            )
+            lights.append(
+                self._kept(
+                    shadows.hidden,
+                    layer.fields.start,
+                    lambda: hidden_tables(self.context, shadows.hidden, visibility, layer.fields),
+                )
             )
             given["division"] = divisions(visibility)[layer.part]
         try:

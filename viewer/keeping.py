@@ -9,6 +9,7 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from ..lighting.lights import SpreadLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.visibility.cache import scene_visibility
+from ..lighting.visibility.hidden_light import HiddenLight
 from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
 from ..materials.fast import Summand
@@ -61,6 +63,11 @@ class Shadows:
 
     visibility: SceneVisibility
     bright: BrightLight
+
+    @cached_property
+    def hidden(self) -> HiddenLight:
+        """What the scene's vertices lose of the light."""
+        return HiddenLight.of(self.visibility, self.bright)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +158,7 @@ class Keeping(ABC):
         self._with_frames = False
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
         self._visibility: tuple[tuple[Mesh, ...], SceneVisibility | None] | None = None
-        self._bright: dict[int, tuple[SpreadLight, BrightLight]] = {}
+        self._hiding: dict[int, tuple[SpreadLight, Shadows]] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -199,7 +206,7 @@ class Keeping(ABC):
         self._forget_view()
         self._keep_lights(())
         self._gathered.clear()
-        self._bright.clear()
+        self._hiding.clear()
         self._visibility = None
         self._geometry = None
 
@@ -223,14 +230,15 @@ class Keeping(ABC):
         meshes = tuple(part.mesh for part in scene.parts)
         if self._visibility is None or [*map(id, self._visibility[0])] != [*map(id, meshes)]:
             found = scene_visibility(scene, visibility_folder(), progress=self._say)
-            self._visibility, self._bright = (meshes, found), {}
+            self._visibility, self._hiding = (meshes, found), {}
         visibility = self._visibility[1]
         if visibility is None:
             return None
-        if id(light) not in self._bright:
+        if id(light) not in self._hiding:
             low, high = scene.bounds
-            self._bright[id(light)] = light, BrightLight.of(seen_from(light, 0.5 * (low + high)))
-        return Shadows(visibility, self._bright[id(light)][1])
+            bright = BrightLight.of(seen_from(light, 0.5 * (low + high)))
+            self._hiding[id(light)] = light, Shadows(visibility, bright)
+        return self._hiding[id(light)][1]
 
     def _say(self, done: int, total: int, what: str) -> None:  # noqa: B027
         """Progress of what takes long."""

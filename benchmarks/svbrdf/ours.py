@@ -10,6 +10,7 @@ from jaxtyping import Float
 from ...lighting.environment.bright_light import BrightLight
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.gathering import GatheredLight
+from ...lighting.visibility.visibility import SceneVisibility
 from ...materials.points import Points
 from ...materials.slices.fit import mixtures
 from ...materials.slices.view_slices import ViewSlices
@@ -28,7 +29,7 @@ def by_slices(task: Task) -> Float[np.ndarray, "N K 3"]:
     if task.hiding is not None:
         if not isinstance(task.hiding, SceneHiding):
             raise TypeError("visibility at vertices is needed")
-        shadows = Shadows(task.hiding.visibility, _bright(light))
+        shadows = _shadows(task.hiding.visibility, light)
         faces, weights = task.hiding.drawn.faces[task.hiding.kept], task.hiding.drawn.weights[task.hiding.kept]
     frames = np.swapaxes(points.world_from_local, 1, 2)
     seen = SeenSamples(
@@ -64,5 +65,8 @@ def _gathered(light: EnvironmentLight) -> GatheredLight:
 
 
 @lru_cache(maxsize=8)
-def _bright(light: EnvironmentLight) -> BrightLight:
-    return BrightLight.of(light)
+def _shadows(visibility: SceneVisibility, light: EnvironmentLight) -> Shadows:
+    found = Shadows(visibility, BrightLight.of(light))
+    # Made once a light, as viewers have it: no part of what a picture takes.
+    assert found.hidden is not None
+    return found

@@ -13,9 +13,8 @@ from jaxtyping import Float, Int
 from ...spectral.errors import InputError
 from ...spectral.memory import available_bytes, gigabytes
 from ...spectral.processes import in_order
-from ..environment import harmonics
 from ..scene import Scene
-from . import compression
+from . import compression, octahedral
 from .compression import Basis
 from .occluders import Occluders
 from .refinement import refined
@@ -118,23 +117,21 @@ def computed_visibility(
     known: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
         known.append(one)
-        progress(sum(len(each.lost) for each in known), total, "visibility")
+        progress(sum(len(each.distances) for each in known), total, "visibility")
     distances = np.concatenate([one.distances for one in known])
     weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
     basis = compression.fitted_basis(values, weights)
 
     codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
-    lost = np.empty((total, harmonics.COUNT), dtype=np.float16)
     free = all(one.all_free for one in known)
     codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
-    lost[training] = np.concatenate([one.lost for one in known])
     del known, distances, weights, values
 
     rest = np.setdiff1d(np.arange(total), training)
     at = 0
-    for coded, tile_lost, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
-        tile = rest[at : at + len(tile_lost)]
-        codes[tile], lost[tile] = coded, tile_lost
+    for coded, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
+        tile = rest[at : at + len(coded)]
+        codes[tile] = coded
         free, at = free and tile_free, at + len(tile)
         progress(len(training) + at, total, "visibility")
     if free:
@@ -142,8 +139,8 @@ def computed_visibility(
     return SceneVisibility(
         basis.mean,
         basis.axes,
-        *compression.in_bytes(codes.astype(np.float32)),
-        *compression.in_bytes(lost.astype(np.float32)),
+        *compression.packed(codes.astype(np.float32)),
+        octahedral.in_two(np.concatenate([mesh.normals for mesh in meshes])[order]),
         where.fronts[order].astype(np.int32),
         where.backs[order].astype(np.int32),
         refinement,
@@ -190,4 +187,4 @@ def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
     if basis is None:
         return found
     weights = compression.importance(found.distances, normals)
-    return compression.encoded(basis, compression.bent(found.distances), weights), found.lost, found.all_free
+    return compression.encoded(basis, compression.bent(found.distances), weights), found.all_free
