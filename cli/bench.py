@@ -41,7 +41,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
             _add_factor_options(kind)
         if what == "svbrdf":
             kind.add_argument("--full", action="store_true", help="more lights, lobes and points: minutes")
-            kind.add_argument("--data", type=Path, metavar="DIR", help="measured environments; default: $METAMER_DATA")
+            kind.add_argument("--case", metavar="PATTERN", help="only cases called so: * and ? stand for anything")
+            kind.add_argument(
+                "--data", type=Path, metavar="DIR", help="with light/ and meshes/; default: $METAMER_DATA"
+            )
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
@@ -85,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     if args.what == "svbrdf":
         from ..benchmarks.svbrdf import benchmark
 
-        figures["svbrdf"] = benchmark.run(args.full, _data(args))
+        figures["svbrdf"] = benchmark.run(args.full, _data(args), lambda line: print(line, flush=True), args.case)
         print(benchmark.report(figures["svbrdf"]))
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")

@@ -16,31 +16,31 @@ from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette
 from ...viewer.gathering import SeenSamples, gathered_terms
 from ...viewer.keeping import Shadows, SpreadLayer
-from .hiding import SceneHiding
+from .meshes import SceneHiding
 from .methods import Task
 from .surface import GlossySurface
 
 
-def by_slices(task: Task) -> Float[np.ndarray, "N K 3"]:
+def by_slices(task: Task) -> Float[np.ndarray, "N K T"]:
     """`viewer.gathering` at the task's points; in the open, or where visibility is looked up at vertices."""
     points, light, count = task.points, task.light.environment, len(task.points)
     shadows, faces, weights = None, np.zeros(count, dtype=np.int64), np.full((count, 3), 1.0 / 3.0)
+    back = np.zeros(count, dtype=bool)
     if task.hiding is not None:
         if not isinstance(task.hiding, SceneHiding):
             raise TypeError("visibility at vertices is needed")
         shadows = Shadows(task.hiding.visibility, _bright(light))
-        faces, weights = task.hiding.drawn.faces[task.hiding.kept], task.hiding.drawn.weights[task.hiding.kept]
+        faces, weights, back = task.hiding.faces, task.hiding.weights, task.hiding.back
     frames = np.swapaxes(points.world_from_local, 1, 2)
-    seen = SeenSamples(
-        np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, np.zeros(count, dtype=bool)
-    )
+    seen = SeenSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back)
     fields = slice(0, len(light.spectra))
-    # Of colours nothing is asked but how many there are.
-    colours = np.zeros((1, 4 * len(light.spectra), 3))
+    # Of colours nothing is asked but how many there are: terms come in fours.
+    terms = len(task.surface.spectra)
+    colours = np.zeros((1, -(-terms // 4) * 4 * len(light.spectra), 3))
     layer = SpreadLayer(
         0, light, fields, _slices(task.surface), _gathered(light), light.world_from_map, 1.0, colours, shadows
     )
-    return gathered_terms(layer, seen).value.reshape(count, len(light.spectra), 4)[:, :, :3]
+    return gathered_terms(layer, seen).value.reshape(count, len(light.spectra), -1)[:, :, :terms]
 
 
 @lru_cache(maxsize=32)
@@ -48,7 +48,7 @@ def _slices(surface: GlossySurface) -> ViewSlices:
     def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return surface.terms(wi, wo) / wi[:, 2:]
 
-    return ViewSlices(*mixtures(sampled, 3, _isotropic(surface)), Palette.of(surface.spectra))
+    return ViewSlices(*mixtures(sampled, len(surface.spectra), _isotropic(surface)), Palette.of(surface.spectra))
 
 
 def _isotropic(surface: GlossySurface) -> bool:
