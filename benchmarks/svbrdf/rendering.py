@@ -47,7 +47,7 @@ def rendered(
                 stood[case.place] = Wall(WALL) if case.place == "wall" else None, ShadedPoints.of_sphere(ACROSS[full])
         rows = ROWS[full]
         if (case.light_name, rows) not in ready:
-            ready[case.light_name, rows] = PreparedLight(_reduced(made[case.light_name](), rows))
+            ready[case.light_name, rows] = PreparedLight(reduced(made[case.light_name](), rows))
         progress(f"{case.name}, {case.light_name}")
         yield from _of_case(case, *stood[case.place], ready[case.light_name, rows])
 
@@ -80,7 +80,7 @@ def _methods(light: PreparedLight, hiding: Hiding | None) -> Mapping[str, Method
     return METHODS if isinstance(hiding, Wall) else {"ours": by_slices, **METHODS}
 
 
-def _reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
+def reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
     """The same of at most so many rows, where halving leads there."""
     while isinstance(light, EnvironmentLight) and light.fields.shape[1] > rows:
         light = replace(light, fields=halved(light.fields))
