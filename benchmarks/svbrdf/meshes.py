@@ -28,8 +28,8 @@ from .surface import ShadedPoints
 
 #: Files of meshes by the places' names, below `meshes/` of the data.
 FILES = {"spot": "spot.obj", "spot on floor": "spot.obj", "shaderball": "shaderball.glb"}
-# Of the shape that needs no file: 2562 vertices or so.
-_SUBDIVISIONS = 4
+#: Of the shape that needs no file: 2562 vertices or so.
+SUBDIVISIONS = 4
 # Points whose normal is farther from the viewer than this cosine are left out, as at the sphere's last edge.
 _LEAST_COSINE = 0.05
 # Rays that are sent at once.
@@ -101,7 +101,7 @@ def places(data: Path | None) -> dict[str, Place]:
 
 def shape_on_floor(across: int) -> tuple[SceneHiding, ShadedPoints]:
     """A shape that needs no file, on a floor, seen from before it."""
-    parts = (Part("shape", shapes.speed_shape(_SUBDIVISIONS), "paint"), Part("floor", shapes.plane(4.0, 4.0), "paint"))
+    parts = (Part("shape", shapes.speed_shape(SUBDIVISIONS), "paint"), Part("floor", shapes.plane(4.0, 4.0), "paint"))
     view = Camera("view", (2.5, 2.0, 3.0), (0, 0, 0), projection="orthographic", height=4.0)
     return seen_points(parts, (view,), across)
 

@@ -32,6 +32,7 @@ from ...spectral.upsampling import xyz_from_rgb
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ...viewer.context import NoGL
 from ...viewer.headless import GLRenderer
+from . import meshes
 from .cases import gold, made_sky
 from .gold import reflectance
 from .light import PreparedLight
@@ -105,7 +106,8 @@ def _seen(
 
 def _milliseconds(forms: dict[str, ViewSlices], lights: dict[str, EnvironmentLight]) -> dict[str, float]:
     """A megapixel each, the median of the turns."""
-    parts = (Part("shape", shapes.speed_shape(4), "metal"), Part("floor", shapes.plane(4.0, 4.0), "metal"))
+    body, floor = shapes.speed_shape(meshes.SUBDIVISIONS), shapes.plane(4.0, 4.0)
+    parts = (Part("shape", body, "metal"), Part("floor", floor, "metal"))
     camera = Camera("view", (2.5, 2.0, 3.0), (0, 0, 0), width=PIXELS, height_px=PIXELS, samples=1)
     scenes = {name: Scene(parts, (light,), (camera,), observer("1931_2")) for name, light in lights.items()}
     drawn = {name: {"metal": _drawn(form)} for name, form in forms.items()}

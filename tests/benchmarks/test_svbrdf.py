@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.benchmarks.svbrdf import benchmark, cases, meshes, methods, rendering
+from metamer.benchmarks.svbrdf import benchmark, cases, meshes, methods, rendering, spectrum_cost
 from metamer.benchmarks.svbrdf.hiding import Wall
 from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.surface import ShadedPoints
@@ -98,7 +98,9 @@ def figures():
     patch.setattr(rendering, "ACROSS", (6, 6))
     patch.setattr(rendering, "ROWS", (32, 32))
     patch.setattr(rendering, "PICTURE", (8, 8))
-    patch.setattr(meshes, "_SUBDIVISIONS", 2)
+    patch.setattr(meshes, "SUBDIVISIONS", 2)
+    # It has a test of its own.
+    patch.setattr(spectrum_cost, "spectrum_cost", lambda *given: [])
     yield benchmark.run()
     patch.undo()
 
