@@ -84,7 +84,7 @@ def _words(file: Path) -> str:
 
 
 def surface_of(file: Path) -> Brdf:
-    """The one material of a file, as an import has it."""
+    """The one material of a file, as an import has it; raises `InputError` where it holds none."""
     (found,) = read_sources(file)
     if isinstance(found, Rejected):
         raise found.reason
@@ -94,7 +94,7 @@ def surface_of(file: Path) -> Brdf:
 
 
 def written_surface(script: Path, name: str) -> Brdf:
-    """The table that a script beside the data writes: 33 MB, read and let go."""
+    """The table that a script beside the data writes, 33 MB, read and let go; raises `InputError` where it does not."""
     with private_folder() as folder:
         out = folder / f"{name}.binary"
         done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)

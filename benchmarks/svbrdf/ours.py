@@ -49,6 +49,8 @@ def gathered_by(
 
 @lru_cache(maxsize=32)
 def slices_of(surface: GlossySurface) -> ViewSlices:
+    """Its environment form, a term for each of its spectra."""
+
     def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return surface.terms(wi, wo) / wi[:, 2:]
 
