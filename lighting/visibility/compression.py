@@ -9,8 +9,8 @@ Principal component analysis with weights (Wang et al. 2009, eq. 24, minds nothi
 
 Axes and codes are found in turns, each by linear least squares with the other held. In the end axes are turned so
 that codes fall off as fast as they can. The first, which vary most, have a byte each, in steps of 1 / 127 of the
-largest; the others half a byte, in steps of 1 / 7 of four times their root mean square, the few beyond held there. Both add little
-beside what the terms leave out.
+largest; the others half a byte, in steps of 1 / 7 of four times their root mean square, the few beyond held there. Both
+add little beside what the terms leave out.
 """
 
 from __future__ import annotations
