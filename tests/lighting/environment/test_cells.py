@@ -33,7 +33,11 @@ def test_cells_are_small_where_the_light_is_and_stand_in_its_middle():
     assert cells.solid_angles[apart < 0.05].max() < 0.1 * cells.solid_angles[apart > 1.0].min()
 
 
-@pytest.mark.parametrize("luminance", [np.zeros((64, 128)), np.ones((8, 16))], ids=["dark", "coarser than cells"])
+ONE_TEXEL = np.zeros((64, 128))
+ONE_TEXEL[10, 30] = 1.0
+
+
+@pytest.mark.parametrize("luminance", [ONE_TEXEL, np.ones((8, 16))], ids=["one texel", "coarser than cells"])
 def test_lights_that_say_little_have_cells_too(luminance):
     cells = cells_of(of(luminance), 512)
     assert np.isfinite(cells.directions).all() and cells.solid_angles.sum() == pytest.approx(4.0 * np.pi)
