@@ -35,7 +35,7 @@ _GRAZING = 0.1
 _LEFT_OUT = 0.01
 # Turns of axes and codes, and what holds those to zero that no weight determines. Where little is near a boundary the
 # matrices of codes are some hundredths: with a ridge of 1e-2 shadows were off by twice as much.
-_TURNS, _RIDGE = 3, 1e-4
+_TURNS, _RIDGE = 2, 1e-4
 # Half a byte reaches from -7 to 7, and that is so many root mean squares of its term.
 _HALF, _REACH = 7, 4.0
 

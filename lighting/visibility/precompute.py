@@ -23,15 +23,15 @@ from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
-#: CPU seconds a vertex: 0.5 to 0.9 ms were measured on one core of a small machine, and 1.4 ms a vertex of a sheet.
-SECONDS_A_VERTEX = 1.5e-3
+#: CPU seconds a vertex: 0.9 to 1.1 ms were measured on one core of a small machine, and 1.8 ms a vertex of a sheet.
+SECONDS_A_VERTEX = 2.0e-3
 #: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
 #: and of a process itself.
 BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
 # Sites that are traced together: some 30 MB of rays.
 _TILE = 128
 # Sites, evenly spread over all, that the axes are found from.
-_TRAINING = 2048
+_TRAINING = 1024
 
 
 @dataclass(frozen=True)

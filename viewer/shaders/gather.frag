@@ -63,8 +63,9 @@ void main() {
                 parts[b] += share * bent[b] * given;
             }
         }
-        left_of(lux, hiding, to_world);
-        for (int b = 0; b < BENT; ++b) lux[b] += parts[b];
+        vec4 left[BENT];
+        left_of(lux, hiding, to_world, left);
+        for (int b = 0; b < BENT; ++b) lux[b] = left[b] + parts[b];
         if (lobes > 0) for (int j = narrow; j < bright; ++j) angles[j] = part_distance(hiding, j);
 #endif
         for (int k = 0; k < QUADS; ++k) {

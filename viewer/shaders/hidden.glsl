@@ -65,12 +65,12 @@ Hiding hiding_at(int number, ivec2 sample_at) {
 }
 
 // What is left of all light but the narrow parts': as much is lost as at the vertices, as a share of the whole there.
-void left_of(inout vec4 others[BENT], Hiding at, mat3 to_world) {
+void left_of(vec4 others[BENT], Hiding at, mat3 to_world, out vec4 left[BENT]) {
     vec4 lost[BENT], share = vec4(0.0);
     turned(to_world, at.lost, lost);
     for (int k = 0; k < 4; ++k)
         if (at.lost[0][k] > 0.0) share[k] = max(others[0][k], 0.0) / max(at.whole[k], at.lost[0][k]);
-    for (int b = 0; b < BENT; ++b) others[b] = (others[b] - lost[b] * share) * (1.0 - at.dark);
+    for (int b = 0; b < BENT; ++b) left[b] = (others[b] - lost[b] * share) * (1.0 - at.dark);
 }
 
 float map_texel(Hiding at, ivec2 texel) {
