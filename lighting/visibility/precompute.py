@@ -30,8 +30,8 @@ SECONDS_A_VERTEX = 2.0e-3
 BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
 # Sites that are traced together: some 30 MB of rays.
 _TILE = 128
-# Sites, evenly spread over all, that the axes are found from.
-_TRAINING = 1024
+# Sites, evenly spread over all, that the axes are found from: a quarter of them, at least so many and at most.
+_FEW, _TRAINING = 1024, 2048
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,8 @@ def computed_visibility(
     divided = bool((refinement.divisions > 1).any())
     where = sites(fine, pieces_of(fine) if divided else found, Occluders(triangles))
     total = len(where)
-    training = np.unique(np.linspace(0, total - 1, min(total, _TRAINING)).astype(np.int64))
+    some = min(total, max(_FEW, total // 4), _TRAINING)
+    training = np.unique(np.linspace(0, total - 1, some).astype(np.int64))
     known: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
         known.append(one)
