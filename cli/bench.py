@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .catalogue_words import write_text
+from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import comma_separated
 
 #: What there is to measure, and what it says; without one of them all of the first two.
@@ -17,7 +18,7 @@ WHAT = {
     "shading": "the time that folded terms take, beside RGB",
     "interactive": "another light, camera, map or colour, beside drawing anew",
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
-    "svbrdf": "glossy surfaces under environments, as Gaussians, beside the truth: under a minute",
+    "svbrdf": "glossy surfaces under environments, shadows and all, beside the truth: minutes",
     "all": "basis and shading",
 }
 
@@ -40,12 +41,27 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         if what == "factor":
             _add_factor_options(kind)
         if what == "svbrdf":
-            kind.add_argument("--full", action="store_true", help="more lights, lobes and points: minutes")
-            kind.add_argument("--data", type=Path, metavar="DIR", help="measured environments; default: $METAMER_DATA")
+            _add_svbrdf_options(kind)
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
     command.add_argument("--json", type=Path, metavar="F", default=default, help="also write the figures to F")
+
+
+def _add_svbrdf_options(svbrdf: argparse.ArgumentParser) -> None:
+    svbrdf.add_argument(
+        "--full", action="store_true", help="more lights, meshes, points, fits and a catalogue: a quarter of an hour"
+    )
+    svbrdf.add_argument(
+        "--case", metavar="PATTERN", help="only cases called so, or materials of the catalogue: * and ? for anything"
+    )
+    svbrdf.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="measured skies, meshes, maps and materials join in; default: $METAMER_DATA",
+    )
+    add_catalogue_option(svbrdf)
 
 
 def _add_factor_options(factor: argparse.ArgumentParser) -> None:
@@ -85,10 +101,7 @@ def run(args: argparse.Namespace) -> int:
         figures["interactive"]["edits"] = edits.run()
         print(edits.report(figures["interactive"]["edits"]))
     if args.what == "svbrdf":
-        from ..benchmarks.svbrdf import benchmark
-
-        figures["svbrdf"] = benchmark.run(args.full, _data(args))
-        print(benchmark.report(figures["svbrdf"]))
+        return _svbrdf(args)
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
@@ -96,6 +109,20 @@ def run(args: argparse.Namespace) -> int:
 
 def _data(args: argparse.Namespace) -> Path | None:
     return args.data or (Path(folder) if (folder := os.environ.get("METAMER_DATA")) else None)
+
+
+def _svbrdf(args: argparse.Namespace) -> int:
+    from ..benchmarks.svbrdf import benchmark
+
+    catalogue = None
+    # Ids have a slash in them, and cases have none.
+    if (args.full and args.case is None) or args.catalogue or "/" in (args.case or ""):
+        catalogue = catalogue_for(args.catalogue, jobs=1).folder
+    measured = benchmark.run(args.full, _data(args), lambda line: print(line, flush=True), args.case, catalogue)
+    print(benchmark.report(measured))
+    if args.json:
+        _write(args.json, json.dumps({"rows": measured["rows"]}, indent=1) + "\n")
+    return 0
 
 
 def _factor(args: argparse.Namespace) -> int:

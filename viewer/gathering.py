@@ -8,15 +8,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..lighting.environment.bright_light import BrightLight
-from ..lighting.environment.gathering import GatheredLight
-from ..lighting.environment.harmonics import clamped_cosine
+from ..lighting.environment.gathering import GatheredLight, turned
 from ..lighting.environment.panel import GatheredPanel
+from ..lighting.visibility.compression import straight
 from ..lighting.visibility.free_share import free_share
-from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import Lobes, bends
 from ..materials.points import Points
 from ..materials.terms import Terms
-from .keeping import SpreadLayer
+from .keeping import Shadows, SpreadLayer
 
 # Samples at once: their lobes and what those see take some 30 MB.
 _BLOCK = 1 << 13
@@ -85,7 +84,7 @@ def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _
     shadows = layer.shadows
     if shadows is None or shadows.bright is None:
         return lux, seen
-    return _left(layer, shadows.visibility, shadows.bright, samples, lobes, lux, seen)
+    return _left(layer, shadows, shadows.bright, samples, lobes, lux, seen)
 
 
 def _of_panel(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
@@ -132,7 +131,7 @@ def _of_panel(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gather
 
 def _left(
     layer: SpreadLayer,
-    visibility: SceneVisibility,
+    shadows: Shadows,
     bright: BrightLight,
     samples: SeenSamples,
     lobes: Lobes,
@@ -141,30 +140,36 @@ def _left(
 ) -> _Gathered:
     """What is left of `lux` and `seen` where the scene stands in the light's way.
 
-    Of each bright part the share that is free about its axis, or for a lobe about the axis of their product (Wang et
-    al. 2009, eq. 5), whose angle to the nearest boundary is taken as linear between both; of what else a lobe sees, the
-    share about its own axis; of what else a surface receives, what the harmonics of its visibility lose.
+    What lobes see: of each bright part the share that is free about the axis of their product (Wang et al. 2009,
+    eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else the share about their
+    own. What surfaces receive: of each narrow bright part the share that is free about its axis; of all else what the
+    vertices around lose, as a share of what they would have, since pixels may have other normals.
     """
-    frame = samples.frame
+    visibility, frame = shadows.visibility, samples.frame
+    hidden, narrow, count = shadows.hidden, bright.narrow, lobes.sharpness.shape[1]
     vertices, weights = visibility.located(samples.face, samples.weights)
     axis, sharpness, amplitude = bright.parts.axis, bright.parts.sharpness, bright.parts.amplitude[:, layer.fields]
-    count, parts = lobes.sharpness.shape[1], len(axis)
+    codes, dark = visibility.mixed(vertices, weights, samples.back)
+    needed = len(axis) if count else narrow
+    bent_distances = codes @ hidden.axes[:needed].T + hidden.mean[:needed]
+    other = straight(np.where(dark[:, None] > 0.0, -1.0, bent_distances))
+
+    # Of each narrow part what it would give, where it stands.
+    given = bright.on_surfaces(frame[:, 2], narrow)[..., None] * amplitude[:narrow]
+    bent = bends(np.einsum("nij,pj->npi", frame, axis[:narrow]))[..., : lux.shape[1]]
+    free = free_share(other[:, :narrow], sharpness[:narrow])
+    others = lux - np.einsum("npk,npb->nbk", given, bent)
+    lost, whole = hidden.between(visibility.sites(vertices, samples.back), weights, lux.shape[1])
+    lost, whole = lost[..., layer.fields], whole[:, layer.fields]
+    some = lost[:, 0] > 0.0
+    share = np.maximum(others[:, 0], 0.0) * some / np.where(some, np.maximum(whole, lost[:, 0]), 1.0)
+    lost = (lost if lux.shape[1] == 1 else turned(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
+    lux = others - lost - others * dark[:, None, None] + np.einsum("np,npk,npb->nbk", free, given, bent)
+    if not count:
+        return lux, seen
+
     to_world = np.einsum("nqi,nij->nqj", lobes.directions, frame)
-    directions = np.concatenate([to_world, np.broadcast_to(axis, (len(frame), parts, 3))], axis=1)
-    angle = visibility.signed_distances(vertices, weights, directions, samples.back)
-    own, other = angle[:, :count], angle[:, count:]
-
-    normals = frame[:, 2]
-    transfer = visibility.transfer(vertices, weights, normals, samples.back)
-    lost = (clamped_cosine(normals) - transfer) @ bright.rest[layer.fields].T
-    hidden = 1.0 - free_share(other, sharpness)
-    # Of each bright part where it stands; and of what is left the same share of all moments.
-    given = bright.on_surfaces(normals)[..., None] * amplitude
-    bent = bends(np.einsum("nij,pj->npi", frame, axis))[..., : lux.shape[1]]
-    other_lux = lux - np.einsum("npk,npb->nbk", given, bent)
-    dark = np.clip(lost / np.where(other_lux[:, 0] > 0.0, other_lux[:, 0], np.inf), 0.0, 1.0)
-    lux = lux - other_lux * dark[:, None] - np.einsum("npk,npb->nbk", hidden[..., None] * given, bent)
-
+    own = visibility.signed_distances(vertices, weights, to_world, samples.back)
     share = sharpness / (sharpness + lobes.sharpness[..., None])
     between = share * other[:, None] + (1.0 - share) * own[..., None]
     free = free_share(between, np.broadcast_to(sharpness + lobes.sharpness[..., None], between.shape))

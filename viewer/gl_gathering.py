@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 from ..lighting.environment.panel import GatheredPanel
 from .keeping import SpreadLayer
-from .light_tables import LightTables, bright_tables, divisions, light_tables, panel_tables, visibility_tables
+from .light_tables import (
+    LightTables,
+    bright_tables,
+    divisions,
+    hidden_tables,
+    light_tables,
+    panel_tables,
+    visibility_tables,
+)
 from .passes import MOST_QUADS, Passes
 from .resources import Owner
 
@@ -67,9 +75,12 @@ class GLGathering:
         if shadows is not None:
             visibility, bright = shadows.visibility, shadows.bright
             lights.append(self._kept(visibility, 0, lambda: visibility_tables(self.context, visibility)))
+            first = layer.fields.start
             if bright is not None:
+                lights.append(self._kept(bright, first, lambda: bright_tables(self.context, bright, layer.fields)))
+                hidden = shadows.hidden
                 lights.append(
-                    self._kept(bright, layer.fields.start, lambda: bright_tables(self.context, bright, layer.fields))
+                    self._kept(hidden, first, lambda: hidden_tables(self.context, hidden, visibility, layer.fields))
                 )
             given["division"] = divisions(visibility)[layer.part]
         try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.visibility.before import Before
 from ..lighting.visibility.cache import scene_visibility
+from ..lighting.visibility.hidden_light import HiddenLight
 from ..lighting.visibility.keeping import visibility_folder
 from ..lighting.visibility.visibility import SceneVisibility
 from ..materials.environment_form import EnvironmentForm
@@ -66,6 +68,12 @@ class Shadows:
 
     visibility: SceneVisibility
     bright: BrightLight | None = None
+
+    @cached_property
+    def hidden(self) -> HiddenLight:
+        """What the scene's vertices lose of the light."""
+        assert self.bright is not None
+        return HiddenLight.of(self.visibility, self.bright)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +175,7 @@ class Keeping(ABC):
         self._bright: dict[int, tuple[np.ndarray, BrightLight]] = {}
         # As they are turned, by the same key and the rotation.
         self._turned: dict[tuple[int, bytes], BrightLight] = {}
+        self._hiding: dict[tuple[int, int], Shadows] = {}
 
     def tiles(self, scene: Scene, camera: Camera) -> Iterator[Any]:
         """The picture's tiles, kept from the last call where that had the same geometry; each is good for one turn."""
@@ -218,6 +227,7 @@ class Keeping(ABC):
         self._turned.clear()
         self._visibility.clear()
         self._shaded = None
+        self._hiding.clear()
         self._geometry = None
 
     def _forget_view(self) -> None:
@@ -239,7 +249,7 @@ class Keeping(ABC):
         """
         meshes = tuple(part.mesh for part in scene.parts)
         if self._shaded is None or [*map(id, self._shaded)] != [*map(id, meshes)]:
-            self._shaded, self._visibility = meshes, {}
+            self._shaded, self._visibility, self._hiding = meshes, {}, {}
         before = _before(light, scene)
         key = None if before is None else id(light)
         if key not in self._visibility:
@@ -252,7 +262,13 @@ class Keeping(ABC):
         visibility = self._visibility[key][1]
         if visibility is None or not isinstance(light, EnvironmentLight):
             return None if visibility is None else Shadows(visibility)
-        return Shadows(visibility, self._bright_light(light))
+        bright = self._bright_light(light)
+        pair = id(visibility), id(bright)
+        if pair not in self._hiding:
+            if len(self._hiding) >= KEPT_ENVIRONMENTS:
+                self._hiding.pop(next(iter(self._hiding)))
+            self._hiding[pair] = Shadows(visibility, bright)
+        return self._hiding[pair]
 
     def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
         """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""

@@ -15,7 +15,8 @@ from ..lighting.environment.bright_light import BrightLight
 from ..lighting.environment.gathering import GatheredLight
 from ..lighting.environment.panel import GatheredPanel
 from ..lighting.environment.pyramid import SOFTENING
-from ..lighting.visibility.compression import SOFT
+from ..lighting.visibility.compression import SOFT, unpacked
+from ..lighting.visibility.hidden_light import HiddenLight
 from ..lighting.visibility.visibility import SceneVisibility
 from .resources import ROW_LENGTH, Owner
 
@@ -79,15 +80,13 @@ def _bordered(level: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "pad
 
 
 def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice) -> LightTables:
-    """The bright parts of at most four fields, and the harmonics of the rest."""
+    """The bright parts of at most four fields."""
     parts, owner = bright.parts, Owner(context)
     count = len(parts.axis)
     axes, amplitudes = np.zeros((max(count, 1), 4)), np.zeros((max(count, 1), 4))
     axes[:count, :3], axes[:count, 3] = parts.axis, parts.sharpness
     chosen = parts.amplitude[:, fields]
     amplitudes[:count, : chosen.shape[1]] = chosen
-    rest = np.zeros((bright.rest.shape[1], 4))
-    rest[:, : chosen.shape[1]] = bright.rest[fields].T
     lux = np.zeros((max(count, 1), bright.lux.shape[1], 1), dtype=np.float32)
     lux[:count, :, 0] = bright.lux
     one = len(axes) == 1
@@ -95,10 +94,10 @@ def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice)
         {"MOST_BRIGHT": len(axes)},
         {
             "bright": count,
+            "narrow": bright.narrow,
             # GL takes an array of one for the one.
             "bright_axes": tuple(axes[0]) if one else [tuple(axis) for axis in axes],
             "bright_amplitudes": tuple(amplitudes[0]) if one else [tuple(each) for each in amplitudes],
-            "rest": [tuple(each) for each in rest],
         },
         {"bright_lux": owner.texture((lux.shape[1], lux.shape[0]), 1, lux.tobytes())},
         owner,
@@ -108,32 +107,48 @@ def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice)
 def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) -> LightTables:
     """Sites, and the axes that their codes are of; a row of the table of sites holds whole sites."""
     owner, side = Owner(context), round(len(visibility.mean) ** 0.5)
-    quads = -(-visibility.codes.shape[1] // 4)
+    # GL has no arrays of nothing; what all sites have alike needs no codes.
+    quads = max(1, len(visibility.steps) // 4)
     planes = np.zeros((side, side, quads + 1, 4), dtype=np.float32)
     axes = visibility.axes * visibility.steps
     planes.reshape(side, side, -1)[..., : axes.shape[1]] = axes.reshape(side, side, -1)
     planes[..., quads, 0] = visibility.mean.reshape(side, side)
     beside = [octahedral.bordered(planes[:, :, quad]) for quad in range(quads + 1)]
-    held = np.zeros((len(visibility.codes), quads + 7, 4), dtype=np.float32)
-    held[:, :quads].reshape(len(held), -1)[:, : visibility.codes.shape[1]] = visibility.codes
-    held[:, quads:].reshape(len(held), -1)[:, : visibility.lost.shape[1]] = visibility.lost
+    codes = unpacked(visibility.whole, visibility.halves)
+    held = np.zeros((len(codes), quads, 4), dtype=np.float32)
+    held.reshape(len(held), -1)[:, : codes.shape[1]] = codes
     sites = np.stack([visibility.fronts, visibility.backs], axis=1).astype(np.int32)
-    a_row = ROW_LENGTH // (quads + 7)
+    a_row = ROW_LENGTH // quads
     most = float(np.tanh(0.5 * np.pi / SOFT))
     return LightTables(
         {"HIDDEN": 1, "MAP_QUADS": quads, "MAP_SIDE": side, "SITES_A_ROW": a_row, "MAP_SOFT": SOFT, "MOST_BENT": most},
-        {
-            "map_quads": quads,
-            "lost_steps": [tuple(four) for four in np.pad(visibility.lost_steps, (0, 3)).reshape(7, 4).tolist()],
-        },
+        {"map_quads": quads},
         {
             "map_axes": owner.texels(np.concatenate(beside, axis=1)),
-            "sites": owner.table(held, a_row, quads + 7),
+            "sites": owner.table(held, a_row, quads),
             "sites_of": owner.table(sites, ROW_LENGTH),
             "nodes": owner.table(_nodes(visibility), ROW_LENGTH),
         },
         owner,
     )
+
+
+def hidden_tables(
+    context: moderngl.Context, hidden: HiddenLight, visibility: SceneVisibility, fields: slice
+) -> LightTables:
+    """What sites lose of at most four fields, and where bright parts are on the sites' maps."""
+    owner, quads = Owner(context), max(1, len(visibility.steps) // 4)
+    sites, moments, _ = hidden.lost.shape
+    held = np.zeros((sites, moments + 1, 4), dtype=np.float32)
+    light = np.concatenate([hidden.lost, hidden.whole[:, None]], axis=1)[..., fields]
+    held[..., : light.shape[-1]] = light
+    maps = np.zeros((max(len(hidden.axes), 1), quads + 1, 4), dtype=np.float32)
+    axes = hidden.axes * visibility.steps
+    maps.reshape(len(maps), -1)[: len(axes), : axes.shape[1]] = axes
+    maps[: len(axes), quads, 0] = hidden.mean
+    a_row = ROW_LENGTH // (moments + 1)
+    textures = {"site_light": owner.table(held, a_row, moments + 1), "bright_maps": owner.texels(maps)}
+    return LightTables({"LIT_A_ROW": a_row}, {}, textures, owner)
 
 
 def divisions(visibility: SceneVisibility) -> list[tuple[int, int, int, int]]:

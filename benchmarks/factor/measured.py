@@ -52,16 +52,16 @@ def _merl_cases(brdf: Path) -> Iterator[Case]:
     files = {file.stem: file for file in sorted((brdf / "merl").glob("*.binary"))}
     for name, title, budget, packs in _MERL:
         if name in files:
-            yield Case(name, title, budget, packs, partial(_surface, files.pop(name)))
+            yield Case(name, title, budget, packs, partial(surface_of, files.pop(name)))
         elif script.exists():
-            yield Case(name, title, budget, packs, partial(_written, script, name))
+            yield Case(name, title, budget, packs, partial(written_surface, script, name))
     for name, file in files.items():
-        yield Case(name, f"{_words(file)}, MERL", _BUDGET, None, partial(_surface, file))
+        yield Case(name, f"{_words(file)}, MERL", _BUDGET, None, partial(surface_of, file))
 
 
 def _files(folder: Path, pattern: str, family: str) -> Iterator[Case]:
     for file in sorted(folder.glob(pattern)):
-        yield Case(file.stem, f"{_words(file)}, {family}", _BUDGET, None, partial(_surface, file))
+        yield Case(file.stem, f"{_words(file)}, {family}", _BUDGET, None, partial(surface_of, file))
 
 
 def _bispectral_cases(folder: Path) -> Iterator[Case]:
@@ -83,8 +83,8 @@ def _words(file: Path) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _surface(file: Path) -> Brdf:
-    """The one material of a file, as an import has it."""
+def surface_of(file: Path) -> Brdf:
+    """The one material of a file, as an import has it; raises `InputError` where it holds none."""
     (found,) = read_sources(file)
     if isinstance(found, Rejected):
         raise found.reason
@@ -93,8 +93,8 @@ def _surface(file: Path) -> Brdf:
     return surface
 
 
-def _written(script: Path, name: str) -> Brdf:
-    """The table that a script beside the data writes: 33 MB, read and let go."""
+def written_surface(script: Path, name: str) -> Brdf:
+    """The table that a script beside the data writes, 33 MB, read and let go; raises `InputError` where it does not."""
     with private_folder() as folder:
         out = folder / f"{name}.binary"
         done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)
@@ -106,4 +106,4 @@ def _written(script: Path, name: str) -> Brdf:
                 found=done.stderr.strip()[-200:],
                 hint=f"see what `python {script} {name} out.binary` says",
             )
-        return _surface(out)
+        return surface_of(out)

@@ -2,100 +2,112 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from ...calibration.text_tables import columns
-from ...lighting.environment.convolution import halved
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.lights import DeltaLight
-from ...spectral.difference import delta_e_xyz
-from .cases import FILES, WALL, cases, lights
-from .hiding import Hiding, Wall, shape_on_floor
-from .light import PreparedLight
-from .methods import DELTA_METHODS, METHODS, Method, Task
-from .ours import by_slices
-from .surface import ShadedPoints
-from .truth import truth
+from ...spectral.errors import InputError
+from . import cases, measured, meshes, minified, rendering, spectrum_cost
+from .catalogued import SKY, catalogued
 
-# Points across the sphere, and rows of environments, of a quick and of a full run.
-_ACROSS, _ROWS = (26, 36), (128, 256)
-# Points drawn on the shape and its floor, of which about half are seen from the front.
-_DRAWN = (600, 1500)
-_REPEATS = 3
+Progress = Callable[[str], None]
 
 
-def run(full: bool = False, data: Path | None = None, progress: Callable[[str], None] = lambda line: None) -> dict:
-    """Render all there is.
+def run(
+    full: bool = False,
+    data: Path | None = None,
+    progress: Progress = lambda line: None,
+    pattern: str | None = None,
+    catalogue: Path | None = None,
+) -> dict:
+    """Measure all there is.
+
+    Parameters
+    ----------
+    full : more lights, lobes and points, meshes of many triangles, fits. data : a folder with light/, meshes/, maps/
+        and brdf/, or None. catalogue : the folder of one, whose materials are measured, or None.
+    pattern : only cases whose names fit, `*` and `?` for anything; those of the full run too.
 
     Returns
     -------
-    dict for JSON: `points`, `missing` (lights whose files are not there) and `rows`. A row has `case`, `method`,
-    `light`, `lobes`, `delta_e94` (`mean`, `p95`, `p99` over the points, against the truth), `reference_noise` (mean
-    ΔE94 of a third of the difference to the truth from texels twice as wide), `cpu_seconds_per_1000_vertices` and
-    `bytes_per_vertex` (of visibility, None where the case needs none or it is closed) and `ms_per_megapixel` (in
-    numpy, on one core, without what is made once a light).
+    dict : `rows`, for JSON; `missing`, lights and meshes whose files are not there; `notes`, lines for people. A row
+    has `case`, `method`, `light`, `lobes`, `delta_e94` (`mean`, `p95`, `p99` over the points, against the truth),
+    `reference_noise` (mean ΔE94 by which that is off: a third of the difference to the truth from texels twice as
+    wide; 0 where it is exact), `cpu_seconds_per_1000_vertices` and `bytes_per_vertex` (of visibility, None where the
+    case needs none or it is closed) and `ms_per_megapixel` (on one core, in numpy but for `spectrum_cost`, without what
+    is made once a light).
+
+    Raises
+    ------
+    InputError : no case fits the pattern.
     """
-    sphere = ShadedPoints.of_sphere(_ACROSS[full])
-    places: dict[str, tuple[Hiding | None, ShadedPoints]] = {"open": (None, sphere), "wall": (Wall(WALL), sphere)}
-    places["floor"] = shape_on_floor(_DRAWN[full])
-    made = lights(data)
-    ready: dict[tuple[str, int], PreparedLight] = {}
-    found: list[dict] = []
-    for case in cases(full):
-        if case.light_name not in made:
-            continue
-        hiding, points = places[case.place]
-        # Rays to every texel of a map of half as many rows are enough, and a quarter of them.
-        rows = _ROWS[full] // (2 if case.place == "floor" else 1)
-        if (case.light_name, rows) not in ready:
-            ready[case.light_name, rows] = PreparedLight(_reduced(made[case.light_name](), rows))
-        light = ready[case.light_name, rows]
-        both = truth(Task(case.surface, points, light, hiding, 0))
-        reference, coarse = (light.folded(terms, case.surface.spectra) for terms in both)
-        noise = float(delta_e_xyz(reference, coarse, light.white(points)).mean()) / 3.0
-        cost = {
-            "cpu_seconds_per_1000_vertices": hiding.cpu_seconds_per_1000_vertices if hiding else None,
-            "bytes_per_vertex": hiding.bytes_per_vertex if hiding else None,
-        }
-        methods = METHODS if isinstance(light.light, EnvironmentLight) else DELTA_METHODS
-        if methods is METHODS and not isinstance(hiding, Wall):
-            # A wall has no vertices that visibility could be kept at.
-            methods = {"ours": by_slices, **METHODS}
-        for lobes in case.lobes:
-            for name, method in methods.items():
-                task = Task(case.surface, points, light, hiding, lobes)
-                terms = method(task)
-                milliseconds = 1e9 / len(points) * min(_seconds(method, task) for _ in range(_REPEATS))
-                apart = delta_e_xyz(reference, light.folded(terms, case.surface.spectra), light.white(points))
-                p95, p99 = np.percentile(apart, [95, 99])
-                found.append(
-                    {
-                        "case": case.name, "method": name, "light": case.light_name, "lobes": lobes,
-                        "delta_e94": {"mean": float(apart.mean()), "p95": float(p95), "p99": float(p99)},
-                        "reference_noise": noise, **cost,
-                        "ms_per_megapixel": milliseconds,
-                    }
-                )  # fmt: skip
-        progress(f"{case.name}, {case.light_name}")
-    return {"points": len(sphere), "missing": [name for name in FILES if name not in made], "rows": found}
+
+    def wanted(name: str) -> bool:
+        return pattern is None or fnmatchcase(name, pattern)
+
+    long = full or pattern is not None
+    chosen = [one for one in cases.cases(long) if wanted(one.name)]
+    rows = list(rendering.rendered(chosen, full, data, progress))
+    rows += minified.minified(data, wanted, progress)
+    rows += spectrum_cost.spectrum_cost(wanted, progress)
+    notes: list[str] = []
+    if long:
+        rows += _fitted(data, wanted, progress, notes)
+    if catalogue is not None:
+        rows += _catalogued(catalogue, wanted, data, progress, notes)
+    if not rows and not chosen:
+        names = sorted({one.name for one in cases.cases(True)} | {*minified.NAMES, spectrum_cost.NAME})
+        expected = f"{'; '.join(names)}; with data MERL ...; with a catalogue ids of its materials"
+        raise InputError("no case is called so", field="--case", found=pattern, expected=expected)
+    return {"missing": _missing(data), "notes": notes, "rows": rows}
 
 
-def _reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
-    """The same of at most so many rows, where halving leads there."""
-    while isinstance(light, EnvironmentLight) and light.fields.shape[1] > rows:
-        light = replace(light, fields=halved(light.fields))
+def _fitted(data: Path | None, wanted: Callable[[str], bool], progress: Progress, notes: list[str]) -> Iterator[dict]:
+    found = []
+    for row, seconds in measured.fitted(data, wanted, progress):
+        found.append((row["delta_e94"]["mean"], seconds))
+        yield row
+    if found:
+        means, times = zip(*found, strict=True)
+        notes.append(
+            f"{len(found)} MERL fits of at most {measured.LOBES} lobes: means of ΔE94 with a median of "
+            f"{np.median(means):.2f} and at most {max(means):.2f}; at most {max(times):.1f} CPU s a fit"
+        )
+
+
+def _catalogued(
+    folder: Path, wanted: Callable[[str], bool], data: Path | None, progress: Progress, notes: list[str]
+) -> Iterator[dict]:
+    made, skies = cases.lights(data), {}
+    if SKY in made:
+        skies[SKY] = partial(_sky, made[SKY])
+    worst: dict[str, list[float]] = {}
+    for row in catalogued(folder, wanted, skies, progress):
+        worst.setdefault(row["light"], []).append(row["delta_e94"]["p95"])
+        yield row
+    for light, each in worst.items():
+        share = float(np.mean(np.array(each) <= 1.0))
+        words = f"p95 of ΔE94 within 1 for {share:.0%}, at most {max(each):.2f}"
+        notes.append(f"{len(each)} materials of {folder} under {light}: {words}")
+
+
+def _sky(made: Callable[[], EnvironmentLight | DeltaLight]) -> EnvironmentLight:
+    light = rendering.reduced(made(), rendering.ROWS[0])
+    if not isinstance(light, EnvironmentLight):
+        raise TypeError("an environment is needed")
     return light
 
 
-def _seconds(method: Method, task: Task) -> float:
-    start = time.process_time()
-    method(task)
-    return time.process_time() - start
+def _missing(data: Path | None) -> list[str]:
+    """Lights and meshes whose files are not there."""
+    lights, places = cases.lights(data), meshes.places(data)
+    return [name for name in cases.FILES if name not in lights] + [name for name in meshes.FILES if name not in places]
 
 
 def report(figures: dict) -> str:
@@ -104,13 +116,18 @@ def report(figures: dict) -> str:
         [
             row["case"], row["light"], row["method"], f"{row['lobes'] or '-'}",
             *(f"{row['delta_e94'][figure]:.2f}" for figure in ("mean", "p95", "p99")),
-            f"{row['reference_noise']:.2f}", f"{row['ms_per_megapixel']:.0f}",
+            f"{row['reference_noise']:.3f}", _or_dash(row["cpu_seconds_per_1000_vertices"], ".2f"),
+            _or_dash(row["bytes_per_vertex"], ".0f"), _or_dash(row["ms_per_megapixel"], ".0f"),
         ]
         for row in figures["rows"]
     ]  # fmt: skip
-    title = f"{figures['points']} points of a sphere; ΔE94 against the truth, which is itself off by `noise`"
-    headings = ["case", "light", "method", "lobes", "mean", "p95", "p99", "noise", "ms a megapixel"]
-    text = f"{title}\n{columns(headings, body, left=3)}"
+    title = "ΔE94 against the truth, which is itself off by `noise`; CPU seconds for 1000 vertices and bytes a vertex"
+    headings = ["case", "light", "method", "lobes", "mean", "p95", "p99", "noise", "CPU s", "bytes", "ms a megapixel"]
+    text = "\n".join([title, columns(headings, body, left=3), *([""] * bool(figures["notes"])), *figures["notes"]])
     if figures["missing"]:
-        text += f"\n\nwithout {', '.join(figures['missing'])}: set METAMER_DATA to a folder that holds light/"
+        text += f"\n\nwithout {', '.join(figures['missing'])}: set METAMER_DATA to a folder with light/ and meshes/"
     return text
+
+
+def _or_dash(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -22,7 +21,8 @@ from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from .surface import GlossySurface
+from .gold import real_gold
+from .surface import GlossySurface, masked_by
 
 #: A wall that hides what is to the left of its points, leaning over them.
 WALL = np.array([0.8, -0.36, 0.48])
@@ -35,14 +35,14 @@ _ONE = np.ones(len(WORKING_WAVELENGTHS_NM))
 class BenchCase:
     """A surface under a light, and the numbers of lobes that it is rendered in.
 
-    place : a sphere in the "open" or beside a "wall", or a shape on a "floor". full : whether only the long run has it.
+    place : a sphere in the "open" or beside a "wall", or one of `meshes.places`. full : only the long run has it.
     """
 
     name: str
     surface: GlossySurface
     light_name: str
     lobes: tuple[int, ...]
-    place: Literal["open", "wall", "floor"] = "open"
+    place: str = "open"
     full: bool = False
 
 
@@ -52,10 +52,9 @@ def gold(roughness: float) -> GlossySurface:
     return GlossySurface(
         f"gold {roughness:g}",
         0.0 * _ONE,
-        colour,
-        _ONE,
+        np.stack([colour, _ONE]),
         lambda half: ggx(half[..., 2] ** 2, half[..., 0] ** 2 + half[..., 1] ** 2, roughness),
-        partial(_smith, smith_ggx, roughness),
+        partial(masked_by, smith_ggx, roughness),
         partial(ndf.ggx, roughness),
     )
 
@@ -63,21 +62,21 @@ def gold(roughness: float) -> GlossySurface:
 def matt_red() -> GlossySurface:
     """A body alone."""
     red = 0.05 + 0.6 / (1.0 + np.exp(-(WORKING_WAVELENGTHS_NM - 600.0) / 12.0))
-    return GlossySurface("matt red", red, 0.0 * _ONE, 0.0 * _ONE, None, _over_larger_cosine, partial(ndf.ggx, 0.5))
+    return GlossySurface("matt red", red, np.zeros((2, len(red))), None, _over_larger_cosine, partial(ndf.ggx, 0.5))
 
 
 def _analytic() -> Iterator[tuple[GlossySurface, tuple[int, ...]]]:
     """Other distributions, each with a black body under it."""
 
     def of(name: str, density, masked, lobes) -> GlossySurface:
-        return GlossySurface(name, 0.0 * _ONE, 0.04 * _ONE, _ONE, density, masked, lobes)
+        return GlossySurface(name, 0.0 * _ONE, np.stack([0.04 * _ONE, _ONE]), density, masked, lobes)
 
     for roughness in (0.045, 0.2):
 
         def facets(half: np.ndarray, roughness: float = roughness) -> np.ndarray:
             return beckmann(half[..., 2] ** 2, half[..., 0] ** 2 + half[..., 1] ** 2, roughness)
 
-        masked = partial(_smith, smith_beckmann, roughness)
+        masked = partial(masked_by, smith_beckmann, roughness)
         yield of(f"Cook-Torrance {roughness:g}", facets, masked, _one(ndf.beckmann(roughness))), (1,)
     yield (
         of("Blinn-Phong 100", lambda half: _phong(half, 100.0), _over_larger_cosine, _one(ndf.blinn_phong(100.0))),
@@ -117,7 +116,24 @@ def cases(full: bool) -> list[BenchCase]:
         found.append(BenchCase("matt red", matt_red(), light, (0,), full=long))
         found.append(BenchCase("matt red, floor", matt_red(), light, (0,), place="floor", full=long))
         found.append(BenchCase("matt red, wall", matt_red(), light, (0,), place="wall", full=long))
+    found += _scenes()
     return [case for case in found if full or not case.full]
+
+
+def _scenes() -> Iterator[BenchCase]:
+    """Meshes under measured skies; a sky with a low sun is what throws shadows on a floor."""
+
+    def of(surface: GlossySurface, light: str, place: str, full: bool = False) -> BenchCase:
+        lobes = 0 if surface.density is None else 4
+        return BenchCase(f"{surface.name}, {place}", surface, light, (lobes,), place, full)
+
+    yield of(matt_red(), "kiara-dawn", "spot")
+    yield of(matt_red(), "venice-sunset", "spot on floor")
+    yield of(matt_red(), "studio", "shaderball", full=True)
+    for alpha in (0.1, 0.2, 0.4):
+        yield of(real_gold(alpha), "kiara-dawn", "spot")
+    for alpha in (0.2, 0.4):
+        yield of(real_gold(alpha), "studio", "shaderball", full=True)
 
 
 #: Files of environments by the lights' names, below `light/` of the data.
@@ -173,12 +189,6 @@ def _lamp() -> PointLight:
 
 def _one(lobes) -> Callable[[int], object]:
     return lambda count: lobes
-
-
-def _smith(one_sided, roughness: float, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    wi, wo = np.broadcast_arrays(wi, wo)
-    each = [one_sided(w.reshape(-1, 3), roughness).reshape(w.shape[:-1]) for w in (wi, wo)]
-    return each[0] * each[1]
 
 
 def _over_larger_cosine(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ class Task:
         return None if self.hiding is None else self.hiding.free_share
 
 
-#: A method: (N, K, 3) terms, cd/m^2: of the body, and of the facets at normal incidence and at grazing.
+#: A method: (N, K, T) terms, cd/m^2: of the body, and of the facets.
 Method = Callable[[Task], np.ndarray]
 
 
@@ -64,7 +64,7 @@ def by_paper_locally(task: Task) -> np.ndarray:
     """Lobes warped and multiplied with the light's own (eqs. 42 and 43); for lights of one direction."""
     light = task.light.local_lobes(task.points)
     body = paper.local_diffuse(task.points, light, task.free_share)
-    facets = np.zeros((len(task.points), 1, 2))
+    facets = np.zeros((len(task.points), 1, len(task.surface.facets)))
     if task.surface.density is not None:
         facets = paper.local_specular(task.surface, task.points, light, task.free_share, task.lobes)
     return np.concatenate([body[:, :, None], facets], axis=2)
@@ -77,7 +77,7 @@ def at_half_vectors(task: Task) -> np.ndarray:
     half = wi + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)
     arrives = np.where(wi[:, 2] > 0.0, wi[:, 2] * at.illuminance_lux, 0.0)
-    facets = np.zeros((len(wi), 2))
+    facets = np.zeros((len(wi), len(task.surface.facets)))
     if task.surface.density is not None:
         facets = slice_of(task.surface.lobes(task.lobes), half)[:, None] * task.surface.smooth(wi, wo)
     return (arrives[:, None] * np.column_stack([np.full(len(wi), 1.0 / np.pi), facets]))[:, None, :]
@@ -97,7 +97,7 @@ def _with(task: Task, free_share: paper.FreeShare | None) -> np.ndarray:
 
 def _facets(task: Task, gamma: Gamma, free_share: paper.FreeShare | None) -> np.ndarray:
     if task.surface.density is None:
-        return np.zeros((len(task.points), len(task.light.spectra), 2))
+        return np.zeros((len(task.points), len(task.light.spectra), len(task.surface.facets)))
     return paper.specular(task.surface, task.points, gamma, free_share, task.lobes)
 
 

@@ -10,45 +10,52 @@ from jaxtyping import Float
 from ...lighting.environment.bright_light import BrightLight
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.gathering import GatheredLight
+from ...lighting.visibility.visibility import SceneVisibility
+from ...materials.environment_form import EnvironmentForm
 from ...materials.points import Points
 from ...materials.slices.fit import mixtures
 from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette
 from ...viewer.gathering import SeenSamples, gathered_terms
 from ...viewer.keeping import Shadows, SpreadLayer
-from .hiding import SceneHiding
+from .meshes import SceneHiding
 from .methods import Task
-from .surface import GlossySurface
+from .surface import GlossySurface, ShadedPoints
 
 
-def by_slices(task: Task) -> Float[np.ndarray, "N K 3"]:
+def by_slices(task: Task) -> Float[np.ndarray, "N K T"]:
     """`viewer.gathering` at the task's points; in the open, or where visibility is looked up at vertices."""
-    points, light, count = task.points, task.light.environment, len(task.points)
+    if task.hiding is not None and not isinstance(task.hiding, SceneHiding):
+        raise TypeError("visibility at vertices is needed")
+    return gathered_by(slices_of(task.surface), task.points, task.light.environment, task.hiding)
+
+
+def gathered_by(
+    form: EnvironmentForm, points: ShadedPoints, light: EnvironmentLight, hiding: SceneHiding | None = None
+) -> Float[np.ndarray, "N K R"]:
+    """What an environment form gathers under each of the light's spectra, a number for each of its own."""
+    count, rank, fields = len(points), form.palette.rank, slice(0, len(light.spectra))
     shadows, faces, weights = None, np.zeros(count, dtype=np.int64), np.full((count, 3), 1.0 / 3.0)
-    if task.hiding is not None:
-        if not isinstance(task.hiding, SceneHiding):
-            raise TypeError("visibility at vertices is needed")
-        shadows = Shadows(task.hiding.visibility, _bright(light))
-        faces, weights = task.hiding.drawn.faces[task.hiding.kept], task.hiding.drawn.weights[task.hiding.kept]
+    back = np.zeros(count, dtype=bool)
+    if hiding is not None:
+        shadows, faces, weights = _shadows(hiding.visibility, light), hiding.faces, hiding.weights
+        back = hiding.back
     frames = np.swapaxes(points.world_from_local, 1, 2)
-    seen = SeenSamples(
-        np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, np.zeros(count, dtype=bool)
-    )
-    fields = slice(0, len(light.spectra))
-    # Of colours nothing is asked but how many there are.
-    colours = np.zeros((1, 4 * len(light.spectra), 3))
-    layer = SpreadLayer(
-        0, light, fields, _slices(task.surface), _gathered(light), light.world_from_map, 1.0, colours, shadows
-    )
-    return gathered_terms(layer, seen).value.reshape(count, len(light.spectra), 4)[:, :, :3]
+    seen = SeenSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back)
+    # Of colours nothing is asked but how many there are: terms come in fours.
+    colours = np.zeros((1, -(-rank // 4) * 4 * len(light.spectra), 3))
+    layer = SpreadLayer(0, light, fields, form, _gathered(light), light.world_from_map, 1.0, colours, shadows)
+    return gathered_terms(layer, seen).value.reshape(count, len(light.spectra), -1)[:, :, :rank]
 
 
 @lru_cache(maxsize=32)
-def _slices(surface: GlossySurface) -> ViewSlices:
+def slices_of(surface: GlossySurface) -> ViewSlices:
+    """Its environment form, a term for each of its spectra."""
+
     def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return surface.terms(wi, wo) / wi[:, 2:]
 
-    return ViewSlices(*mixtures(sampled, 3, _isotropic(surface)), Palette.of(surface.spectra))
+    return ViewSlices(*mixtures(sampled, len(surface.spectra), _isotropic(surface)), Palette.of(surface.spectra))
 
 
 def _isotropic(surface: GlossySurface) -> bool:
@@ -64,5 +71,8 @@ def _gathered(light: EnvironmentLight) -> GatheredLight:
 
 
 @lru_cache(maxsize=8)
-def _bright(light: EnvironmentLight) -> BrightLight:
-    return BrightLight.of(light)
+def _shadows(visibility: SceneVisibility, light: EnvironmentLight) -> Shadows:
+    found = Shadows(visibility, BrightLight.of(light))
+    # Made once a light, as viewers have it: no part of what a picture takes.
+    assert found.hidden is not None
+    return found

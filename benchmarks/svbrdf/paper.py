@@ -1,7 +1,7 @@
 """The paper's rendering of points (Wang et al. 2009, eqs. 36 to 43): lobes warped, multiplied, and looked up.
 
-Terms come out, cd/m^2 under each of the light's K spectra: of the body, and of the facets at normal incidence and at
-grazing. Spectra multiply them afterwards; the paper's own colours are RGB.
+Terms come out, cd/m^2 under each of the light's K spectra: of the body, and of the facets.
+Spectra multiply them afterwards; the paper's own colours are RGB.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COSINE_SHARPNESS, COSINE_AMPLITUDE = 2.133, 1.170
 
 def specular(
     surface: GlossySurface, points: ShadedPoints, gamma: Gamma, free_share: FreeShare | None, lobes: int
-) -> Float[np.ndarray, "N K 2"]:
+) -> Float[np.ndarray, "N K R"]:
     """R_s (eq. 41): for each lobe the cosine, the slice and the visibility as one Gaussian, looked up in the light."""
     seen, smooth = _slice(surface, points, lobes)
     to = points.world(seen.axis)
@@ -36,7 +36,7 @@ def specular(
 
 def local_specular(
     surface: GlossySurface, points: ShadedPoints, light: Gaussians, free_share: FreeShare | None, lobes: int
-) -> Float[np.ndarray, "N 1 2"]:
+) -> Float[np.ndarray, "N 1 R"]:
     """R_s of a light that is one lobe (N,) at each point (eq. 43): the inner product of it and what eq. 41 looks up."""
     seen, smooth = _slice(surface, points, lobes)
     local = Gaussians(points.local(light.axis)[:, None], light.sharpness[:, None], light.amplitude[:, None])
@@ -61,7 +61,7 @@ def diffuse(points: ShadedPoints, lights: BrightParts, free_share: FreeShare | N
 
 
 def _slice(surface: GlossySurface, points: ShadedPoints, lobes: int) -> tuple[Gaussians, np.ndarray]:
-    """C* and rho* multiplied, (N, n) in each point's frame, and M_o at the slice's own axes, (N, n, 2)."""
+    """C* and rho* multiplied, (N, n) in each point's frame, and M_o at the slice's own axes, (N, n, R)."""
     viewer = points.viewer[:, None, :]
     turned = warped(surface.lobes(lobes), viewer)
     return turned.product(_cosine(np.array([0.0, 0.0, 1.0]))), surface.smooth(turned.axis, viewer)

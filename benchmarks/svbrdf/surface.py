@@ -15,50 +15,67 @@ from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 LEAST_COSINE = 1e-2
 
 
+def schlick(cosine: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n 2"]:
+    """Shares of normal incidence and of grazing: 1 - s and s, s = (1 - h.o)^5 (Schlick 1994)."""
+    rise = (1.0 - cosine) ** 5
+    return np.stack([1.0 - rise, rise], axis=-1)
+
+
+def masked_by(
+    one_sided: Callable[[np.ndarray, float], np.ndarray],
+    roughness: float,
+    wi: Float[np.ndarray, "*n 3"],
+    wo: Float[np.ndarray, "*m 3"],
+) -> Float[np.ndarray, "*k"]:
+    """Smith's masking over 4 cos i cos o, as the product of two factors `one_sided` (directions (N, 3), roughness)."""
+    wi, wo = np.broadcast_arrays(wi, wo)
+    each = [one_sided(w.reshape(-1, 3), roughness).reshape(w.shape[:-1]) for w in (wi, wo)]
+    return each[0] * each[1]
+
+
 @dataclass(frozen=True, eq=False)
 class GlossySurface:
-    """f_r = body/pi + [(1 - s) normal + s grazing] D(h) V(i, o), with s = (1 - h.o)^5 and spectra on `wavelengths_nm`.
+    """f_r = body/pi + sum over r [a_r(h.o) facets_r] D(h) V(i, o), with spectra on `wavelengths_nm`.
 
-    body, normal, grazing (L,) : reflectances. density : D of half vectors (..., 3) in the surface's frame, 1/sr; it
+    body (L,), facets (R, L) : reflectances. density : D of half vectors (..., 3) in the surface's frame, 1/sr; it
     may be None where there is a body alone. masked : V, the masking over 4 cos i cos o, of (..., 3) and (..., 3).
-    lobes : the distribution as that many Gaussians.
+    lobes : the distribution as that many Gaussians. shares : a_r of h.o, (...) to (..., R); Schlick's between a
+    spectrum at normal incidence and one at grazing, where nothing else is said.
     """
 
     name: str
     body: Float[np.ndarray, " L"]
-    normal: Float[np.ndarray, " L"]
-    grazing: Float[np.ndarray, " L"]
+    facets: Float[np.ndarray, "R L"]
     density: Callable[[np.ndarray], np.ndarray] | None
     masked: Callable[[np.ndarray, np.ndarray], np.ndarray]
     lobes: Callable[[int], Gaussians]
+    shares: Callable[[np.ndarray], np.ndarray] = schlick
 
     wavelengths_nm = WORKING_WAVELENGTHS_NM
 
     @property
-    def spectra(self) -> Float[np.ndarray, "3 L"]:
-        """What the three terms are multiplied by: body, normal, grazing."""
-        return np.stack([self.body, self.normal, self.grazing])
+    def spectra(self) -> Float[np.ndarray, "T L"]:
+        """What the terms are multiplied by: the body, then the facets'."""
+        return np.concatenate([self.body[None], self.facets])
 
-    def smooth(self, wi: Float[np.ndarray, "... 3"], wo: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 2"]:
-        """M_o of eq. 9, of the terms normal and grazing."""
+    def smooth(self, wi: Float[np.ndarray, "... 3"], wo: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... R"]:
+        """M_o of eq. 9, of the facets' terms."""
         wi, wo = np.broadcast_arrays(wi, wo)
         inside = wi.copy()
         inside[..., 2] = np.maximum(wi[..., 2], LEAST_COSINE)
         half = wi + wo
-        rise = (1.0 - np.minimum(0.5 * np.linalg.norm(half, axis=-1), 1.0)) ** 5
-        return self.masked(inside, wo)[..., None] * np.stack([1.0 - rise, rise], axis=-1)
+        return self.masked(inside, wo)[..., None] * self.shares(np.minimum(0.5 * np.linalg.norm(half, axis=-1), 1.0))
 
-    def terms(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """f_r cos i of the three terms, exact; 0 below the horizon."""
+    def terms(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N T"]:
+        """f_r cos i of the terms, exact; 0 below the horizon."""
         lit = (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0)
-        found = np.zeros((len(wi), 3))
+        found = np.zeros((len(wi), 1 + len(self.facets)))
         found[lit, 0] = wi[lit, 2] / np.pi
         if self.density is not None:
             half = wi[lit] + wo[lit]
             half /= np.linalg.norm(half, axis=1, keepdims=True)
-            rise = (1.0 - np.minimum(np.sum(half * wo[lit], axis=1), 1.0)) ** 5
             value = self.density(half) * self.masked(wi[lit], wo[lit]) * wi[lit, 2]
-            found[lit, 1:] = value[:, None] * np.stack([1.0 - rise, rise], axis=1)
+            found[lit, 1:] = value[:, None] * self.shares(np.minimum(np.sum(half * wo[lit], axis=1), 1.0))
         return found
 
 
@@ -83,13 +100,13 @@ class ShadedPoints:
         return cls(world, world[:, 2, :].copy())
 
     @classmethod
-    def facing(cls, normals: Float[np.ndarray, "N 3"], viewer: Float[np.ndarray, "3"]) -> ShadedPoints:
-        """Points with these normals, seen from one direction of the world; tangents lie flat."""
+    def facing(cls, normals: Float[np.ndarray, "N 3"], viewer: Float[np.ndarray, "N 3"]) -> ShadedPoints:
+        """Points with these normals, seen from directions of the world; tangents lie flat."""
         tangent = np.stack([normals[:, 2], np.zeros(len(normals)), -normals[:, 0]], axis=1)
         length = np.linalg.norm(tangent, axis=1, keepdims=True)
         tangent = np.where(length > 1e-6, tangent / np.maximum(length, 1e-6), [1.0, 0.0, 0.0])
         world = np.stack([tangent, np.cross(normals, tangent), normals], axis=2)
-        return cls(world, np.einsum("nji,j->ni", world, viewer))
+        return cls(world, np.einsum("nji,nj->ni", world, viewer))
 
     def __len__(self) -> int:
         return len(self.viewer)

@@ -11,7 +11,7 @@ from ...lighting.environment.environment import EnvironmentLight
 from .methods import Task
 
 
-def truth(task: Task) -> tuple[Float[np.ndarray, "N K 3"], Float[np.ndarray, "N K 3"]]:
+def truth(task: Task) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N K T"]]:
     """The terms, and the same from texels twice as wide: the first is about a third of their difference off.
 
     Texels count at their middles, by their solid angle, so that highlights have to be wider than they are. Under a
@@ -24,19 +24,19 @@ def truth(task: Task) -> tuple[Float[np.ndarray, "N K 3"], Float[np.ndarray, "N 
     return _summed(task, light, light.fields), _summed(task, light, halved(light.fields))
 
 
-def _arriving(task: Task) -> Float[np.ndarray, "N 1 3"]:
+def _arriving(task: Task) -> Float[np.ndarray, "N 1 T"]:
     at = task.light.arrivals(task.points)
     terms = task.surface.terms(task.points.local(at.directions), task.points.viewer)
     return (terms * at.illuminance_lux[:, None])[:, None, :]
 
 
-def _summed(task: Task, light: EnvironmentLight, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "N K 3"]:
+def _summed(task: Task, light: EnvironmentLight, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "N K T"]:
     height, width = fields.shape[1:]
     to = latlong.texel_directions(height, width).reshape(-1, 3) @ light.world_from_map.T
     arrives = (fields * latlong.solid_angles(height, width)[:, None]).reshape(len(fields), -1)
     seen = np.ones((1, len(to)), dtype=bool) if task.hiding is None else task.hiding.seen(to)
     seen = np.broadcast_to(seen, (len(task.points), len(to)))
-    found = np.empty((len(task.points), len(fields), 3))
+    found = np.empty((len(task.points), len(fields), len(task.surface.spectra)))
     for number, (frame, viewer) in enumerate(zip(task.points.world_from_local, task.points.viewer, strict=True)):
         wi = to @ frame
         lit = np.flatnonzero((wi[:, 2] > 0.0) & seen[number])

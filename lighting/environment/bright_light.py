@@ -1,8 +1,10 @@
 """An environment where something stands in its way: its bright parts as lobes that are hidden each for itself.
 
 One share of light for a whole lobe is as bad as none: what is hidden of a sun says nothing of the sky about it. So what
-lobes and surfaces gather stays what it is where all is free, and of it is taken what is hidden: of each bright part by
-itself, and of the rest by the lobe's own share, or by harmonics.
+lobes and surfaces gather stays what it is where all is free, and of it is taken what is hidden. For glossy surfaces: of
+each bright part by itself, and of the rest by the lobe's own share. For matt ones only the narrow among the bright
+parts are hidden each for itself, wherever a shadow's edge runs between vertices; what all other light gives is smooth,
+so that it is enough to know what vertices lose of it, by cells of directions (`lighting.visibility.hidden_light`).
 """
 
 from __future__ import annotations
@@ -12,44 +14,67 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from . import latlong
 from .brights import BrightParts, taken_apart
+from .cells import Cells, cells_of
 from .environment import EnvironmentLight
-from .harmonics import gaussian_factors, harmonics, projected, turning
 
 # Bright parts, of the brightest tenth of the sphere: with 8 of 3 % matt shadows under a sky are off by twice as much,
 # and with 32 of 30 % by hardly less.
 _COUNT, _SHARE = 16, 0.1
+# Parts of this sharpness, of a standard deviation of 3.3 degrees, and beyond are narrow.
+_NARROW = 300.0
+# Cells that all other light is divided into: twice as many change nothing that can be seen.
+_CELLS = 512
 # Nodes of what a bright part sends onto a surface, by the cosine to its axis; and those of the integral over it.
 _COSINES, _ACROSS, _AROUND = 257, 24, 24
 
 
 @dataclass(frozen=True, eq=False)
 class BrightLight:
-    """The bright parts of an environment as it is turned, world, and the harmonics of the rest.
+    """The bright parts of an environment as it is turned, world, and cells of all other light.
 
-    parts : n lobes. lux (n, nodes) : what a lobe of amplitude 1 sends onto surfaces whose normals lie at cosines from
-    -1 to 1 to its axis. rest (K, 25) : all light but the lobes', in `harmonics`, cd/m^2 sr^(1/2).
+    parts : n lobes, the narrowest first; `narrow` : how many of them are narrow. lux (n, nodes) : what a lobe of
+    amplitude 1 sends onto surfaces whose normals lie at cosines from -1 to 1 to its axis. cells, rest (P, K) : all
+    light but the narrow parts', lux on a surface that faces the cell; where a fit took too much it is negative.
     """
 
     parts: BrightParts
+    narrow: int
     lux: Float[np.ndarray, "n nodes"]
-    rest: Float[np.ndarray, "K 25"]
+    cells: Cells
+    rest: Float[np.ndarray, "P K"]
 
     @classmethod
     def of(cls, environment: EnvironmentLight) -> BrightLight:
         """Found in the environment's own axes, some tenths of a second, then turned as it is: a rotation moves nothing
         in relation to the light.
         """
-        parts, _ = taken_apart(replace(environment, rotation_deg=0.0), _COUNT, _SHARE)
-        whole = _integrals(parts.sharpness)[:, None] * gaussian_factors(parts.sharpness) * harmonics(parts.axis)
-        rest = projected(replace(environment, rotation_deg=0.0)) - parts.amplitude.T @ whole
-        own = cls(parts, np.array([_on_surfaces(one) for one in parts.sharpness]).reshape(-1, _COSINES), rest)
-        return own.turned(environment.world_from_map)
+        turned, environment = environment.world_from_map, replace(environment, rotation_deg=0.0)
+        found, _ = taken_apart(environment, _COUNT, _SHARE)
+        order = np.argsort(-found.sharpness, kind="stable")
+        parts = BrightParts(found.axis[order], found.sharpness[order], found.amplitude[order])
+        narrow = int((parts.sharpness >= _NARROW).sum())
+        cells = cells_of(environment, _CELLS)
+        height, width = environment.fields.shape[1:]
+        to = latlong.texel_directions(height, width).reshape(-1, 3)
+        angles = np.repeat(latlong.solid_angles(height, width), width)[:, None]
+        apart = np.maximum(1.0 - to @ parts.axis[:narrow].T, 0.0)
+        there = (
+            cells.sums(np.exp(-parts.sharpness[:narrow] * apart) * angles)
+            if narrow
+            else np.zeros((len(cells.directions), 0))
+        )
+        # A lobe that is hardly wider than a texel is not its sum over texels.
+        there *= _integrals(parts.sharpness[:narrow]) / there.sum(axis=0)
+        rest = cells.sums(environment.fields.reshape(len(environment.fields), -1).T * angles)
+        lux = np.array([_on_surfaces(one) for one in parts.sharpness]).reshape(-1, _COSINES)
+        return cls(parts, narrow, lux, cells, rest - there @ parts.amplitude[:narrow]).turned(turned)
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> BrightLight:
         """The same light turned by a rotation of the world: nothing is found anew."""
         parts = replace(self.parts, axis=self.parts.axis @ rotation.T)
-        return replace(self, parts=parts, rest=self.rest @ turning(rotation).T)
+        return replace(self, parts=parts, cells=replace(self.cells, directions=self.cells.directions @ rotation.T))
 
     def by_lobes(
         self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
@@ -66,13 +91,14 @@ class BrightLight:
         inner = -2.0 * np.pi * np.expm1(-2.0 * length) / length * np.exp(-2.0 * product / (length + both))
         return inner / _integrals(sharpness)[..., None]
 
-    def on_surfaces(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N n"]:
-        """Illuminance that each bright part of amplitude 1 gives surfaces of unit normals, world, lx."""
-        place = (np.clip(normals @ self.parts.axis.T, -1.0, 1.0) + 1.0) * (0.5 * (_COSINES - 1))
+    def on_surfaces(self, normals: Float[np.ndarray, "N 3"], count: int | None = None) -> Float[np.ndarray, "N n"]:
+        """Lux that each bright part of amplitude 1, or the first `count`, gives surfaces of unit normals, world."""
+        axis, lux = self.parts.axis[:count], self.lux[:count]
+        place = (np.clip(normals @ axis.T, -1.0, 1.0) + 1.0) * (0.5 * (_COSINES - 1))
         below = np.minimum(place.astype(np.int64), _COSINES - 2)
         share = place - below
-        which = np.arange(len(self.lux))
-        return self.lux[which, below] * (1.0 - share) + self.lux[which, below + 1] * share
+        which = np.arange(len(lux))
+        return lux[which, below] * (1.0 - share) + lux[which, below + 1] * share
 
 
 def _integrals(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:

@@ -50,22 +50,6 @@ def projected(environment: EnvironmentLight, bands: int = BANDS) -> Float[np.nda
     return (environment.fields.reshape(len(environment.fields), -1) * weights) @ harmonics(to, bands)
 
 
-def turning(world_from_map: Float[np.ndarray, "3 3"], bands: int = BANDS) -> Float[np.ndarray, "B B"]:
-    """What turns coefficients with the light: `turning(R) @ coefficients` are those of the light that R has turned.
-
-    Exact: products of two harmonics are polynomials of degree 2 (`bands` - 1), which Gauss's nodes along z and even
-    steps around it integrate without error.
-    """
-    z, weights = np.polynomial.legendre.leggauss(bands)
-    steps = 2 * bands
-    phi = 2.0 * np.pi * np.arange(steps) / steps
-    z, phi = np.repeat(z, steps), np.tile(phi, bands)
-    across = np.sqrt(1.0 - z * z)
-    to = np.stack([across * np.cos(phi), across * np.sin(phi), z], axis=1)
-    weights = np.repeat(weights, steps) * (2.0 * np.pi / steps)
-    return (harmonics(to, bands) * weights[:, None]).T @ harmonics(to @ world_from_map, bands)
-
-
 def gaussian_factors(sharpness: Float[np.ndarray, " n"], bands: int = BANDS) -> Float[np.ndarray, "n B"]:
     """What each harmonic is multiplied by in the mean under a normalised spherical Gaussian about a direction."""
     safe = np.maximum(np.asarray(sharpness, dtype=float), 1e-8)[:, None]

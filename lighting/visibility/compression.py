@@ -1,13 +1,16 @@
-"""Maps of signed distances as a mean and a few axes, with one byte a term and place.
+"""Maps of signed distances as a mean and a few axes, with a byte or half a byte a term and place.
 
 Principal component analysis with weights (Wang et al. 2009, eq. 24, minds nothing but squares over the hemisphere):
 
 - Distances are bent, v = tanh(angle / `SOFT`), so that terms are not spent on how far off a far boundary is.
-- What counts are texels near a boundary, where an error moves a shadow, above the horizon. Below it a site has no
-  values of its own; they become what the axes make likely, and cost nothing.
+- What counts are texels near a boundary, where an error moves a shadow, and those that see much of the light: by the
+  cosine above the horizon. Below it a site has no values of its own; they become what the axes make likely, and cost
+  nothing.
 
-Axes and codes are found in turns, each by linear least squares with the other held. A code of one byte, in steps of
-1 / 127 of its term's largest, adds nothing that can be seen beside what the terms leave out.
+Axes and codes are found in turns, each by linear least squares with the other held. In the end axes are turned so
+that codes fall off as fast as they can. The first, which vary most, have a byte each, in steps of 1 / 127 of the
+largest; the others half a byte, in steps of 1 / 7 of four times their root mean square, the few beyond held there. Both
+add little beside what the terms leave out.
 """
 
 from __future__ import annotations
@@ -15,21 +18,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 
 from . import octahedral
 from .tracing import BELOW, MAP
 
 #: Signed angles are stored as tanh(angle / SOFT), radians.
 SOFT = np.pi / 4.0
-#: The most terms there are; always a multiple of 4, as texels hold them.
-MOST_TERMS = 44
+#: The most terms there are, and how many of them have a byte; always multiples of 4, as texels hold them.
+MOST_TERMS, BYTES = 64, 16
 # So far from a boundary (rad) a texel's weight is down by e; what it has at least, in the open and below the horizon.
 _NEAR, _OPEN, _UNSEEN = np.deg2rad(20.0), 0.1, 1e-3
+# A texel at the horizon counts so much, beside what its cosine adds.
+_GRAZING = 0.1
 # Root mean square of bent distances that may be left out, where fewer terms leave so little.
 _LEFT_OUT = 0.01
-# Turns of axes and codes, and what holds those to zero that no weight determines.
-_TURNS, _RIDGE = 2, 1e-2
+# Turns of axes and codes, and what holds those to zero that no weight determines. Where little is near a boundary the
+# matrices of codes are some hundredths: with a ridge of 1e-2 shadows were off by twice as much.
+_TURNS, _RIDGE = 2, 1e-4
+# Half a byte reaches from -7 to 7, and that is so many root mean squares of its term.
+_HALF, _REACH = 7, 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +63,9 @@ def importance(
     distances: Float[np.ndarray, "n texels"], normals: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n texels"]:
     """What each texel counts at sites of these normals."""
-    weights = np.exp(-np.abs(distances) / _NEAR) + _OPEN
-    seen = normals @ octahedral.directions(MAP).T > -BELOW
-    return np.where(seen, weights, _UNSEEN).astype(np.float32)
+    sines = normals @ octahedral.directions(MAP).T
+    weights = (np.exp(-np.abs(distances) / _NEAR) + _OPEN) * (np.maximum(sines, 0.0) + _GRAZING)
+    return np.where(sines > -BELOW, weights, _UNSEEN).astype(np.float32)
 
 
 def fitted_basis(values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]) -> Basis:
@@ -70,9 +78,15 @@ def fitted_basis(values: Float[np.ndarray, "n texels"], weights: Float[np.ndarra
     needed = int(np.argmax(left <= _LEFT_OUT**2 * values.shape[1]))
     terms = min(MOST_TERMS, -(-needed // 4) * 4)
     basis = Basis(mean.astype(np.float32), np.ascontiguousarray(axes[:, :terms], dtype=np.float32))
-    for _ in range(_TURNS if terms else 0):
+    if not terms:
+        return basis
+    for _ in range(_TURNS):
         basis = _turned(basis, values, weights)
-    return basis
+    codes = encoded(basis, values, weights)
+    middle = codes.mean(axis=0)
+    spread = (codes - middle).astype(np.float64)
+    most_first = np.linalg.eigh(spread.T @ spread)[1][:, ::-1].astype(np.float32)
+    return Basis(basis.mean + basis.axes @ middle, np.ascontiguousarray(basis.axes @ most_first))
 
 
 def encoded(
@@ -84,11 +98,31 @@ def encoded(
     return _solved(weights, basis.axes, ((values - basis.mean) * weights) @ basis.axes, 0.0)
 
 
-def in_bytes(codes: Float[np.ndarray, "n K"]) -> tuple[Int[np.ndarray, "n K"], Float[np.ndarray, " K"]]:
-    """Codes as whole numbers from -127 to 127, and the size of one step of each term."""
-    largest = np.abs(codes).max(axis=0, initial=0.0)
-    steps = np.where(largest > 0.0, largest, 1.0) / 127.0
-    return np.rint(codes / steps).astype(np.int8), steps.astype(np.float32)
+def packed(
+    codes: Float[np.ndarray, "S K"],
+) -> tuple[Int[np.ndarray, "S B"], UInt8[np.ndarray, "S H"], Float[np.ndarray, " K"]]:
+    """Codes as whole numbers, and the size of one step of each term.
+
+    Returns
+    -------
+    whole (S, B) : of the first `BYTES` terms at most, from -127 to 127.
+    halves (S, (K - B) / 2) : two of the other terms a byte, the first in its lower half: from 1 to 15, 8 for nothing.
+    steps (K,).
+    """
+    first, others = codes[:, :BYTES], codes[:, BYTES:]
+    largest = np.abs(first).max(axis=0, initial=0.0) / 127.0
+    usual = np.sqrt(np.square(others, dtype=np.float64).sum(axis=0) / max(len(others), 1)) * (_REACH / _HALF)
+    steps = np.concatenate([largest, usual])
+    steps = np.where(steps > 0.0, steps, 1.0)
+    whole = np.rint(first / steps[:BYTES]).astype(np.int8)
+    small = np.clip(np.rint(others / steps[BYTES:]), -_HALF, _HALF).astype(np.int16) + 8
+    return whole, (small[:, ::2] + 16 * small[:, 1::2]).astype(np.uint8), steps.astype(np.float32)
+
+
+def unpacked(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H"]) -> Float[np.ndarray, "*n K"]:
+    """The whole numbers of all terms, as float32."""
+    small = np.stack([halves & 15, halves >> 4], axis=-1).reshape(*halves.shape[:-1], -1)
+    return np.concatenate([whole.astype(np.float32), small.astype(np.float32) - np.float32(8.0)], axis=-1)
 
 
 def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:

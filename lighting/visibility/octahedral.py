@@ -11,7 +11,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..environment.octahedral import directions as unfolded
 from ..environment.octahedral import places, texel_directions
+
+# What 1 is in a place of the square that is kept in 16 bits.
+_FULL = 32767.0
 
 
 def directions(size: int) -> Float[np.ndarray, "texels 3"]:
@@ -74,3 +78,13 @@ def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], siz
     found_row = np.where(beside, size - 1 - inside_row, inside_row)
     found_column = np.where(over, size - 1 - inside_column, inside_column)
     return found_row * size + found_column
+
+
+def in_two(to: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 2"]:
+    """Unit directions as places of the square in steps of 1 / 32767, 16 bits each: good to 1e-4 rad."""
+    return np.rint(np.stack(places(to), axis=1) * _FULL).astype(np.int16)
+
+
+def out_of_two(kept: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
+    """Unit directions that were kept by `in_two`."""
+    return unfolded(*(kept.T / _FULL))

@@ -12,9 +12,8 @@ from jaxtyping import Float, Int
 
 from ...spectral.memory import available_bytes, check_room, gigabytes
 from ...spectral.processes import in_order
-from ..environment import harmonics
 from ..scene import Scene
-from . import compression
+from . import compression, octahedral
 from .before import Before
 from .compression import Basis
 from .occluders import Occluders
@@ -24,8 +23,8 @@ from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
-#: CPU seconds a vertex: 0.5 to 0.9 ms were measured on one core of a small machine, and 1.4 ms a vertex of a sheet.
-SECONDS_A_VERTEX = 1.5e-3
+#: CPU seconds a vertex: 0.9 to 1.1 ms were measured on one core of a small machine, and 1.8 ms a vertex of a sheet.
+SECONDS_A_VERTEX = 2.0e-3
 #: Work that takes longer than this is announced.
 SAID_FROM_SECONDS = 10.0
 #: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
@@ -35,8 +34,8 @@ BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300
 _TILE = 128
 # Sites that make a further process worth its start.
 _A_PROCESS = 4096
-# Sites, evenly spread over all, that the axes are found from.
-_TRAINING = 2048
+# Sites, evenly spread over all, that the axes are found from: a quarter of them, at least so many and at most.
+_FEW, _TRAINING = 1024, 2048
 
 
 @dataclass(frozen=True)
@@ -136,27 +135,26 @@ def computed_visibility(
     if before is not None:
         triangles = scaled_triangles(scene, before).astype(np.float32)
     total = len(where)
-    training = np.unique(np.linspace(0, total - 1, min(total, _TRAINING)).astype(np.int64))
+    some = min(total, max(_FEW, total // 4), _TRAINING)
+    training = np.unique(np.linspace(0, total - 1, some).astype(np.int64))
     known: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
         known.append(one)
-        progress(sum(len(each.lost) for each in known), total, "visibility")
+        progress(sum(len(each.distances) for each in known), total, "visibility")
     distances = np.concatenate([one.distances for one in known])
     weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
     basis = compression.fitted_basis(values, weights)
 
     codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
-    lost = np.empty((total, harmonics.COUNT), dtype=np.float16)
     free = all(one.all_free for one in known)
     codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
-    lost[training] = np.concatenate([one.lost for one in known])
     del known, distances, weights, values
 
     rest = np.setdiff1d(np.arange(total), training)
     at = 0
-    for coded, tile_lost, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
-        tile = rest[at : at + len(tile_lost)]
-        codes[tile], lost[tile] = coded, tile_lost
+    for coded, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
+        tile = rest[at : at + len(coded)]
+        codes[tile] = coded
         free, at = free and tile_free, at + len(tile)
         progress(len(training) + at, total, "visibility")
     if free:
@@ -164,8 +162,8 @@ def computed_visibility(
     return SceneVisibility(
         basis.mean,
         basis.axes,
-        *compression.in_bytes(codes.astype(np.float32)),
-        *compression.in_bytes(lost.astype(np.float32)),
+        *compression.packed(codes.astype(np.float32)),
+        octahedral.in_two(np.concatenate([mesh.normals for mesh in meshes])[order]),
         where.fronts[order].astype(np.int32),
         where.backs[order].astype(np.int32),
         refinement,
@@ -212,4 +210,4 @@ def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
     if basis is None:
         return found
     weights = compression.importance(found.distances, normals)
-    return compression.encoded(basis, compression.bent(found.distances), weights), found.lost, found.all_free
+    return compression.encoded(basis, compression.bent(found.distances), weights), found.all_free

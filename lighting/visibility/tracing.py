@@ -1,4 +1,4 @@
-"""What is free around a few sites: signed angular distances to the boundary of what is hidden, and what light is lost.
+"""What is free around a few sites: signed angular distances to the boundary of what is hidden.
 
 The hemisphere above a site is traced on a map of `RAYS`^2 directions of the sphere. Where two
 neighbouring texels differ, a boundary runs between them: one more ray halfway says in which half. Distances are then
@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ..environment import harmonics
 from ..vectors import unit
 from . import octahedral
 from .occluders import Occluders
@@ -34,22 +33,19 @@ class Traced(NamedTuple):
     """Of n sites.
 
     distances (n, MAP^2) : signed angles, radians, positive where free, at most pi / 2 in size.
-    lost (n, 25) : coefficients of what is hidden of the clamped cosine (`harmonics`), sr.
     all_free : whether no ray met anything.
     """
 
     distances: Float[np.ndarray, "n texels"]
-    lost: Float[np.ndarray, "n 25"]
     all_free: bool
 
 
 @cache
 def _rays() -> tuple[np.ndarray, ...]:
-    """Directions of rays, pairs of neighbours, what lies halfway between them; weighted harmonics of the directions."""
+    """Directions of rays, pairs of neighbours, and what lies halfway between them."""
     to, pairs = octahedral.directions(RAYS), octahedral.neighbours(RAYS)
-    weighted = harmonics.harmonics(to) * octahedral.solid_angles(RAYS)[:, None]
     halfway = unit(to[pairs[:, 0]] + to[pairs[:, 1]])
-    return (to.astype(np.float32), pairs, halfway.astype(np.float32), weighted.astype(np.float32))
+    return (to.astype(np.float32), pairs, halfway.astype(np.float32))
 
 
 @cache
@@ -59,16 +55,14 @@ def _texels() -> np.ndarray:
 
 def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], occluders: Occluders) -> Traced:
     """Trace n sites from their `starts`, above their unit normals."""
-    to, pairs, halfway, weighted = _rays()
+    to, pairs, halfway = _rays()
     starts, normals = starts.astype(np.float32), normals.astype(np.float32)
-    cosines = normals @ to.T
-    above = cosines > 0.0
+    above = normals @ to.T > 0.0
     site, texel = np.nonzero(above)
     free = np.ones(above.shape, dtype=bool)
     free[site, texel] = occluders.free(starts[site], to[texel])
-    lost = np.where(free, np.float32(0.0), cosines) @ weighted
     if free.all():
-        return Traced(np.full((len(starts), MAP**2), 0.5 * np.pi, dtype=np.float32), lost, True)
+        return Traced(np.full((len(starts), MAP**2), 0.5 * np.pi, dtype=np.float32), True)
 
     a, b = pairs.T
     site, pair = np.nonzero((free[:, a] != free[:, b]) & above[:, a] & above[:, b])
@@ -91,4 +85,4 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
     unsure = ((distances < _NEAR) | ~above[row, where]) & (sines > -BELOW)
     one, texel = np.nonzero(unsure)
     signs[one, texel] = occluders.free(starts[one], mirrored[one, texel])
-    return Traced(np.where(signs, distances, -distances), lost, False)
+    return Traced(np.where(signs, distances, -distances), False)

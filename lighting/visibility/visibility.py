@@ -1,9 +1,9 @@
 """What renderers ask of visibility: signed distances, free shares of lobes, transfer.
 
-A point is given by three vertices and their barycentric weights. Everything that is stored of a vertex is linear, in
-axes of the world, so it is mixed before it is decoded: nothing jumps from triangle to triangle, and a point costs one
-decoding, not three. The same in GLSL: `codes` and `lost` as texels of four signed bytes, `axes` and `mean` as
-octahedral maps of four terms a texel, looked up as `octahedral.around` does.
+A point is given by three vertices and their barycentric weights. Codes are linear, in axes of the
+world, so they are mixed before they are decoded: nothing jumps from triangle to triangle, and a point costs one
+decoding, not three. The same in GLSL: codes as texels of four, `axes` and `mean` as octahedral maps of four terms a
+texel, looked up as `octahedral.around` does.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt8
 
 from ...spectral.errors import InputError
 from ..environment import harmonics
 from . import octahedral
-from .compression import straight
+from .compression import SOFT, straight, unpacked
 from .free_share import free_share
 from .refinement import Refinement
 from .tracing import MAP
 
-# Points whose maps are decoded at once: 4 MB.
-_BLOCK = 512
+# Points whose maps are decoded at once: 4 MB. Side of the map that transfer is a sum over.
+_BLOCK, _SKY = 512, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +30,8 @@ class SceneVisibility:
     """Which directions are free at the vertices of a scene, against all of its parts, on both sides of sheets.
 
     mean (texels,), axes (texels, K) : of bent distances (`compression`).
-    codes (S, K), steps (K,) : of each site, whole numbers from -127 to 127, and what one of each is.
-    lost (S, 25), lost_steps (25,) : what is hidden of the clamped cosine, in `harmonics`; whole numbers, sr a step.
+    whole (S, B), halves (S, H), steps (K,) : codes of each site, `compression.packed`.
+    facing (V, 2) : vertex normals, `octahedral.in_two`.
     fronts (V,), backs (V,) : the site of each vertex on the side that its normal looks to, and on the other one: -1
         inside of solids, where everything is hidden, and for a vertex that no triangle uses.
     refinement : further vertices inside of large triangles.
@@ -39,19 +39,38 @@ class SceneVisibility:
 
     mean: Float[np.ndarray, " texels"]
     axes: Float[np.ndarray, "texels K"]
-    codes: Int[np.ndarray, "S K"]
+    whole: Int[np.ndarray, "S B"]
+    halves: UInt8[np.ndarray, "S H"]
     steps: Float[np.ndarray, " K"]
-    lost: Int[np.ndarray, "S 25"]
-    lost_steps: Float[np.ndarray, " 25"]
+    facing: Int[np.ndarray, "V 2"]
     fronts: Int[np.ndarray, " V"]
     backs: Int[np.ndarray, " V"]
     refinement: Refinement
 
     @property
     def bytes_a_vertex(self) -> float:
-        """What is stored for each vertex; mean and axes, the same for all, come to less than 0.2 MB."""
-        held = (self.codes, self.lost, self.fronts, self.backs)
+        """What is stored for each vertex; mean and axes, the same for all, come to less than 0.3 MB."""
+        held = (self.whole, self.halves, self.facing, self.fronts, self.backs)
         return sum(array.nbytes for array in held) / len(self.fronts)
+
+    @property
+    def site_normals(self) -> Float[np.ndarray, "S 3"]:
+        """Unit, on the side that a site is of."""
+        normals = octahedral.out_of_two(self.facing)
+        found = np.empty((len(self.whole), 3))
+        for sites, sign in ((self.fronts, 1.0), (self.backs, -1.0)):
+            found[sites[sites >= 0]] = sign * normals[sites >= 0]
+        return found
+
+    def codes(self, sites: Int[np.ndarray, "*n"]) -> Float[np.ndarray, "*n K"]:
+        """Codes of sites; times `axes`, with `mean`, they are bent distances."""
+        return unpacked(self.whole[sites], self.halves[sites]) * self.steps
+
+    def along(self, to: Float[np.ndarray, "P 3"]) -> tuple[Float[np.ndarray, "P K"], Float[np.ndarray, " P"]]:
+        """What codes are multiplied with, and what is added, for bent distances in fixed directions of the world."""
+        texels, shares = octahedral.around(to, MAP)
+        shares = shares.astype(np.float32)
+        return np.einsum("pt,ptk->pk", shares, self.axes[texels]), (shares * self.mean[texels]).sum(axis=1)
 
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
@@ -82,11 +101,15 @@ class SceneVisibility:
         InputError : a vertex that no triangle uses.
         """
         texels, shares = octahedral.around(np.asarray(directions, dtype=np.float64), MAP)
-        sites = self._sites(vertices, back)
         found = np.empty(directions.shape[:2])
+        if not found.size:
+            return found
+        codes, dark = self.mixed(vertices, weights, back)
+        inside = dark > 0.0
         for start in range(0, len(vertices), _BLOCK):
             block = slice(start, start + _BLOCK)
-            maps = self._maps(sites[block], weights[block])
+            maps = codes[block] @ self.axes.T.astype(np.float64) + self.mean
+            maps[inside[block]] = -1.0
             here = np.take_along_axis(maps, texels[block].reshape(len(maps), -1), axis=1)
             found[block] = straight((here.reshape(shares[block].shape) * shares[block]).sum(axis=-1))
         return found
@@ -114,14 +137,31 @@ class SceneVisibility:
 
         normals : unit, of shading, on the side that is seen. Where nothing is hidden the transfer is exactly theirs.
         """
-        sites = self._sites(vertices, back)
-        inside = sites < 0
-        stored = self.lost[np.maximum(sites, 0)] * self.lost_steps.astype(np.float64)
-        whole = harmonics.clamped_cosine(normals)
-        lost = np.where(inside[..., None], whole[:, None], stored)
-        return whole - np.einsum("nk,nkc->nc", weights, lost)
+        codes, dark = self.mixed(vertices, weights, back)
+        to, size = octahedral.directions(_SKY), octahedral.solid_angles(_SKY)
+        flux = harmonics.harmonics(to) * size[:, None]
+        shares = hidden_shares(self.along(to), codes, size)
+        lost = (shares * np.maximum(normals @ to.T, 0.0)) @ flux
+        # What is hidden at corners inside of solids is all there is.
+        share, whole = dark[:, None], harmonics.clamped_cosine(normals)
+        return (whole - np.where(share < 1.0, lost, 0.0)) * (1.0 - share)
 
-    def _sites(self, vertices: Int[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None) -> Int[np.ndarray, "N 3"]:
+    def mixed(
+        self, vertices: Int[np.ndarray, "N 3"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None
+    ) -> tuple[Float[np.ndarray, "N K"], Float[np.ndarray, " N"]]:
+        """Codes between the corners that are not inside of solids, and the weight of those that are.
+
+        Raises
+        ------
+        InputError : a vertex that no triangle uses.
+        """
+        sites = self.sites(vertices, back)
+        outside = weights * (sites >= 0)
+        left = outside.sum(axis=1)
+        codes = np.einsum("nk,nkc->nc", outside, self.codes(np.maximum(sites, 0)))
+        return codes / np.where(left > 0.0, left, 1.0)[:, None], (weights * (sites < 0)).sum(axis=1)
+
+    def sites(self, vertices: Int[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None) -> Int[np.ndarray, "N 3"]:
         """The sites of vertices; -1 inside of solids."""
         sites = self.fronts[vertices]
         if (sites < 0).any():
@@ -134,9 +174,18 @@ class SceneVisibility:
             )
         return sites if back is None else np.where(back[:, None], self.backs[vertices], sites)
 
-    def _maps(self, sites: Int[np.ndarray, "n 3"], weights: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """(n, texels) bent distances; all hidden where a corner is inside of a solid."""
-        codes = np.einsum("nk,nkc->nc", weights, self.codes[np.maximum(sites, 0)])
-        maps = (codes * self.steps) @ self.axes.T.astype(np.float64) + self.mean
-        maps[(sites < 0).any(axis=1)] = -1.0
-        return maps
+
+def hidden_shares(
+    along: tuple[Float[np.ndarray, "P K"], Float[np.ndarray, " P"]],
+    codes: Float[np.ndarray, "N K"],
+    solid_angles: Float[np.ndarray, " P"],
+) -> Float[np.ndarray, "N P"]:
+    """The share of each cell of directions that is hidden, `along` the middles of cells of these solid angles, sr.
+
+    A boundary that crosses a cell is taken for a straight edge across a square. Near a boundary a bent distance is
+    the distance over `SOFT`, to 2 % at 10 degrees.
+    """
+    axes, mean = along
+    steep = (SOFT / np.sqrt(solid_angles)).astype(np.float32)
+    bent = codes.astype(np.float32) @ (axes * steep[:, None]).T + mean * steep
+    return np.clip(np.float32(0.5) - bent, 0.0, 1.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.benchmarks.svbrdf import benchmark, cases, hiding, methods
+from metamer.benchmarks.svbrdf import benchmark, cases, meshes, methods, rendering, spectrum_cost
 from metamer.benchmarks.svbrdf.hiding import Wall
 from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.surface import ShadedPoints
@@ -95,16 +95,18 @@ def test_harmonics_hold_a_matt_surface_and_one_lobe_for_the_cosine_does_not(poin
 @pytest.fixture(scope="module")
 def figures():
     patch = pytest.MonkeyPatch()
-    patch.setattr(benchmark, "_ACROSS", (6, 6))
-    patch.setattr(benchmark, "_ROWS", (32, 32))
-    patch.setattr(benchmark, "_DRAWN", (60, 60))
-    patch.setattr(hiding, "_SUBDIVISIONS", 2)
+    patch.setattr(rendering, "ACROSS", (6, 6))
+    patch.setattr(rendering, "ROWS", (32, 32))
+    patch.setattr(rendering, "PICTURE", (8, 8))
+    patch.setattr(meshes, "SUBDIVISIONS", 2)
+    # It has a test of its own.
+    patch.setattr(spectrum_cost, "spectrum_cost", lambda *given: [])
     yield benchmark.run()
     patch.undo()
 
 
 def test_rows_say_what_was_rendered_how_and_how_well(figures):
-    assert figures["missing"] == list(cases.FILES)
+    assert figures["missing"] == [*cases.FILES, *meshes.FILES]
     keys = {
         "case", "method", "light", "lobes", "delta_e94", "reference_noise", "cpu_seconds_per_1000_vertices",
         "bytes_per_vertex", "ms_per_megapixel",

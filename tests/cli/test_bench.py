@@ -117,12 +117,18 @@ def test_svbrdf_prints_and_writes_its_rows(metamer, monkeypatch, tmp_path):
         "delta_e94": {"mean": 1.0, "p95": 2.0, "p99": 3.0}, "reference_noise": 0.0,
         "cpu_seconds_per_1000_vertices": None, "bytes_per_vertex": None, "ms_per_megapixel": 7.0,
     }  # fmt: skip
-    figures = {"points": 1, "missing": ["studio"], "rows": [row]}
+    figures = {"missing": ["studio"], "notes": ["12 fits"], "rows": [row]}
     asked = []
     monkeypatch.setattr(svbrdf, "run", lambda *given: asked.append(given) or figures)
     monkeypatch.delenv("METAMER_DATA", raising=False)
-    code, out, _ = metamer("bench", "svbrdf", "--full", "--json", tmp_path / "bench.json")
+    code, out, _ = metamer("bench", "svbrdf", "--case", "gold*", "--json", tmp_path / "bench.json")
     assert code == 0
-    assert asked == [(True, None)]
-    assert "gold 0.2, wall" in out and "set METAMER_DATA" in out
-    assert json.loads((tmp_path / "bench.json").read_text()) == {"svbrdf": figures}
+    ((full, data, _, pattern, catalogue),) = asked
+    assert (full, data, pattern, catalogue) == (False, None, "gold*", None)
+    assert "gold 0.2, wall" in out and "12 fits" in out and "set METAMER_DATA" in out
+    assert json.loads((tmp_path / "bench.json").read_text()) == {"rows": [row]}
+
+
+def test_svbrdf_opens_a_catalogue_where_materials_are_asked_for(metamer, tmp_path):
+    code, _, err = metamer("bench", "svbrdf", "--case", "metal/*", "--catalogue", tmp_path / "none")
+    assert code == 4 and "no such catalogue" in err

@@ -51,19 +51,9 @@ vec4 under_gaussian(vec3 to, float width) {
     return lambda > environment_sharpness[low] ? mix(found, map_at(to), 1.0 - wanted / below) : found;
 }
 
-// Illuminance and its moments on a surface, in the axes that are the columns of `frame`, normal last; see
+// Illuminance and its moments in other axes, the columns of `frame`, normal last; see
 // materials.environment_form.bends and lighting.environment.gathering.turned.
-void on_surface(mat3 frame, out vec4 found[BENT]) {
-    vec2 at = 0.5 * (octahedral(frame[2]) + 1.0) * float(IRRADIANCE_SIDE) + 0.5;
-    ivec2 corner = clamp(ivec2(floor(at)), ivec2(0), ivec2(IRRADIANCE_SIDE));
-    vec2 part = at - vec2(corner);
-    vec4 m[BENT];
-    for (int k = 0; k < BENT; ++k) {
-        ivec2 to = corner + ivec2(k * (IRRADIANCE_SIDE + 2), 0);
-        vec4 above = mix(texelFetch(irradiance, to, 0), texelFetch(irradiance, to + ivec2(1, 0), 0), part.x);
-        vec4 below = mix(texelFetch(irradiance, to + ivec2(0, 1), 0), texelFetch(irradiance, to + ivec2(1, 1), 0), part.x);
-        m[k] = mix(above, below, part.y);
-    }
+void turned(mat3 frame, vec4 m[BENT], out vec4 found[BENT]) {
     found[0] = m[0];
 #if BENT > 1
     for (int i = 0; i < 3; ++i) found[1 + i] = frame[i].x * m[1] + frame[i].y * m[2] + frame[i].z * m[3];
@@ -82,6 +72,21 @@ void on_surface(mat3 frame, out vec4 found[BENT]) {
     found[7] = x.x * along[0] + x.y * along[1] + x.z * along[2] - (y.x * along[3] + y.y * along[4] + y.z * along[5]);
     found[8] = 3.0 * (z.x * along[6] + z.y * along[7] + z.z * along[8]) - m[0];
 #endif
+}
+
+// Illuminance and its moments on a surface, in the axes that are the columns of `frame`.
+void on_surface(mat3 frame, out vec4 found[BENT]) {
+    vec2 at = 0.5 * (octahedral(frame[2]) + 1.0) * float(IRRADIANCE_SIDE) + 0.5;
+    ivec2 corner = clamp(ivec2(floor(at)), ivec2(0), ivec2(IRRADIANCE_SIDE));
+    vec2 part = at - vec2(corner);
+    vec4 m[BENT];
+    for (int k = 0; k < BENT; ++k) {
+        ivec2 to = corner + ivec2(k * (IRRADIANCE_SIDE + 2), 0);
+        vec4 above = mix(texelFetch(irradiance, to, 0), texelFetch(irradiance, to + ivec2(1, 0), 0), part.x);
+        vec4 below = mix(texelFetch(irradiance, to + ivec2(0, 1), 0), texelFetch(irradiance, to + ivec2(1, 1), 0), part.x);
+        m[k] = mix(above, below, part.y);
+    }
+    turned(frame, m, found);
 }
 
 // It is the same everywhere.

@@ -56,30 +56,30 @@ void main() {
         stand_at(at);
         on_surface(to_map, lux);
 #ifdef HIDDEN
-        Hiding hiding = hiding_at(number, at, to_world[2]);
+        Hiding hiding = hiding_at(number, at);
 #ifdef PANEL
         look_at_cells(hiding);
         hide_cells(to_world, lux);
 #else
         float angles[MOST_BRIGHT];
-        vec4 others[BENT], hidden[BENT], dark = vec4(0.0);
-        others = lux;
-        for (int b = 0; b < BENT; ++b) hidden[b] = vec4(0.0);
-        for (int j = 0; j < bright; ++j) {
-            angles[j] = signed_distance(hiding, bright_axes[j].xyz);
+        vec4 parts[BENT];
+        for (int b = 0; b < BENT; ++b) parts[b] = vec4(0.0);
+        for (int j = 0; j < narrow; ++j) {
+            angles[j] = part_distance(hiding, j);
             vec4 given = bright_on(to_world[2], j) * bright_amplitudes[j];
-            float share = 1.0 - free_share(angles[j], bright_axes[j].w);
+            float share = free_share(angles[j], bright_axes[j].w);
             vec3 p = bright_axes[j].xyz * to_world;
             float bent[9] = float[9](1.0, p.x, p.y, p.z, p.x * p.y, p.y * p.z, p.x * p.z, p.x * p.x - p.y * p.y,
                 3.0 * p.z * p.z - 1.0);
             for (int b = 0; b < BENT; ++b) {
-                others[b] -= bent[b] * given;
-                hidden[b] += share * bent[b] * given;
+                lux[b] -= bent[b] * given;
+                parts[b] += share * bent[b] * given;
             }
         }
-        for (int k = 0; k < 25; ++k) dark += hiding.lost[k / 4][k % 4] * rest[k];
-        for (int k = 0; k < 4; ++k) dark[k] = others[0][k] > 0.0 ? clamp(dark[k] / others[0][k], 0.0, 1.0) : 0.0;
-        for (int b = 0; b < BENT; ++b) lux[b] -= others[b] * dark + hidden[b];
+        vec4 left[BENT];
+        left_of(lux, hiding, to_world, left);
+        for (int b = 0; b < BENT; ++b) lux[b] = left[b] + parts[b];
+        if (lobes > 0) for (int j = narrow; j < bright; ++j) angles[j] = part_distance(hiding, j);
 #endif
 #endif
         for (int k = 0; k < QUADS; ++k) {

@@ -1,13 +1,11 @@
 """Spherical harmonics of environments, and environments taken apart into lobes and a rest."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.harmonics import cosine_factors, gaussian_factors, harmonics, projected, turning
+from metamer.lighting.environment.harmonics import cosine_factors, gaussian_factors, harmonics, projected
 from metamer.lighting.environment.irradiance import Irradiance
 from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import Spectrum
@@ -47,14 +45,6 @@ def test_illuminance_by_harmonics_is_near_the_exact_one_under_a_smooth_sky():
     normals = _directions(50)
     found = harmonics(normals) * cosine_factors() @ projected(sky).T
     np.testing.assert_allclose(found, Irradiance.of(sky)(normals), rtol=0.01)
-
-
-def test_coefficients_turn_with_the_light():
-    sky = _environment(1.0 + TO[:, 1] * TO[:, 0], np.exp(8.0 * (TO @ [0.36, 0.48, 0.8] - 1.0)))
-    for angle in (0.0, 30.0, -145.0):
-        turned = replace(sky, rotation_deg=angle)
-        found = projected(sky) @ turning(turned.world_from_map).T
-        np.testing.assert_allclose(found, projected(turned), rtol=0.0, atol=1e-12 * np.abs(found).max())
 
 
 @pytest.mark.parametrize("sharpness", [1e-6, 1.0, 30.0])

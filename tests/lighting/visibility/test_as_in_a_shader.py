@@ -3,7 +3,7 @@
 import numpy as np
 from metamer.lighting.shapes import speed_shape
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility.compression import SOFT
+from metamer.lighting.visibility.compression import SOFT, unpacked
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.lighting.visibility.tracing import MAP
 
@@ -19,9 +19,10 @@ def fetched(texture, x, y):
 
 def shader(found, vertices, weights, to):
     """The signed distance of one point and direction as GLSL would reckon it."""
-    # Four codes a texel, signed bytes over 127; axes with their steps in textures of four terms.
-    codes = (found.codes[found.fronts[vertices]].astype(F) / F(127.0)).reshape(3, -1, 4)
-    axes = (found.axes * (found.steps * F(127.0))).astype(F).reshape(MAP, MAP, -1, 4)
+    # Four whole numbers a texel; axes with their steps in textures of four terms.
+    sites = found.fronts[vertices]
+    codes = unpacked(found.whole[sites], found.halves[sites]).reshape(3, -1, 4)
+    axes = (found.axes * found.steps).astype(F).reshape(MAP, MAP, -1, 4)
     mixed = np.zeros(codes.shape[1:], dtype=F)
     for k in range(3):
         mixed = mixed + F(weights[k]) * codes[k]

@@ -76,7 +76,7 @@ def test_numbers_changed_in_a_file_that_can_be_read_are_not_believed(scene, kept
     (file,) = folder.iterdir()
     with np.load(file) as held:
         arrays = dict(held)
-    arrays["codes"] = arrays["codes"] + np.int8(1)
+    arrays["whole"] = arrays["whole"] + np.int8(1)
     np.savez(file, **arrays)
     said = []
     assert same(scene_visibility(scene, folder, say=said.append), first) and len(said) == 1

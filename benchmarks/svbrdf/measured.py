@@ -1,0 +1,56 @@
+"""Measured materials as a few lobes: the fit's error on a sphere under one light, and its time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ...materials.brdf import Brdf
+from ...materials.gaussians.fit import fit_gaussians
+from ...materials.protocol import sphere_protocol
+from ..factor.measured import surface_of, written_surface
+from .rows import row
+
+#: What a fit may have, and the pixels across the sphere that it is judged on, whose light is the protocol's.
+LOBES, PIXELS = 3, 96
+LIGHT = "D65"
+
+
+def materials(data: Path | None) -> dict[str, Callable[[], Brdf]]:
+    """MERL's materials that there are, by case: files of `brdf/merl`, and those that `brdf/merl-fits` can write."""
+    if data is None:
+        return {}
+    found = {}
+    script = data / "brdf" / "merl-fits" / "write_binary.py"
+    if script.is_file():
+        with np.load(script.with_name("fits.npz")) as fits:
+            names = sorted({key.split("/")[0] for key in fits.files})
+        found = {f"MERL {name}": partial(written_surface, script, name) for name in names}
+    return found | {
+        f"MERL {file.stem}": partial(surface_of, file) for file in sorted((data / "brdf/merl").glob("*.binary"))
+    }
+
+
+def fitted(
+    data: Path | None, wanted: Callable[[str], bool], progress: Callable[[str], None]
+) -> Iterator[tuple[dict, float]]:
+    """For each material its row and the fit's CPU seconds. The reference is the table, pixel by pixel: no noise."""
+    sphere = sphere_protocol(PIXELS, True, light=LIGHT)
+    for name, made in materials(data).items():
+        if not wanted(name):
+            continue
+        progress(name)
+        surface = made()
+        begun = time.process_time()
+        found = fit_gaussians(surface, LOBES)
+        seconds = time.process_time() - begun
+        reference = sphere.reference(surface)
+        begun = time.process_time()
+        sample = sphere.reference(found)
+        milliseconds = 1e9 / len(sample) * (time.process_time() - begun)
+        apart = sphere.differences(reference, sample)
+        yield row(name, "ours", LIGHT, apart, 0.0, lobes=LOBES, ms_per_megapixel=milliseconds), seconds

@@ -1,0 +1,87 @@
+"""What vertices lose of a light, beside sums over rays to every texel of it."""
+
+import numpy as np
+import pytest
+from metamer.lighting.environment import latlong
+from metamer.lighting.environment.bright_light import BrightLight
+from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.vectors import unit
+from metamer.lighting.visibility import compression, measure
+from metamer.lighting.visibility.hidden_light import HiddenLight
+from metamer.lighting.visibility.precompute import computed_visibility
+from metamer.materials.environment_form import bends
+from metamer.spectral.illuminants import illuminant
+
+HEIGHT, WIDTH = 32, 64
+TO = latlong.texel_directions(HEIGHT, WIDTH)
+FLAT = TO.reshape(-1, 3)
+ANGLES = np.repeat(latlong.solid_angles(HEIGHT, WIDTH), WIDTH)
+
+
+@pytest.fixture(scope="module")
+def scene(scene_of):
+    return scene_of(sphere(3).placed(translate=(0.0, 1.0, 0.0)), plane(5.0, 5.0))
+
+
+@pytest.fixture(scope="module")
+def visibility(scene):
+    return computed_visibility(scene)
+
+
+@pytest.fixture(scope="module")
+def truth(scene):
+    return measure.truth(scene, 300, FLAT)
+
+
+@pytest.fixture(scope="module")
+def light():
+    """A sky with a wide glow low in it, in two colours, and no narrow part."""
+    glow = np.exp(20.0 * (TO @ unit(np.array([0.8, 0.3, 0.4])) - 1.0))
+    sky = np.where(TO[..., 1] > 0.0, 1.0 + 0.5 * TO[..., 1], 0.2)
+    return EnvironmentLight(np.stack([sky, 30.0 * glow]), (illuminant("D65"), illuminant("A")))
+
+
+def test_points_lose_what_rays_say_and_its_moments(visibility, truth, light):
+    bright = BrightLight.of(light)
+    assert bright.narrow == 0
+    hidden = HiddenLight.of(visibility, bright)
+    vertices, weights = visibility.located(truth.faces, truth.weights)
+    lost, whole = hidden.between(visibility.sites(vertices, None), weights)
+    cosine = np.maximum(truth.normals @ FLAT.T, 0.0) * ANGLES
+    sent = light.fields.reshape(2, -1).T
+    each = (bends(FLAT)[:, :, None] * sent[:, None]).reshape(len(FLAT), -1)
+    expected = ((cosine * ~truth.free) @ each).reshape(-1, 9, 2)
+    most = (cosine @ sent).max(axis=0)
+    assert np.abs(whole - cosine @ sent).mean(axis=0).max() < 0.005 * most.min()
+    assert (np.abs(lost - expected) / most).mean() < 0.004 and np.percentile(np.abs(lost - expected) / most, 99) < 0.04
+    # A point that sees all of its sky loses nothing, and nobody loses more than there is.
+    assert (lost[:, 0] <= whole * (1.0 + 1e-5)).all() and lost[:, 0].min() >= 0.0
+
+
+def test_what_little_weighs_is_not_shrunk(truth, scene, visibility):
+    """With a ridge of 1e-2, distances shrank wherever few texels are near a boundary."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(compression, "_RIDGE", 1e-2)
+        shrunk = computed_visibility(scene)
+    good, bad = (measure.misclassified(each, truth) for each in (visibility, shrunk))
+    assert good < 0.01 and good < bad
+
+
+def test_codes_of_half_a_byte_are_found_again():
+    codes = np.random.default_rng(1).normal(size=(50, 24)).astype(np.float32) * np.geomspace(10.0, 0.1, 24)
+    whole, halves, steps = compression.packed(codes.astype(np.float32))
+    assert whole.shape == (50, 16) and halves.shape == (50, 4) and whole.nbytes + halves.nbytes == 50 * 20
+    found = compression.unpacked(whole, halves) * steps
+    assert (np.abs(found - codes) <= 0.5001 * steps).all()
+    none = compression.packed(np.zeros((3, 0), np.float32))
+    assert compression.unpacked(*none[:2]).shape == (3, 0)
+
+
+def test_normals_are_kept_in_two_numbers(visibility, scene):
+    normals = np.concatenate([part.mesh.normals for part in scene.parts])
+    kept = visibility.site_normals[visibility.fronts[: len(normals)]]
+    assert np.abs(kept - normals).max() < 2e-4
+    # The floor is seen from below too, and its back looks down.
+    backs = visibility.backs[visibility.backs >= 0]
+    assert len(backs) and (visibility.site_normals[backs][:, 1] < -0.999).all()
