@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..lighting.environment.panel import GatheredPanel
 from .keeping import SpreadLayer
@@ -16,7 +16,7 @@ from .light_tables import (
     panel_tables,
     visibility_tables,
 )
-from .passes import MOST_QUADS, Passes
+from .passes import MOST_FOLDED, MOST_QUADS, Passes
 from .resources import Owner
 
 if TYPE_CHECKING:
@@ -28,6 +28,15 @@ FRAMES = ("tangent", "bitangent", "normal", "position", "standing", "faces")
 
 # Tables that stay on the GPU, some 20 MB each.
 _MOST_TABLES = 12
+
+
+class Draw(NamedTuple):
+    """A draw call: where to, which sizes of the shader say what is written, and the first of the rows of four terms."""
+
+    target: moderngl.Framebuffer
+    scissor: tuple[int, int, int, int] | None
+    written: Mapping[str, int]
+    first_row: int
 
 
 class GLGathering:
@@ -43,7 +52,7 @@ class GLGathering:
             tables.owner.release()
         self._tables.clear()
 
-    def add(
+    def terms(
         self,
         quads: Sequence[moderngl.Texture],
         layer: SpreadLayer,
@@ -52,6 +61,41 @@ class GLGathering:
         values: Mapping[str, object],
     ) -> None:
         """Write a layer's terms, four to each texture. samplers, values : what `gather.frag` reads of a tile."""
+        owner, draws = Owner(self.context), []
+        try:
+            for start in range(0, len(quads), MOST_QUADS):
+                target = owner.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
+                target.clear()
+                draws.append(Draw(target, None, {"QUADS": len(target.color_attachments)}, start))
+            self._gather(draws, layer, filtered, samplers, values)
+        finally:
+            owner.release()
+
+    def pictures(
+        self,
+        target: moderngl.Framebuffer,
+        box: tuple[int, int, int, int],
+        layer: SpreadLayer,
+        filtered: bool,
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Add a layer, folded, to a picture of each spectrum; the palette and its shape are among what is given."""
+        rows, spectra = layer.rank // 4, len(target.color_attachments)
+        draws = [
+            Draw(target, box, {"QUADS": min(rows - start, MOST_FOLDED), "SPECTRA": spectra}, start)
+            for start in range(0, rows, MOST_FOLDED)
+        ]
+        self._gather(draws, layer, filtered, samplers, values)
+
+    def _gather(
+        self,
+        draws: Sequence[Draw],
+        layer: SpreadLayer,
+        filtered: bool,
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
         form, scratch = layer.form, Owner(self.context)
         made = form.shader(filtered)
         sizes = {"LOBES": form.count, "BENT": form.bent, **made.sizes}
@@ -64,6 +108,8 @@ class GLGathering:
             "map_from_world": tuple(layer.world_from_map.reshape(-1)),
             "scale": layer.scale,
             "lobes": sizes["LOBES"],
+            "moments": form.bent,
+            "light_fields": layer.fields.stop - layer.fields.start,
             "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
         }
         gathered, shadows = layer.gathered, layer.shadows
@@ -85,10 +131,10 @@ class GLGathering:
             given["division"] = divisions(visibility)[layer.part]
         try:
             textures = {name: scratch.texels(texels) for name, texels in made.textures.items()}
-            for start in range(0, len(quads), MOST_QUADS):
-                target = scratch.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
-                target.clear()
-                self.passes.gather(target, made, sizes, lights, {**samplers, **textures}, {**given, "first_row": start})
+            for one in draws:
+                numbers = {**given, "first_row": one.first_row}
+                whole = {**sizes, **one.written}
+                self.passes.gather(one.target, one.scissor, whole, made, lights, {**samplers, **textures}, numbers)
         finally:
             scratch.release()
 

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..materials.fast import Summand, TermShader
 from ..spectral.errors import InputError
 from .context import NoGL, create_context, describe
 from .geometry import LightGeometry
-from .gl_gathering import FRAMES, GLGathering
-from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
+from .gl_gathering import GLGathering
+from .gl_tile import GLTerms, GLTile, coverage_of, framed, places, read
+from .keeping import Layer, Piece, SpreadLayer
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
-from .raster import SUBSTEPS, Window, WindowTriangles
+from .raster import Window, WindowTriangles
 from .renderer import Filtering, Renderer
 from .resources import (
     MOST_TRIANGLES,
@@ -33,8 +34,6 @@ from .view import View
 if TYPE_CHECKING:
     import moderngl
 
-# The numbers of a part's first and last triangle, and its box of pixels.
-Place = tuple[tuple[int, int], tuple[int, int, int, int]]
 # How a summand is drawn, and its textures by name.
 Uploaded = tuple[TermShader, "dict[str, moderngl.Texture]"]
 
@@ -47,36 +46,6 @@ def create_renderer(filtering: Filtering = "linear") -> tuple[Renderer, NoGL | N
         return GLRenderer(filtering=filtering), None
     except NoGL as reason:
         return SoftwareRenderer(filtering), reason
-
-
-@dataclass(eq=False)
-class GLTile(Tile):
-    """A tile on the GPU.
-
-    seen : triangle number + 1 at each sample, 0 where there is none.
-    parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
-    None where there are none.
-    uv : texture coordinates and footprints, where they were asked for.
-    frames : of lights that spread, where there are any.
-    lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
-    """
-
-    parts: tuple[Place | None, ...]
-    samples: int
-    seen: moderngl.Texture
-    uv: tuple[moderngl.Texture, ...]
-    frames: tuple[moderngl.Texture, ...]
-    lights: tuple[tuple[moderngl.Texture, ...], ...]
-    owner: Owner
-
-
-@dataclass(eq=False)
-class GLTerms(KeptTerms):
-    """Terms on the GPU: a texture for every four of them, of the pixels of `box` (x, y, width, height)."""
-
-    box: tuple[int, int, int, int]
-    quads: tuple[moderngl.Texture, ...]
-    owner: Owner
 
 
 class GLRenderer(Renderer):
@@ -137,13 +106,13 @@ class GLRenderer(Renderer):
                     *self._passes.frames(owner, view, seen, table),
                     *self._standing(owner, view, seen, table, triangles),
                 )
-            coverage = _coverage(seen, side)
+            coverage = coverage_of(seen, side)
         except BaseException:
             owner.release()
             raise
         finally:
             scratch.release()
-        parts = _places(triangles, scene.first_face, side, coverage.shape[::-1])
+        parts = places(triangles, scene.first_face, side, coverage.shape[::-1])
         return GLTile(coverage, self._with_uv, self._with_frames, parts, side, seen, uv, frames, lights, owner)
 
     def _standing(
@@ -227,13 +196,11 @@ class GLRenderer(Renderer):
         if place is None:
             return None
         numbers, box = place
-        samplers: dict[str, moderngl.Texture] = {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True))}
-        samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
         values = {"part": numbers, "samples": tile.samples, "origin": box[:2]}
         owner = Owner(self.context)
         try:
             quads = tuple(owner.texture(box[2:], 4) for _ in range(layer.rank // 4))
-            self._gathering.add(quads, layer, self.filtering == "mipmapped", samplers, values)
+            self._gathering.terms(quads, layer, self.filtering == "mipmapped", framed(tile, layer), values)
         except BaseException:
             owner.release()
             raise
@@ -246,9 +213,9 @@ class GLRenderer(Renderer):
         kept = [
             one
             for one in layers
-            if isinstance(one, SpreadLayer) or (keep and one.summand.palette.entries == one.summand.mixed == 1)
+            if keep and (isinstance(one, SpreadLayer) or one.summand.palette.entries == one.summand.mixed == 1)
         ]
-        direct = [one for one in layers if isinstance(one, Layer) and one not in kept]
+        direct = [one for one in layers if one not in kept]
         out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)
@@ -258,7 +225,7 @@ class GLRenderer(Renderer):
         return out
 
     def _drawn_by(
-        self, piece: Piece, kept: Sequence[Layer | SpreadLayer], direct: Sequence[Layer], columns: slice
+        self, piece: Piece, kept: Sequence[Layer | SpreadLayer], direct: Sequence[Layer | SpreadLayer], columns: slice
     ) -> Float[np.ndarray, "m h w 3"]:
         """Pictures of the spectra that `columns` of the layers' colours are of, from kept terms or directly."""
         height, width = self._coverage_of(piece).shape
@@ -269,22 +236,34 @@ class GLRenderer(Renderer):
             target.clear()
             self._add_at_once(target, owner, piece, direct, columns)
             self._add_folded(target, owner, piece, kept, columns)
-            return np.stack([_read(picture)[..., :3] for picture in pictures])
+            return np.stack([read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()
 
     def _add_at_once(
-        self, target: moderngl.Framebuffer, owner: Owner, piece: Piece, layers: Sequence[Layer], columns: slice
+        self,
+        target: moderngl.Framebuffer,
+        owner: Owner,
+        piece: Piece,
+        layers: Sequence[Layer | SpreadLayer],
+        columns: slice,
     ) -> None:
         # Parts share materials: each summand is laid out and uploaded once.
         known: dict[int, Uploaded] = {}
         for layer in layers:
             tile = self._tile_of(piece)
-            if tile.parts[layer.part] is None:
+            place = tile.parts[layer.part]
+            if place is None:
+                continue
+            palette, shape = _palette(owner, layer, columns)
+            if isinstance(layer, SpreadLayer):
+                values = {"part": place[0], "samples": tile.samples, "origin": (0, 0), "palette_shape": shape}
+                samplers = {**framed(tile, layer), "palette": palette}
+                filtered = self.filtering == "mipmapped"
+                self._gathering.pictures(target, place[1], layer, filtered, samplers, values)
                 continue
             if id(layer.summand) not in known:
                 known[id(layer.summand)] = self._uploaded(owner, layer.summand)
-            palette, shape = _palette(owner, layer, columns)
             written = {"SPECTRA": len(target.color_attachments)}
             values = {"rows": -(-layer.summand.rank // 4), "palette_shape": shape}
             self._add(target, tile, layer, known[id(layer.summand)], written, values, {"palette": palette})
@@ -307,36 +286,3 @@ class GLRenderer(Renderer):
 def _palette(owner: Owner, layer: Layer | SpreadLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape
-
-
-def _places(
-    triangles: WindowTriangles, first_face: Int[np.ndarray, "_"], samples: int, size: tuple[int, int]
-) -> tuple[Place | None, ...]:
-    """Where each part is found in a tile of `size` pixels."""
-    ends = np.searchsorted(triangles.parent, first_face)
-    found: list[Place | None] = []
-    for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        if first == last:
-            found.append(None)
-            continue
-        spans = []
-        for axis, most in enumerate(size):
-            corners = triangles.corners[first:last, :, axis]
-            low = int(corners.min()) // (SUBSTEPS * samples)
-            spans.append((low, min(int(corners.max()) // (SUBSTEPS * samples) + 1, most) - low))
-        (left, width), (top, height) = spans
-        box = (left, top, width, height)
-        found.append(((first + 1, last), box) if width > 0 and height > 0 else None)
-    return tuple(found)
-
-
-def _coverage(seen: moderngl.Texture, samples: int) -> Float[np.ndarray, "h w"]:
-    hit = _read(seen)[..., 0] > 0
-    height, width = hit.shape
-    hits = hit.reshape(height // samples, samples, width // samples, samples).sum(axis=(1, 3))
-    return (hits / samples**2).astype(np.float32)
-
-
-def _read(texture: moderngl.Texture) -> np.ndarray:
-    width, height = texture.size
-    return np.frombuffer(texture.read(), dtype=np.float32).reshape(height, width, texture.components)

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 MOST_SPECTRA = 4
 # Four terms each that one draw call writes, for the same reason.
 MOST_QUADS = 4
+# Four terms each that one draw call gathers where it folds them itself: a local array.
+MOST_FOLDED = 16
 
 _GEOMETRY_SIZES: dict[str, int | float] = {
     "SUBSTEPS": float(SUBSTEPS),
@@ -193,22 +195,25 @@ class Passes:
     def gather(
         self,
         target: moderngl.Framebuffer,
-        terms: TermShader,
+        scissor: tuple[int, int, int, int] | None,
         sizes: Mapping[str, int],
+        terms: TermShader,
         light: Sequence[LightTables],
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Four terms in each attachment of `target`: what a material gathers of a light that spreads."""
+        """Add what a material gathers of a light that spreads to `target`, whose attachments are, as `sizes` say, four
+        terms each (QUADS), or folded pictures (SPECTRA).
+        """
         self._check_names(terms)
-        whole = {**sizes, "QUADS": len(target.color_attachments), "ROW_LENGTH": resources.ROW_LENGTH}
+        whole = {**sizes, "ROW_LENGTH": resources.ROW_LENGTH}
         textures, uniforms = dict(samplers), dict(values)
         for one in light:
             whole |= one.sizes
             textures |= one.textures
             uniforms |= one.uniforms
         made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
-        self.draw_layer(made, everywhere, target, None, textures, uniforms)
+        self.draw_layer(made, everywhere, target, scissor, textures, uniforms)
 
     def shade(
         self,

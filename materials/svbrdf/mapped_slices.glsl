@@ -18,6 +18,7 @@ uniform float first_alpha;
 uniform float logistic;
 uniform float widened;
 uniform float steps;            // of alphas, to one of its logarithm
+uniform int alphas;             // ALPHAS is 1 for one of them, and 2 for more: one shader for all
 
 #if PARTS > 1
 uniform sampler2D leaning;      // a row a rho: two middles and shares; three widths, and the logarithm of rho
@@ -56,8 +57,8 @@ float above(float height, float width) {
 }
 
 Place place_of(float theta, float alpha) {
-    float rough = clamp(log(alpha / first_alpha) * steps, 0.0, float(ALPHAS - 1));
-    int smoother = min(int(rough), max(ALPHAS - 2, 0));
+    float rough = clamp(log(alpha / first_alpha) * steps, 0.0, float(alphas - 1));
+    int smoother = min(int(rough), max(alphas - 2, 0));
     float place = (1.0 - pow(1.0 - clamp(theta / last, 0.0, 1.0), 2.0 / 3.0)) * float(POLAR - 1);
     int polar = min(int(place), POLAR - 2);
     return Place(smoother * POLAR + polar, vec2(rough - float(smoother), place - float(polar)));

@@ -225,7 +225,7 @@ class MappedSlices(EnvironmentForm):
         """The maps' own look-up; the slices in two textures, a row a viewer and alpha."""
         own, slices = self.maps.shader(filtered), self._slices(filtered and self.maps.uses_uv)
         alphas, polar, count = slices.widths.shape
-        sizes = {"ALPHAS": alphas, "POLAR": polar, "PARTS": self.parts, "RATIOS": len(TABLE)}
+        sizes = {"ALPHAS": min(alphas, 2), "POLAR": polar, "PARTS": self.parts, "RATIOS": len(TABLE)}
         axes = np.concatenate([slices.directions, slices.widths[..., None]], axis=-1)
         tabled = slices.values
         if self.parts > 1:
@@ -235,7 +235,7 @@ class MappedSlices(EnvironmentForm):
             "slices": tabled.reshape(alphas * polar, -1, KINDS).astype(np.float32),
         }
         uniforms = {"last": 0.5 * np.pi - LAST, "logistic": _LOGISTIC, "widened": WIDENED}
-        uniforms |= {"first_alpha": float(slices.alphas[0]), "steps": float(1.0 / np.log(RATIO))}
+        uniforms |= {"first_alpha": float(slices.alphas[0]), "steps": float(1.0 / np.log(RATIO)), "alphas": alphas}
         if self.parts > 1:
             # By rho, two texels a row: middles and shares, widths and the logarithm of rho.
             textures["leaning"] = TABLE.reshape(len(TABLE), 2, 4).astype(np.float32)

@@ -1,5 +1,5 @@
 // What one part's material gathers of a light that spreads, at every pixel of a box: terms, for each field of the light
-// the form's, four a target, for `fold.frag`; twin of gathering.py.
+// the form's; four a target for `fold.frag`, or folded here into the pictures of SPECTRA spectra. Twin of gathering.py.
 
 #include "octahedral.glsl"
 #ifdef PANEL
@@ -29,9 +29,27 @@ uniform int samples;            // along a side of a pixel
 uniform ivec2 origin;           // of the box, pixels of the tile
 uniform int first_row;          // of the rows of four terms, fields one after the other
 uniform int rows;               // of one field
+uniform int light_fields;       // how many there are
 uniform int lobes;              // LOBES, as a number that compilers do not unroll
+uniform int moments;            // BENT, as well
 
+#ifdef SPECTRA
+#include "fold.glsl"
+layout(location = 0) out vec4 pictures[SPECTRA];
+#else
 layout(location = 0) out vec4 terms[QUADS];
+#endif
+
+// A lobe's terms are the same for all fields: looked up once.
+void add(Here here, int number, vec4 light, inout vec4 total[QUADS]) {
+    for (int row = 0; row < rows; ++row) {
+        vec4 found = value(here, number, row);
+        for (int field = 0; field < light_fields; ++field) {
+            int k = field * rows + row - first_row;
+            if (k >= 0 && k < QUADS) total[k] += light[field] * found;
+        }
+    }
+}
 
 void main() {
     vec4 total[QUADS];
@@ -82,10 +100,7 @@ void main() {
         if (lobes > 0) for (int j = narrow; j < bright; ++j) angles[j] = part_distance(hiding, j);
 #endif
 #endif
-        for (int k = 0; k < QUADS; ++k) {
-            int row = first_row + k;
-            for (int b = 0; b < BENT; ++b) total[k] += lux[b][row / rows] / PI * value(here, LOBES + b, row % rows);
-        }
+        for (int b = 0; b < moments; ++b) add(here, LOBES + b, lux[b] / PI, total);
         for (int q = 0; q < lobes; ++q) {
             vec4 lobe = lobe(here, q);
             light = under_gaussian(to_map * lobe.xyz, lobe.w);
@@ -105,11 +120,16 @@ void main() {
             light = max(light, vec4(0.0));
 #endif
 #endif
-            for (int k = 0; k < QUADS; ++k) {
-                int row = first_row + k;
-                total[k] += light[row / rows] * value(here, q, row % rows);
-            }
+            add(here, q, light, total);
         }
     }
+#ifdef SPECTRA
+    for (int j = 0; j < SPECTRA; ++j) {
+        vec3 found = vec3(0.0);
+        for (int k = 0; k < QUADS; ++k) found += folded(total[k], 0, first_row + k, j);
+        pictures[j] = vec4(scale * found, 0.0);
+    }
+#else
     for (int k = 0; k < QUADS; ++k) terms[k] = scale * total[k];
+#endif
 }
