@@ -202,9 +202,9 @@ def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_na
         text=True,
     )
     ends = time.monotonic() + 120
-    while not any(stray.stat().st_size > 1_000_000 for stray in folder.glob(".large.*.h5")):
+    while not any(stray.stat().st_size > 100_000 for stray in folder.glob(".large.*.h5")):
         assert running.poll() is None and time.monotonic() < ends, running.communicate()
-        time.sleep(0.02)
+        time.sleep(0.002)
     running.send_signal(getattr(signal, signal_name))
     _, said = running.communicate(timeout=60)
     assert running.returncode and not material_path(tmp_path / "cat", "stacks/large").exists(), said
