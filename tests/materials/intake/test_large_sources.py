@@ -193,7 +193,11 @@ def test_a_file_that_cannot_be_read_to_its_end_costs_that_material_alone(stacks,
 def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_name):
     """Both in a script of one's own: the command's Ctrl-C takes the same way as SIGTERM, without an exception."""
     path = stacks.written(tmp_path / "large.npy", (16, 64, 3281))
-    code = "import sys; sys.path.insert(0, sys.argv[1]); import stack_format; stack_format.import_one(*sys.argv[2:])"
+    # Where the tests run in the background of a shell, SIGINT is ignored from the start.
+    code = (
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "sys.path.insert(0, sys.argv[1]); import stack_format; stack_format.import_one(*sys.argv[2:])"
+    )
     folder = tmp_path / "cat" / "stacks"
     running = subprocess.Popen(
         [sys.executable, "-c", code, str(HERE), str(path), str(tmp_path / "cat"), "copy"],
