@@ -206,10 +206,13 @@ def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_na
         text=True,
     )
     ends = time.monotonic() + 120
-    while not any(stray.stat().st_size > 100_000 for stray in folder.glob(".large.*.h5")):
+    while not any(stray.stat().st_size > 1_000_000 for stray in folder.glob(".large.*.h5")):
         assert running.poll() is None and time.monotonic() < ends, running.communicate()
-        time.sleep(0.002)
-    running.send_signal(getattr(signal, signal_name))
+        time.sleep(0.02)
+    # Python forgets an exception in a weak reference's callback: then one presses Ctrl-C again.
+    while running.poll() is None:
+        running.send_signal(getattr(signal, signal_name))
+        time.sleep(0.3)
     _, said = running.communicate(timeout=60)
     assert running.returncode and not material_path(tmp_path / "cat", "stacks/large").exists(), said
     assert len(half_written(tmp_path / "cat")) == (signal_name == "SIGKILL"), said
