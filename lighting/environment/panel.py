@@ -33,28 +33,30 @@ class GatheredPanel:
     @classmethod
     def of(cls, light: SoftboxLight, centre: Float[np.ndarray, "3"], radius: float) -> GatheredPanel:
         """A softbox in lengths of `radius` about `centre`, world."""
-        right, up, _ = light.axes
-        half_right, half_up = 0.5 * light.width * right, 0.5 * light.height * up
-        corners = [light.position + a * half_right + b * half_up for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
-        return cls((np.array(corners) - centre) / radius, light.luminance_cd_m2)
+        first, second, third, fourth = (light.corners - centre) / radius
+        return cls(np.array([first, fourth, third, second]), light.luminance_cd_m2)
+
+    @property
+    def _sides(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """From the first corner, across and along; their cross product looks the way the front does."""
+        return self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
 
     @cached_property
     def facing(self) -> Float[np.ndarray, "3"]:
         """Unit: the way its front looks."""
-        return unit(np.cross(self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]))
+        return unit(np.cross(*self._sides))
 
     @cached_property
     def cells(self) -> Float[np.ndarray, "n 3"]:
         """The middles of its cells, row by row."""
         at = (np.arange(CELLS) + 0.5) / CELLS
-        across, along = self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
+        across, along = self._sides
         return (self.corners[0] + at[:, None, None] * along + at[:, None] * across).reshape(-1, 3)
 
     @property
     def cell_area(self) -> float:
         """Of one cell."""
-        across, along = self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
-        return float(np.linalg.norm(np.cross(across, along))) / CELLS**2
+        return float(np.linalg.norm(np.cross(*self._sides))) / CELLS**2
 
     def by_lobes(
         self,

@@ -118,6 +118,13 @@ class SoftboxLight(SpreadLight):
         facing = unit(self.target - self.position)
         return np.stack([np.cross(self.up, facing), self.up, facing])
 
+    @property
+    def corners(self) -> Float[np.ndarray, "4 3"]:
+        """World, counter-clockwise as its front is seen."""
+        right, up, _ = self.axes
+        half_right, half_up = 0.5 * self.width * right, 0.5 * self.height * up
+        return np.array([self.position + a * half_right + b * half_up for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> SoftboxLight:
         """The same softbox with another spectrum at the same strength."""
         return replace(self, spectrum=spectrum, spectrum_name=name)
@@ -139,11 +146,9 @@ class SoftboxLight(SpreadLight):
 
     def _vector_irradiance(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
         """Of a luminance of 1, whichever side the points are on: towards the light."""
-        right, up, _ = self.axes
-        half_right, half_up = 0.5 * self.width * right, 0.5 * self.height * up
-        corners = [self.position + a * half_right + b * half_up for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        corners = self.corners
         total = np.zeros_like(points)
-        for here, there in zip(corners, corners[1:] + corners[:1], strict=True):
+        for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
             normal = np.cross(here - points, there - points)
             length = np.linalg.norm(normal, axis=-1)
             angle = np.arctan2(length, dot(here - points, there - points))
