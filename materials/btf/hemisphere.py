@@ -1,0 +1,200 @@
+"""Between measured directions: the three around any other, and what each counts.
+
+Directions lie in a plane, theta away from the middle (azimuthal equidistant), and Delaunay's triangles lie between
+them. Meseth, Mueller and Klein 2003 interpolate views so (their eq. 4). Beyond the outermost, values are held: each
+stands once more farther out, so that nothing there needs a rule of its own, nor a measurement of one direction, or of
+several in a row. Light that comes in lower than any that was measured is held as f_r, its cosine falls on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.errors import InputError
+
+# How far out held directions stand, radians: beyond the horizon, seen from the middle of any side between them.
+_HELD = 2.4
+# Azimuths at which there are held directions wherever the outermost are.
+_AROUND = 12
+# Measured directions lie on rings, and four of a circle can be joined by either diagonal. Turned by this much for a
+# radian of theta while they are joined, they never do: the same triangles on every machine.
+_TURNED = 1e-3
+# Cells along each side of the table that says which triangles to look at.
+_CELLS = 48
+# Directions along theta and along phi that a hat is summed over.
+_FINE = (512, 1440)
+
+
+@dataclass(frozen=True, eq=False)
+class Hemisphere:
+    """D measured directions.
+
+    directions : (D,3) unit vectors in the local frame, z >= 0.
+
+    Raises
+    ------
+    InputError : no directions, or one that is below the horizon, not of length 1, or there twice.
+    """
+
+    directions: Float[np.ndarray, "D 3"]
+
+    def __post_init__(self) -> None:
+        given = np.asarray(self.directions, dtype=np.float64)
+        object.__setattr__(self, "directions", given)
+        expected = "unit vectors above the horizon, each once"
+        if not len(given) or not np.allclose(np.linalg.norm(given, axis=1), 1.0, atol=1e-6):
+            raise InputError("not measured directions", field="directions", found=given.shape, expected=expected)
+        below = np.flatnonzero(given[:, 2] < -1e-9)
+        if len(below):
+            found = f"direction {below[0]}: {given[below[0]].round(6).tolist()}"
+            raise InputError(
+                "a measured direction below the horizon", field="directions", found=found, expected=expected
+            )
+        rounded = np.unique(given.round(6), axis=0)
+        if len(rounded) < len(given):
+            found = f"{len(given) - len(rounded)} of {len(given)} more than once"
+            raise InputError(
+                "measured directions that are there twice", field="directions", found=found, expected=expected
+            )
+
+    def __len__(self) -> int:
+        return len(self.directions)
+
+    @cached_property
+    def corners(self) -> Float[np.ndarray, "C 2"]:
+        """(C,2) where directions lie in the plane; behind the D measured ones those that are held."""
+        measured = _plane(self.directions)
+        outermost = measured[self._outermost]
+        degrees = np.degrees(np.arctan2(outermost[:, 1], outermost[:, 0]))
+        degrees = np.concatenate([degrees, np.arange(_AROUND) * (360.0 / _AROUND)])
+        # Rounded before the turn, so that an azimuth just below 0 is 0.
+        around = np.radians(np.unique(np.mod(degrees.round(6), 360.0).round(6)))
+        return np.concatenate([measured, _HELD * np.stack([np.cos(around), np.sin(around)], axis=1)])
+
+    @cached_property
+    def measured(self) -> Int[np.ndarray, " C"]:
+        """(C,) which measured direction each corner stands for: a held one for the outermost that is nearest."""
+        found, out = self.corners, self._outermost
+        off = np.linalg.norm(found[len(self) :, None] - found[None, out], axis=2)
+        return np.concatenate([np.arange(len(self)), out[off.round(9).argmin(axis=1)]])
+
+    @cached_property
+    def triangles(self) -> Int[np.ndarray, "T 3"]:
+        """(T,3) corners of the triangles between directions."""
+        from scipy.spatial import Delaunay
+
+        angle = _TURNED * np.linalg.norm(self.corners, axis=1)
+        cos, sin, (x, y) = np.cos(angle), np.sin(angle), self.corners.T
+        return Delaunay(np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)).simplices.astype(np.int64)
+
+    @cached_property
+    def _outermost(self) -> Int[np.ndarray, " h"]:
+        """The measured directions that lie on the convex hull of all; where they are in a row, or few, all of them."""
+        from scipy.spatial import ConvexHull, QhullError
+
+        try:
+            return np.sort(ConvexHull(_plane(self.directions)).vertices).astype(np.int64)
+        except (QhullError, ValueError):
+            return np.arange(len(self))
+
+    @cached_property
+    def inverse(self) -> Float[np.ndarray, "T 3 3"]:
+        """(T,3,3) matrices of the triangles: times (x, y, 1) the shares of their corners."""
+        corners = self.corners[self.triangles]
+        return np.linalg.inv(np.concatenate([corners, np.ones((*corners.shape[:2], 1))], axis=2).swapaxes(1, 2))
+
+    @cached_property
+    def cells(self) -> Int[np.ndarray, "cells cells most"]:
+        """Triangles that reach into each cell of a square of the plane as wide as the hemisphere; -1 where no more."""
+        side = np.pi / _CELLS
+        low = -np.pi / 2 + side * np.arange(_CELLS)
+        inside: list[list[int]] = [[] for _ in range(_CELLS * _CELLS)]
+        grown = 1e-6
+        for number, corners in enumerate(self.corners[self.triangles]):
+            least, most = corners.min(axis=0) - grown, corners.max(axis=0) + grown
+            columns = np.flatnonzero((low + side >= least[0]) & (low <= most[0]))
+            rows = np.flatnonzero((low + side >= least[1]) & (low <= most[1]))
+            for row in rows:
+                for column in columns:
+                    # A triangle misses a cell where all the cell lies beyond one of its sides.
+                    x = low[column] + side * np.array([0.0, 1.0, 0.0, 1.0])
+                    y = low[row] + side * np.array([0.0, 0.0, 1.0, 1.0])
+                    share = self.inverse[number] @ np.stack([x, y, np.ones(4)])
+                    if (share.max(axis=1) >= -grown).all():
+                        inside[row * _CELLS + column].append(number)
+        most_in = max(len(some) for some in inside)
+        table = np.full((_CELLS * _CELLS, most_in), -1, dtype=np.int64)
+        for cell, some in enumerate(inside):
+            table[cell, : len(some)] = some
+        return table.reshape(_CELLS, _CELLS, most_in)
+
+    def shares(
+        self, directions: Float[np.ndarray, "N 3"], falling: bool = False
+    ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
+        """The three measured directions around each of others, and what each counts; the sum is 1.
+
+        directions : unit vectors with z >= 0. falling : values are f_r cos(theta_i) of the directions of light: beyond
+        the outermost, shares fall with the cosine, so that f_r is held.
+        """
+        plane = _plane(directions)
+        at = np.clip(((plane / np.pi + 0.5) * _CELLS).astype(np.int64), 0, _CELLS - 1)
+        number, share = self._within(plane, self.cells[at[:, 1], at[:, 0]])
+        corners = self.triangles[number]
+        share = np.maximum(share, 0.0)
+        share /= share.sum(axis=1, keepdims=True)
+        index = self.measured[corners]
+        if falling:
+            held = (corners >= len(self)).any(axis=1)
+            cosine = np.einsum("nk,nk->n", share, self.directions[index, 2])
+            lower = held & (directions[:, 2] < cosine)
+            share = share * np.where(lower, directions[:, 2] / np.where(lower, cosine, 1.0), 1.0)[:, None]
+        return index, share
+
+    def _within(
+        self, plane: Float[np.ndarray, "N 2"], which: Int[np.ndarray, "N m"]
+    ) -> tuple[Int[np.ndarray, " N"], Float[np.ndarray, "N 3"]]:
+        """Of some triangles a point the one that it lies in: whose smallest share is the largest."""
+        here = np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
+        best = np.full(len(plane), -np.inf)
+        found, share = np.zeros(len(plane), dtype=np.int64), np.zeros((len(plane), 3))
+        for column in range(which.shape[1]):
+            number = which[:, column]
+            shares = np.einsum("nij,nj->ni", self.inverse[number], here)
+            least = np.where(number < 0, -np.inf, shares.min(axis=1))
+            better = least > best
+            found, best = np.where(better, number, found), np.where(better, least, best)
+            share = np.where(better[:, None], shares, share)
+        return found, share
+
+    @cached_property
+    def solid_angles(self) -> Float[np.ndarray, " D"]:
+        """(D,) sr: the integral over the hemisphere of what each direction counts, falling.
+
+        Mueller, Meseth and Klein 2004 (section 4.1) replace light by that from the measured directions: these are the
+        weights under even light, for values with the cosine in them. The sum is below 2 pi by what falls towards the
+        horizon.
+        """
+        theta = (np.arange(_FINE[0]) + 0.5) * (np.pi / 2 / _FINE[0])
+        phi = (np.arange(_FINE[1]) + 0.5) * (2.0 * np.pi / _FINE[1])
+        total = np.zeros(len(self))
+        for angle in theta:
+            sin = np.sin(angle)
+            ring = np.stack([sin * np.cos(phi), sin * np.sin(phi), np.full_like(phi, np.cos(angle))], axis=1)
+            index, share = self.shares(ring, falling=True)
+            # Over theta and phi, the cell's share of the sphere is exact.
+            cell = np.cos(angle - np.pi / 4 / _FINE[0]) - np.cos(angle + np.pi / 4 / _FINE[0])
+            total += np.bincount(index.ravel(), share.ravel() * (cell * 2.0 * np.pi / _FINE[1]), len(self))
+        return total
+
+
+def _plane(directions: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 2"]:
+    """theta (cos phi, sin phi) of unit vectors."""
+    across = np.hypot(directions[:, 0], directions[:, 1])
+    theta = np.arctan2(across, directions[:, 2])
+    # At the pole theta / sin(theta) is 1.
+    ratio = np.divide(theta, across, out=np.ones_like(theta), where=across > 0.0)
+    return directions[:, :2] * ratio[:, None]
