@@ -25,9 +25,8 @@ class BtfImages(abc.ABC):
     height, width : texels H and W.
     basis : of the J coefficients that each texel has.
     texel_mm : what a texel is wide on the sample; None where nobody said.
-    offset : texels h0 by which the sample's surface lies below the measured plane: an image of the view (theta, phi) is
-        displaced by h0 tan(theta) (cos phi, -sin phi) columns and rows, and shows the surface's texel (column, row) so
-        much further on. 0: nothing is displaced.
+    offset : texels h0 by which the sample's surface stands above the plane that images were rectified to (below it where
+        negative): its texel (column, row) is seen from (theta, phi) at that less h0 tan(theta) (cos phi, -sin phi).
     """
 
     views: Hemisphere
@@ -41,6 +40,28 @@ class BtfImages(abc.ABC):
     @abc.abstractmethod
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, not registered."""
+
+    def registered(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        """The image moved back by what `offset` displaces it, to the nearest texel, so that nothing is blurred."""
+        across, down = displaced(self.views.directions[view], self.offset)
+        return np.roll(self.image(view, light), (-down, -across), axis=(0, 1))
+
+
+def displaced(view: Float[np.ndarray, "3"], offset: float) -> tuple[int, int]:
+    """Columns and rows, to the nearest whole one, by which a view shows the surface's texels beside where they are.
+
+    Raises
+    ------
+    InputError : a displaced view from the horizon.
+    """
+    if offset == 0.0:
+        return 0, 0
+    if view[2] <= 0.0:
+        found = view.round(6).tolist()
+        raise InputError("a view from the horizon cannot be registered", field="views", found=found, expected="z > 0")
+    # Half a texel goes the same way whatever rounding made of it.
+    across, down = (int(np.floor(offset * sine / view[2] + 0.5 + 1e-9)) for sine in (view[0], -view[1]))
+    return -across, -down
 
 
 @dataclass(frozen=True, eq=False)

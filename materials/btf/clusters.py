@@ -1,0 +1,145 @@
+"""Vectors in clusters, each with principal components of its own: local PCA.
+
+Kambhatla and Leen 1997's vector-quantised PCA, as Mueller, Meseth and Klein 2004 (section 3) use it: a vector belongs
+where the components of a cluster leave least of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+# Vectors that beginnings are tried on, how many beginnings, and rounds of each; rounds of the best with all vectors.
+_TRIED, _BEGINNINGS, _SHORT, _LONG = 4096, 3, 3, 10
+# Rounds end where one leaves so small a share less.
+_ENOUGH = 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Clusters:
+    """N vectors in k clusters of c components.
+
+    number (N,) : which cluster each belongs to. origin (k,G), axes (k,c,G) : mean and orthonormal components, some of
+    them 0 where a cluster has fewer. weights (N,c) : of the components.
+    """
+
+    number: Int[np.ndarray, " N"]
+    origin: Float[np.ndarray, "k G"]
+    axes: Float[np.ndarray, "k c G"]
+    weights: Float[np.ndarray, "N c"]
+
+
+def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int, seed: int = 0) -> Clusters:
+    """Vectors in at most so many clusters: no more than there are different vectors, and none that is empty.
+
+    A cluster that dies begins anew at the vector that is worst off.
+    """
+    draw = np.random.default_rng(seed)
+    tried = vectors[np.sort(draw.permutation(len(vectors))[:_TRIED])]
+    clusters = min(clusters, len(np.unique(tried, axis=0)))
+    components = min(components, vectors.shape[1])
+    best, least = None, np.inf
+    for _ in range(_BEGINNINGS if clusters > 1 else 1):
+        about = tried[draw.permutation(len(tried))[:clusters]]
+        number = _squares(tried, about).argmin(axis=1)
+        for _ in range(_SHORT):
+            origin, axes = _components(tried, number, clusters, components, draw)
+            left = _left(tried, origin, axes)
+            number = left.argmin(axis=1)
+        total = float(left.min(axis=1).sum())
+        if best is None or total < least:
+            best, least = (origin, axes), total
+    assert best is not None
+    origin, axes = best
+    before = np.inf
+    for _ in range(_LONG):
+        left = _left(vectors, origin, axes)
+        number = _filled(left)
+        after = float(left.min(axis=1).sum())
+        if not before - after > _ENOUGH * before:
+            break
+        before = after
+        origin, axes = _components(vectors, number, clusters, components, draw)
+    return Clusters(number, origin, axes, weights_of(vectors, number, origin, axes))
+
+
+def weights_of(
+    vectors: Float[np.ndarray, "N G"],
+    number: Int[np.ndarray, " N"],
+    origin: Float[np.ndarray, "k G"],
+    axes: Float[np.ndarray, "k c G"],
+) -> Float[np.ndarray, "N c"]:
+    """Of each vector what its cluster's components count."""
+    found = np.zeros((len(vectors), axes.shape[1]), dtype=vectors.dtype)
+    for cluster in np.unique(number):
+        here = number == cluster
+        found[here] = (vectors[here] - origin[cluster]) @ axes[cluster].T
+    return found
+
+
+def nearest(
+    vectors: Float[np.ndarray, "N G"], origin: Float[np.ndarray, "k G"], axes: Float[np.ndarray, "k c G"]
+) -> Int[np.ndarray, " N"]:
+    """The cluster that leaves least of each vector."""
+    return _left(vectors, origin, axes).argmin(axis=1)
+
+
+def _filled(left: Float[np.ndarray, "N k"]) -> Int[np.ndarray, " N"]:
+    """The best cluster of each vector, but that no cluster is without: it is given the vector that is worst off."""
+    number, off = left.argmin(axis=1), left.min(axis=1).copy()
+    count = np.bincount(number, minlength=left.shape[1])
+    for empty in np.flatnonzero(count == 0):
+        spare = np.where(count[number] > 1, off, -np.inf)
+        worst = int(spare.argmax())
+        if spare[worst] <= 0.0:
+            break
+        count[number[worst]] -= 1
+        number[worst], off[worst] = empty, 0.0
+        count[empty] = 1
+    return number
+
+
+def _components(
+    vectors: Float[np.ndarray, "N G"],
+    number: Int[np.ndarray, " N"],
+    clusters: int,
+    components: int,
+    draw: np.random.Generator,
+) -> tuple[Float[np.ndarray, "k G"], Float[np.ndarray, "k c G"]]:
+    """Means and principal components; of a cluster of too few vectors those that it has."""
+    size = vectors.shape[1]
+    origin = np.zeros((clusters, size), dtype=vectors.dtype)
+    axes = np.zeros((clusters, components, size), dtype=vectors.dtype)
+    for cluster in range(clusters):
+        mine = vectors[number == cluster]
+        if not len(mine):
+            mine = vectors[draw.integers(len(vectors))][None]
+        origin[cluster] = mine.mean(axis=0)
+        off = mine - origin[cluster]
+        squares, directions = np.linalg.eigh(off.T @ off)
+        directions = directions[:, ::-1][:, :components].T
+        # An eigenvector's sign is rounding's choice: its largest entry is positive.
+        largest = np.abs(directions).argmax(axis=1)
+        sign = np.sign(directions[np.arange(len(directions)), largest])
+        some = squares[::-1][:components] > 1e-12 * max(float(squares[-1]), np.finfo(np.float32).tiny)
+        axes[cluster, : len(directions)] = directions * (sign * some)[:, None]
+    return origin, axes
+
+
+def _left(
+    vectors: Float[np.ndarray, "N G"], origin: Float[np.ndarray, "k G"], axes: Float[np.ndarray, "k c G"]
+) -> Float[np.ndarray, "N k"]:
+    """Squares of what each cluster's components leave of each vector."""
+    found = _squares(vectors, origin)
+    for cluster in range(len(origin)):
+        along = (vectors - origin[cluster]) @ axes[cluster].T
+        found[:, cluster] -= np.einsum("nc,nc->n", along, along)
+    return np.maximum(found, 0.0)
+
+
+def _squares(vectors: Float[np.ndarray, "N G"], about: Float[np.ndarray, "k G"]) -> Float[np.ndarray, "N k"]:
+    """Squares of distances."""
+    own = np.einsum("ng,ng->n", vectors, vectors)[:, None]
+    return np.maximum(own - 2.0 * vectors @ about.T + np.einsum("kg,kg->k", about, about), 0.0)
