@@ -40,20 +40,9 @@ def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int,
     tried = vectors[np.sort(draw.permutation(len(vectors))[:_TRIED])]
     clusters = min(clusters, len(np.unique(tried, axis=0)))
     components = min(components, vectors.shape[1])
-    best, least = None, np.inf
-    for _ in range(_BEGINNINGS if clusters > 1 else 1):
-        about = tried[draw.permutation(len(tried))[:clusters]]
-        number = _squares(tried, about).argmin(axis=1)
-        for _ in range(_SHORT):
-            origin, axes = _components(tried, number, clusters, components, draw)
-            left = _left(tried, origin, axes)
-            number = left.argmin(axis=1)
-        total = float(left.min(axis=1).sum())
-        if best is None or total < least:
-            best, least = (origin, axes), total
-    assert best is not None
-    origin, axes = best
-    before = np.inf
+    beginnings = [_begun(tried, clusters, components, draw) for _ in range(_BEGINNINGS if clusters > 1 else 1)]
+    _, origin, axes = min(beginnings, key=lambda one: one[0])
+    number, before = np.zeros(len(vectors), dtype=np.int64), np.inf
     for _ in range(_LONG):
         left = _left(vectors, origin, axes)
         number = _filled(left)
@@ -63,6 +52,18 @@ def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int,
         before = after
         origin, axes = _components(vectors, number, clusters, components, draw)
     return Clusters(number, origin, axes, weights_of(vectors, number, origin, axes))
+
+
+def _begun(
+    tried: Float[np.ndarray, "N G"], clusters: int, components: int, draw: np.random.Generator
+) -> tuple[float, Float[np.ndarray, "k G"], Float[np.ndarray, "k c G"]]:
+    """A few rounds from random vectors: what is left, means and components."""
+    left = _squares(tried, tried[draw.permutation(len(tried))[:clusters]])
+    origin, axes = _components(tried, left.argmin(axis=1), clusters, components, draw)
+    for _ in range(_SHORT):
+        left = _left(tried, origin, axes)
+        origin, axes = _components(tried, left.argmin(axis=1), clusters, components, draw)
+    return float(left.min(axis=1).sum()), origin, axes
 
 
 def weights_of(
@@ -117,6 +118,8 @@ def _components(
         if not len(mine):
             mine = vectors[draw.integers(len(vectors))][None]
         origin[cluster] = mine.mean(axis=0)
+        if not components:
+            continue
         off = mine - origin[cluster]
         squares, directions = np.linalg.eigh(off.T @ off)
         directions = directions[:, ::-1][:, :components].T

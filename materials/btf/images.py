@@ -25,8 +25,9 @@ class BtfImages(abc.ABC):
     height, width : texels H and W.
     basis : of the J coefficients that each texel has.
     texel_mm : what a texel is wide on the sample; None where nobody said.
-    offset : texels h0 by which the sample's surface stands above the plane that images were rectified to (below it where
-        negative): its texel (column, row) is seen from (theta, phi) at that less h0 tan(theta) (cos phi, -sin phi).
+    offset : texels h0 by which the sample's surface stands above the plane that images were rectified to (below
+        it where negative): its texel (column, row) is seen from (theta, phi) at that less h0 tan(theta) (cos phi,
+        -sin phi).
     """
 
     views: Hemisphere

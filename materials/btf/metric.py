@@ -32,7 +32,7 @@ def folding_of(lights: tuple[str, ...] = LIGHTS) -> Folding:
 def seen(mean: Float[np.ndarray, "*n J"], basis: SpectralBasis) -> Float[np.ndarray, "*n J J"]:
     """Lower triangular C, for each of some colours: ΔE94 of a small change x of the coefficients is |C^T x|.
 
-    mean : f_r cos(theta_i), 1/sr, coefficients in `basis`: what the perfect diffuser has, lit along its normal, is white.
+    mean : f_r cos(theta_i), 1/sr, coefficients in `basis`. White is the perfect diffuser, lit along its normal.
     """
     folding = folding_of()
     weights = np.pi * folding.coefficients(basis)

@@ -2,19 +2,9 @@
 
 import numpy as np
 import pytest
+from btf_samples import of_degrees, rings
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.spectral.errors import InputError
-
-RINGS = ((0, 360), (15, 60), (30, 30), (45, 20), (60, 18), (75, 15))
-
-
-def of_degrees(degrees):
-    theta, phi = np.radians(np.asarray(degrees, dtype=float)).T
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
-
-
-def ubo():
-    return of_degrees([(theta, phi) for theta, step in RINGS for phi in range(0, 360, step)])
 
 
 def anywhere(count=20000):
@@ -24,52 +14,52 @@ def anywhere(count=20000):
 
 
 def test_a_measured_direction_is_itself():
-    rings = Hemisphere(ubo())
-    index, share = rings.shares(rings.directions)
+    around = Hemisphere(rings())
+    index, share = around.shares(around.directions)
     assert (index[np.arange(81), share.argmax(axis=1)] == np.arange(81)).all()
     assert share.max(axis=1).min() > 1.0 - 1e-9
 
 
 def test_what_is_linear_in_the_plane_stays_so_and_shares_are_continuous():
-    rings, directions = Hemisphere(ubo()), anywhere()
-    index, share = rings.shares(directions)
+    around, directions = Hemisphere(rings()), anywhere()
+    index, share = around.shares(directions)
     np.testing.assert_allclose(share.sum(axis=1), 1.0, atol=1e-12)
     theta = np.arccos(directions[:, 2])
     inside = theta < np.radians(73.0)
-    from_shares = np.einsum("nk,nk->n", share, np.arccos(rings.directions[index, 2]) * rings.directions[index, 0])
+    from_shares = np.einsum("nk,nk->n", share, np.arccos(around.directions[index, 2]) * around.directions[index, 0])
     assert np.isfinite(from_shares).all()
     plane = np.stack([theta * directions[:, axis] / np.sin(theta) for axis in (0, 1)], axis=1)
-    corners = rings.corners[:81]
+    corners = around.corners[:81]
     np.testing.assert_allclose(np.einsum("nk,nkc->nc", share, corners[index])[inside], plane[inside], atol=1e-9)
     # Across the horizon's ring and every side of a triangle nothing jumps.
     values = np.random.default_rng(5).uniform(size=81)
     near = directions + 1e-7 * np.random.default_rng(6).normal(size=directions.shape)
     near[:, 2] = np.maximum(near[:, 2], 0.0)
     near /= np.linalg.norm(near, axis=1, keepdims=True)
-    there, part = rings.shares(near, falling=True)
-    index, share = rings.shares(directions, falling=True)
+    there, part = around.shares(near, falling=True)
+    index, share = around.shares(directions, falling=True)
     change = np.einsum("nk,nk->n", part, values[there]) - np.einsum("nk,nk->n", share, values[index])
     assert np.abs(change).max() < 1e-4
 
 
 def test_light_below_the_lowest_ring_keeps_its_f_r():
-    rings = Hemisphere(ubo())
+    around = Hemisphere(rings())
     low = of_degrees([(89.9, 7.0), (80.0, 200.0)])
-    index, share = rings.shares(low, falling=True)
-    cosine = rings.directions[index, 2]
+    index, share = around.shares(low, falling=True)
+    cosine = around.directions[index, 2]
     np.testing.assert_allclose(np.einsum("nk,nk->n", share, cosine), low[:, 2], rtol=1e-9)
     # A matt surface is then exact everywhere beyond: f_r cos(theta_i) with f_r = 1.
-    np.testing.assert_allclose(rings.shares(low)[1].sum(axis=1), 1.0)
+    np.testing.assert_allclose(around.shares(low)[1].sum(axis=1), 1.0)
 
 
 def test_weights_of_lights_add_up_to_what_a_matt_surface_receives():
-    rings = Hemisphere(ubo())
-    assert abs(float(rings.solid_angles @ rings.directions[:, 2]) - np.pi) < 0.03 * np.pi
+    around = Hemisphere(rings())
+    assert abs(float(around.solid_angles @ around.directions[:, 2]) - np.pi) < 0.03 * np.pi
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_a_single_light_and_a_few(count):
-    few = Hemisphere(ubo()[[4, 5, 6][:count]])
+    few = Hemisphere(rings()[[4, 5, 6][:count]])
     index, share = few.shares(anywhere(2000))
     np.testing.assert_allclose(share.sum(axis=1), 1.0, atol=1e-12)
     assert set(np.unique(index)) == set(range(count))
@@ -82,9 +72,9 @@ def test_directions_in_a_row():
 
 
 def test_triangles_do_not_hang_on_rounding():
-    exact, rings = Hemisphere(ubo()), ubo()
+    exact, given = Hemisphere(rings()), rings()
     for seed in range(4):
-        off = rings + 1e-12 * np.random.default_rng(seed).normal(size=rings.shape)
+        off = given + 1e-12 * np.random.default_rng(seed).normal(size=given.shape)
         off[:, 2] = np.abs(off[:, 2])
         other = Hemisphere(off / np.linalg.norm(off, axis=1, keepdims=True))
         same = {tuple(sorted(t)) for t in exact.triangles} == {tuple(sorted(t)) for t in other.triangles}

@@ -1,0 +1,129 @@
+"""The dictionary of a BTF: the few functions of view, light and spectrum that all its texels are sums of.
+
+It is the largest part of a form, and a tensor of four axes. Turned along its views, its lights and its spectra into
+their principal components (Tucker's decomposition), most of it is nearly nothing: rounded to whole steps, and packed
+without loss in a file, it takes a third of what it takes with eight bits a number, or less. Steps are those of what is
+seen (`metric`), so that whatever is rounded away shows alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.basis import SpectralBasis
+from .metric import seen
+
+# Largest numbers that whole steps are stored as.
+_NARROW, _WIDE = np.iinfo(np.int8), np.iinfo(np.int16)
+
+
+@dataclass(frozen=True, eq=False)
+class Dictionary:
+    """G functions beside a mean: f_r cos(theta_i) of a texel is the mean and its own sum of them.
+
+    basis : of the J coefficients. mean (V,Lt,J) : 1/sr, as half precision holds it, relative to `scale`.
+    core (G,V,Lt,J) : whole steps. by_view (V,V), by_light (Lt,Lt), by_spectrum (J,J) : principal components
+    of the three axes, in columns, in half precision. step : ΔE94 of 1.
+    """
+
+    basis: SpectralBasis
+    mean: Float[np.ndarray, "V Lt J"]
+    scale: float
+    core: Int[np.ndarray, "G V Lt J"]
+    by_view: Float[np.ndarray, "V V"]
+    by_light: Float[np.ndarray, "Lt Lt"]
+    by_spectrum: Float[np.ndarray, "J J"]
+    step: float
+
+    def __len__(self) -> int:
+        return len(self.core)
+
+    @cached_property
+    def average(self) -> Float[np.ndarray, "V Lt J"]:
+        """The mean, 1/sr, float32."""
+        return self.mean.astype(np.float32) * np.float32(self.scale)
+
+    @cached_property
+    def seen(self) -> Float[np.ndarray, "V Lt J J"]:
+        """See `metric.seen`: what numbers of a view and light are multiplied with, x C, before they are compared."""
+        return seen(self.average, self.basis).astype(np.float32)
+
+    def as_seen(self) -> Float[np.ndarray, "G V Lt J"]:
+        """The functions, in units of ΔE94; float32."""
+        return turned(
+            self.core.astype(np.float32) * np.float32(self.step),
+            *(part.astype(np.float32) for part in (self.by_view, self.by_light, self.by_spectrum)),
+        )
+
+    def functions(self) -> Float[np.ndarray, "G V Lt J"]:
+        """The functions, f_r cos(theta_i) in 1/sr; float32."""
+        back = np.linalg.inv(self.seen.astype(np.float64)).astype(np.float32)
+        return np.einsum("gvlk,vlkj->gvlj", self.as_seen(), back, optimize=True)
+
+    def stored(self) -> dict[str, Any]:
+        """What a file keeps of it but the basis."""
+        names = ("mean", "scale", "core", "by_view", "by_light", "by_spectrum", "step")
+        return {name: getattr(self, name) for name in names}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Dictionary:
+        """The dictionary whose `stored()` this is."""
+        arrays = {name: np.asarray(kept[name]) for name in ("mean", "core", "by_view", "by_light", "by_spectrum")}
+        return cls(basis=basis, scale=float(kept["scale"]), step=float(kept["step"]), **arrays)
+
+
+def rounded_mean(mean: Float[np.ndarray, "V Lt J"]) -> tuple[Float[np.ndarray, "V Lt J"], float]:
+    """A mean in half precision, and what it is relative to: its largest magnitude; 1 where all is black."""
+    scale = float(np.abs(mean).max())
+    scale = scale if scale > 0.0 else 1.0
+    return (mean / scale).astype(np.float16), scale
+
+
+def dictionary_of(
+    functions: Float[np.ndarray, "G V Lt J"],
+    mean: Float[np.ndarray, "V Lt J"],
+    scale: float,
+    basis: SpectralBasis,
+    step: float,
+) -> Dictionary:
+    """Functions as they are seen, rounded to steps; those of which nothing is left are left out.
+
+    functions : in ΔE94, as large as they occur in texels. mean, scale : of `rounded_mean`. step : of a whole number, in
+    root mean squares of all turned functions' numbers.
+    """
+    turns = [_principal(functions, axis) for axis in (1, 2, 3)]
+    core = turned(functions, *(turn.astype(np.float32).T for turn in turns))
+    size = float(np.sqrt(np.mean(np.square(core, dtype=np.float64)))) if core.size else 0.0
+    # A number that int16 does not hold would need steps that are smaller than anything a texel shows.
+    size = max(step * size, float(np.abs(core).max(initial=0.0)) / _WIDE.max)
+    size = size if size > 0.0 else 1.0
+    steps = np.rint(core / size)
+    steps = steps[np.any(steps != 0.0, axis=(1, 2, 3))]
+    narrow = np.abs(steps).max(initial=0.0) <= _NARROW.max
+    return Dictionary(basis, mean, scale, steps.astype(np.int8 if narrow else np.int16), *turns, step=size)
+
+
+def turned(
+    values: Float[np.ndarray, "G a b c"],
+    first: Float[np.ndarray, "A a"],
+    second: Float[np.ndarray, "B b"],
+    third: Float[np.ndarray, "C c"],
+) -> Float[np.ndarray, "G A B C"]:
+    """A tensor's last three axes, each by a matrix of its own."""
+    values = values @ third.T
+    values = np.einsum("gabc,Bb->gaBc", values, second, optimize=True)
+    return np.einsum("gabc,Aa->gAbc", values, first, optimize=True)
+
+
+def _principal(functions: Float[np.ndarray, "G V Lt J"], axis: int) -> Float[np.ndarray, "n n"]:
+    """Principal components of one axis, in columns, the largest first, in half precision."""
+    rows = np.moveaxis(functions, axis, 0).reshape(functions.shape[axis], -1).astype(np.float64)
+    found = np.linalg.eigh(rows @ rows.T)[1][:, ::-1]
+    largest = np.abs(found).argmax(axis=0)
+    return (found * np.sign(found[largest, np.arange(len(found))])).astype(np.float16)

@@ -1,0 +1,69 @@
+// Terms of a BTF, twin of texels.py: of four texels what their clusters' components come to, then mixed.
+
+uniform sampler2D components;
+uniform sampler2D texels;
+uniform sampler2D views;
+uniform sampler2D lights;
+uniform ivec2 size;
+
+#include "hemisphere.glsl"
+
+struct Here {
+    ivec2 first;
+    vec2 part;
+    Around view;
+    Around light;
+    float scale;
+};
+
+Here here_at(Sample s) {
+    vec2 place = vec2(s.uv.x, 1.0 - s.uv.y) * vec2(size) - 0.5;
+    vec2 first = floor(place);
+    float light = s.azimuths.x, view = s.azimuths.x + s.angles.z;
+    Around seen = around(views, VIEW_CELLS, s.angles.y * vec2(cos(view), sin(view)), -1.0);
+    Around lit = around(lights, LIGHT_CELLS, s.angles.x * vec2(cos(light), sin(light)), max(cos(s.angles.x), 0.0));
+    return Here(ivec2(first), place - first, seen, lit, s.angles.w);
+}
+
+int entry(Here here, int mixed) {
+    return 0;
+}
+
+// One number of a texel: its cluster, 1 relative to the means, and its weights.
+float number_of(ivec2 texel, int number) {
+    const int quads = (COMPONENTS + 4) / 4;
+    return texelFetch(texels, ivec2(texel.x * quads + number / 4, texel.y), 0)[number % 4];
+}
+
+vec4 texel_at(ivec2 texel, Here here, int row) {
+    int cluster = int(number_of(texel, 0)), width = textureSize(components, 0).x;
+    vec4 total = vec4(0.0);
+    float weights[COMPONENTS];
+    for (int i = 0; i < COMPONENTS; ++i) weights[i] = number_of(texel, i + 1);
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+            float share = here.view.share[a] * here.light.share[b];
+            if (share == 0.0) continue;
+            int pair = (cluster * VIEWS + here.view.number[a]) * LIGHTS + here.light.number[b];
+            int at = pair * COMPONENTS * FOURS + row;
+            vec4 found = vec4(0.0);
+            for (int i = 0; i < COMPONENTS; ++i) {
+                found += weights[i] * texelFetch(components, ivec2(at % width, at / width), 0);
+                at += FOURS;
+            }
+            total += share * found;
+        }
+    }
+    return total;
+}
+
+vec4 term(Here here, int mixed, int row) {
+    vec4 total = vec4(0.0);
+    for (int corner = 0; corner < 4; ++corner) {
+        ivec2 at = here.first + ivec2(corner & 1, corner >> 1);
+        at -= size * ivec2(floor(vec2(at) / vec2(size)));
+        vec2 share = mix(1.0 - here.part, here.part, vec2(corner & 1, corner >> 1));
+        total += share.x * share.y * texel_at(at, here, row);
+    }
+    return total * here.scale;
+}

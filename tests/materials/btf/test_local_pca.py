@@ -1,0 +1,201 @@
+"""Local PCA of BTFs: what it keeps, hard cases, and what a file keeps of it."""
+
+import numpy as np
+import pytest
+from btf_samples import bumps, rings
+from metamer.materials.btf.clusters import clustered
+from metamer.materials.btf.form import SIZES, BtfForm, btf_form
+from metamer.materials.btf.hemisphere import Hemisphere
+from metamer.materials.btf.images import HeldImages, displaced
+from metamer.materials.btf.local_pca import Size, local_pca
+from metamer.materials.btf.metric import seen
+from metamer.materials.points import Points
+from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.errors import InputError
+from metamer.spectral.folding import Folding
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+
+
+@pytest.fixture(scope="module")
+def bumpy():
+    return bumps()
+
+
+FINE = Size(64, 4, 16, 0.1, 0.2)
+
+
+def decoded(form):
+    """All images again, (V,Lt,H,W,J)."""
+    table, weights = form.table(), form.weights.astype(float)
+    found = table[form.number][..., 0, :] + np.einsum("hwc,hwvlcj->hwvlj", weights, table[form.number][..., 1:, :])
+    return found.transpose(2, 3, 0, 1, 4)
+
+
+def off(form, images):
+    folding = Folding(observer("1931_2"), [illuminant("D65")])
+    to_xyz, white = np.pi * folding.coefficients(images.basis), folding.weights(images.basis.wavelengths_nm).sum(axis=0)
+    return delta_e_xyz(images.values @ to_xyz, decoded(form) @ to_xyz, white)
+
+
+def with_values(images, values):
+    return HeldImages(images.views, images.lights, values.astype(np.float32), images.basis)
+
+
+def test_the_metric_is_the_colour_difference_of_small_changes(bumpy):
+    folding = Folding(observer("1931_2"), [illuminant(name) for name in ("D65", "A", "FL11")])
+    weights, whites = np.pi * folding.coefficients(bumpy.basis), folding.weights(bumpy.basis.wavelengths_nm).sum(axis=0)
+    draw = np.random.default_rng(2)
+    colours = draw.uniform(0.01, 0.3, (500, 3))
+    change = 1e-4 * draw.normal(size=(500, 3)) * colours
+    each = [
+        delta_e_xyz(colours @ weights[:, at], (colours + change) @ weights[:, at], whites[at])
+        for at in (slice(0, 3), slice(3, 6), slice(6, 9))
+    ]
+    expected = np.sqrt(np.mean(np.square(each), axis=0))
+    found = np.linalg.norm(np.einsum("njk,nj->nk", seen(colours, bumpy.basis), change), axis=1)
+    np.testing.assert_allclose(found, expected, rtol=2e-3)
+
+
+def test_a_black_colour_has_a_metric_without_infinities(bumpy):
+    found = seen(np.array([[0.0, 0.0, 0.0], [-0.1, 0.0, 0.0]]), bumpy.basis)
+    assert np.isfinite(found).all() and (np.diagonal(found, axis1=1, axis2=2) > 0).all()
+
+
+def test_what_is_kept_is_what_was_measured(bumpy):
+    fine, coarse = local_pca(bumpy, FINE), local_pca(bumpy, Size(8, 4, 2, 1.0, 1.0))
+    assert off(fine, bumpy).mean() < 0.5 * off(coarse, bumpy).mean()
+    assert off(fine, bumpy).mean() < 0.6
+
+
+def test_the_stated_error_is_that_of_other_texels(bumpy):
+    form = btf_form(bumpy, FINE)
+    by_light = {row.light: row for row in form.error.lights}
+    # All the texels there are: the figures are those of the whole.
+    np.testing.assert_allclose(by_light["D65"].mean, off(form.texels.form, bumpy).mean(), rtol=1e-4)
+    assert form.error.p99 == max(row.p99 for row in form.error.lights)
+
+
+def test_a_constant_texture_is_one_cluster_and_exact(bumpy):
+    same = with_values(bumpy, np.broadcast_to(bumpy.values[:, :, :1, :1], bumpy.values.shape))
+    form = local_pca(same, SIZES["medium"])
+    assert len(form.parts) == 1
+    assert off(form, same).max() < 0.05
+
+
+def test_texels_that_are_there_twice(bumpy):
+    values = np.tile(bumpy.values[:, :, :2, :2], (1, 1, 4, 4, 1))
+    form = local_pca(with_values(bumpy, values), FINE)
+    assert len(form.parts) <= 4
+    assert off(form, with_values(bumpy, values)).max() < 2.0
+
+
+def test_a_texel_that_is_black_in_all_images(bumpy):
+    values = bumpy.values.copy()
+    values[:, :, 3, 5] = 0.0
+    black = with_values(bumpy, values)
+    found = decoded(local_pca(black, FINE))
+    assert np.isfinite(found).all() and off(local_pca(black, FINE), black).mean() < 0.8
+
+
+def test_an_all_black_sample(bumpy):
+    black = with_values(bumpy, 0.0 * bumpy.values)
+    np.testing.assert_array_equal(decoded(local_pca(black, FINE)), 0.0)
+
+
+def test_saturated_highlights(bumpy):
+    values = bumpy.values.copy()
+    values[:, :, 4:6, 4:6] *= 30.0
+    found = decoded(local_pca(with_values(bumpy, values), FINE))
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(found[:, :, 4:6, 4:6].mean(), values[:, :, 4:6, 4:6].mean(), rtol=0.02)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5)])
+def test_a_few_texels(shape):
+    few = bumps(*shape, views=3, lights=3)
+    assert off(local_pca(few, FINE), few).mean() < 0.6
+
+
+def test_a_single_light():
+    one = bumps(views=4, lights=1)
+    assert len(one.lights) == 1
+    assert off(local_pca(one, FINE), one).mean() < 0.6
+
+
+def test_a_view_missing_and_a_ring_missing(bumpy):
+    """Directions are whatever there are: what is missing lies between others."""
+    whole = bumps(views=5, lights=4)
+    kept = [view for view in range(len(whole.views)) if view != 3 and not 7 <= view < 19]
+    part = HeldImages(Hemisphere(whole.views.directions[kept]), whole.lights, whole.values[kept], whole.basis)
+    form = btf_form(part, FINE)
+    wo, wi = (
+        np.repeat(whole.views.directions[[3, 10]], 2, axis=0),
+        np.repeat(rings(2)[[0, 3]][None], 2, axis=0).reshape(4, 3),
+    )
+    value = form.texels.terms(Points(wi, wo, np.full((4, 2), 0.3))).value
+    assert np.isfinite(value).all() and (value > 0.0).all()
+
+
+def test_numbers_that_are_none_are_refused(bumpy):
+    values = bumpy.values.copy()
+    values[5, 7, 2, 2, 1] = np.nan
+    with pytest.raises(InputError, match="not finite"):
+        local_pca(with_values(bumpy, values), FINE)
+
+
+def test_clusters_that_die_begin_anew():
+    """Far more clusters than lumps: none is empty, and each vector is where least of it is left."""
+    draw = np.random.default_rng(4)
+    lumps = np.concatenate([1e-3 * draw.normal(size=(400, 6)), 50.0 + draw.normal(size=(40, 6))]).astype(np.float32)
+    found = clustered(lumps, 16, 1)
+    assert len(found.origin) == 16
+    assert np.bincount(found.number, minlength=16).min() >= 1
+    assert np.isfinite(found.weights).all()
+
+
+def test_a_seed_is_the_same_bits(bumpy):
+    first, second = (local_pca(bumpy, FINE, seed=5).stored() for _ in range(2))
+    for name in ("number", "weights", "parts", "part_steps"):
+        np.testing.assert_array_equal(first[name], second[name])
+    np.testing.assert_array_equal(first["dictionary"]["core"], second["dictionary"]["core"])
+    # Another seed draws other texels, and is as good.
+    assert (
+        abs(off(local_pca(bumpy, FINE, seed=6), bumpy).mean() - off(local_pca(bumpy, FINE, seed=5), bumpy).mean()) < 0.1
+    )
+
+
+def test_what_a_file_keeps_draws_the_same(bumpy):
+    form = btf_form(bumpy, FINE)
+    again = BtfForm.from_stored(form.stored(), form.error)
+    draw = np.random.default_rng(0)
+    wi, wo = (np.abs(draw.normal(size=(50, 3))) for _ in range(2))
+    points = Points(
+        *(side / np.linalg.norm(side, axis=1, keepdims=True) for side in (wi, wo)), draw.uniform(size=(50, 2))
+    )
+    np.testing.assert_allclose(again.texels.terms(points).value, form.texels.terms(points).value, rtol=1e-5)
+
+
+def test_spectra_are_carried_not_colours():
+    """Sampled at every tenth wavelength or as three primaries: coefficients of any basis are kept as they are seen."""
+    spectra = np.eye(81)[:, 4::9] + 0.2
+    basis = SpectralBasis("bands", np.linspace(380, 780, 81), np.linalg.pinv(spectra).T, spectra)
+    images = bumps(8, 8, views=3, lights=3, basis=basis)
+    assert off(local_pca(images, FINE), images).mean() < 0.6
+
+
+def test_a_registered_surface_is_found_where_it_is(bumpy):
+    moved = HeldImages(bumpy.views, bumpy.lights, bumpy.values.copy(), bumpy.basis, offset=2.0)
+    for view, direction in enumerate(bumpy.views.directions):
+        across, down = displaced(direction, 2.0)
+        moved.values[view] = np.roll(bumpy.values[view], (down, across), axis=(1, 2))
+    for view in (0, 5, 30, 56):
+        np.testing.assert_array_equal(moved.registered(view, 2), bumpy.image(view, 2))
+    assert displaced(np.array([np.sqrt(0.5), 0.0, np.sqrt(0.5)]), 2.0) == (-2, 0)
+    assert displaced(np.array([0.0, np.sqrt(0.5), np.sqrt(0.5)]), 2.0) == (0, 2)
+
+
+def test_too_many_clusters_are_refused(bumpy):
+    with pytest.raises(InputError, match="clusters"):
+        local_pca(bumpy, Size(8, 300, 2, 1.0, 1.0))
