@@ -14,6 +14,7 @@ from ...spectral.palette import Palette
 from ..fast import Fast, Summand
 from ..fit_error import FitError, LightError
 from ..protocol import LIGHTS
+from .gathering import BtfGathering
 from .images import BtfImages
 from .local_pca import JUDGED, LocalPca, Size, gathered, local_pca
 from .metric import folding_of
@@ -50,6 +51,10 @@ class BtfForm(Fast):
         """See `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
 
+    def environment_form(self) -> BtfGathering:
+        """See `Fast.environment_form`; worked out when first asked for."""
+        return BtfGathering(texels=self.texels)
+
     def stored(self) -> dict[str, Any]:
         """The texels (`LocalPca.stored`) and the palette."""
         return {"texels": self.texels.form.stored(), "palette": self.texels.palette.stored()}
@@ -64,15 +69,45 @@ class BtfForm(Fast):
 
 
 def btf_form(
-    images: BtfImages, size: Size, seed: int = 0, heard: Callable[[float], None] = lambda share: None
+    images: BtfImages,
+    budget: float | Size = 0.5,
+    seed: int = 0,
+    heard: Callable[[float], None] = lambda share: None,
 ) -> BtfForm:
-    """The form of that size, with its error: ΔE94 of texels drawn at random, of every view and light.
+    """The form of a BTF, with its error: ΔE94 of texels drawn at random, of every view and light.
 
+    budget : a size; or the ΔE94 that the mean should not exceed under the worst light. Texels' own noise is in every
+    figure, and none of a few sizes may be within: then it is the one called "fine", beyond which bytes buy little.
     heard : hears the share that is done.
     """
+    if isinstance(budget, Size):
+        return _of_size(images, budget, seed, heard)
+    small = _of_size(images, SIZES["small"], seed, lambda share: heard(0.3 * share))
+    if _mean(small) <= budget:
+        return small
+    # Each size leaves a fifth to a third less than the one before.
+    names = ("medium", "fine") if _mean(small) < 1.5 * budget else ("fine", "finest")
+    found = small
+    for place, name in enumerate(names):
+        start = 0.3 + 0.35 * place
+        larger = _of_size(images, SIZES[name], seed, lambda share, start=start: heard(start + 0.35 * share))
+        if _mean(larger) <= budget or name != "finest":
+            found = larger
+        if _mean(found) <= budget or _mean(found) > 1.5 * budget:
+            break
+    heard(1.0)
+    return found
+
+
+def _of_size(images: BtfImages, size: Size, seed: int, heard: Callable[[float], None]) -> BtfForm:
     found = local_pca(images, size, seed, lambda share: heard(0.9 * share))
     form = BtfForm(BtfTexels(found, palette_of(images.basis)))
     return replace(form, error=measured(images, found, seed + 1, lambda share: heard(0.9 + 0.1 * share)))
+
+
+def _mean(form: BtfForm) -> float:
+    assert form.error is not None
+    return max(light.mean for light in form.error.lights)
 
 
 def palette_of(basis: SpectralBasis) -> Palette:

@@ -41,3 +41,9 @@ Around around(sampler2D list, int most, vec2 plane, float cosine) {
     if (held && cosine >= 0.0 && cosine < outermost) share *= cosine / outermost;
     return Around(ivec3(int(a.x), int(b.x), int(c.x)), share);
 }
+
+// theta (cos phi, sin phi) of a direction above the horizon; Mesa's own atan is off by thousands of units in the last place.
+vec2 plane_of(vec3 w) {
+    float level = length(w.xy);
+    return level > 0.0 ? w.xy * (atan(level, w.z) / level) : vec2(0.0);
+}

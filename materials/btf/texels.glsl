@@ -7,6 +7,7 @@ uniform sampler2D lights;
 uniform ivec2 size;
 
 #include "hemisphere.glsl"
+#include "texel.glsl"
 
 struct Here {
     ivec2 first;
@@ -27,12 +28,6 @@ Here here_at(Sample s) {
 
 int entry(Here here, int mixed) {
     return 0;
-}
-
-// One number of a texel: its cluster, 1 relative to the means, and its weights.
-float number_of(ivec2 texel, int number) {
-    const int quads = (COMPONENTS + 4) / 4;
-    return texelFetch(texels, ivec2(texel.x * quads + number / 4, texel.y), 0)[number % 4];
 }
 
 vec4 texel_at(ivec2 texel, Here here, int row) {
@@ -60,10 +55,7 @@ vec4 texel_at(ivec2 texel, Here here, int row) {
 vec4 term(Here here, int mixed, int row) {
     vec4 total = vec4(0.0);
     for (int corner = 0; corner < 4; ++corner) {
-        ivec2 at = here.first + ivec2(corner & 1, corner >> 1);
-        at -= size * ivec2(floor(vec2(at) / vec2(size)));
-        vec2 share = mix(1.0 - here.part, here.part, vec2(corner & 1, corner >> 1));
-        total += share.x * share.y * texel_at(at, here, row);
+        total += share_of(here.part, corner) * texel_at(corner_at(here.first, corner), here, row);
     }
     return total * here.scale;
 }

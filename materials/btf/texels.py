@@ -60,6 +60,12 @@ class BtfTexels(Summand):
         weights = self.form.weights.reshape(self.form.number.size, -1)
         return np.concatenate([np.ones((len(weights), 1), np.float32), weights.astype(np.float32)], axis=1)
 
+    @cached_property
+    def tallest(self) -> Float[np.ndarray, " c1"]:
+        """What components are divided by and weights multiplied with on the GPU, so that half precision holds them."""
+        tallest = np.abs(self.table).max(axis=(0, 1, 2, 4))
+        return np.where(tallest > 0.0, tallest, 1.0).astype(np.float32)
+
     def terms(self, points: Points) -> Terms:
         """See `Summand.terms`."""
         assert points.uv is not None
@@ -108,16 +114,13 @@ class BtfTexels(Summand):
         table = self.table.reshape(-1, *self.table.shape[3:])
         components, size = table.shape[1:]
         quads = -(-size // 4)
-        # Weights take what components are divided by, so that half precision holds both.
-        tallest = np.abs(table).max(axis=(0, 2))
-        tallest = np.where(tallest > 0.0, tallest, 1.0).astype(np.float32)
         padded = np.zeros((len(table), components, quads * 4), dtype=np.float16)
-        padded[..., :size] = table / tallest[:, None]
+        padded[..., :size] = table / self.tallest[:, None]
         textures = {
-            "components": _folded(padded.reshape(-1, 4)),
-            "texels": self._packed(tallest),
-            "views": _directions(self.form.views),
-            "lights": _directions(self.form.lights),
+            "components": folded(padded.reshape(-1, 4)),
+            "texels": self._packed(),
+            "views": directions_listed(self.form.views),
+            "lights": directions_listed(self.form.lights),
         }
         sizes = {"COMPONENTS": components, "FOURS": quads, "CELLS": self.form.views.cells.shape[0]}
         sizes |= {"VIEWS": len(self.form.views), "LIGHTS": len(self.form.lights)}
@@ -125,10 +128,10 @@ class BtfTexels(Summand):
         height, width = self.form.number.shape
         return TermShader(Path(__file__).with_suffix(".glsl"), sizes, textures, {"size": (width, height)})
 
-    def _packed(self, tallest: Float[np.ndarray, " c1"]) -> np.ndarray:
+    def _packed(self) -> np.ndarray:
         """Of each texel its cluster and its weights, four numbers to a texel of the GPU's, one beside the other."""
         height, width = self.form.number.shape
-        numbers = self.weights * tallest
+        numbers = self.weights * self.tallest
         numbers = np.concatenate([self.form.number.reshape(-1, 1).astype(np.float32), numbers], axis=1)
         quads = -(-numbers.shape[1] // 4)
         padded = np.zeros((len(numbers), quads * 4), dtype=np.float32)
@@ -155,7 +158,7 @@ class BtfTexels(Summand):
         return f"{width} x {height} texels, {len(self.form.views)} views x {len(self.form.lights)} lights"
 
 
-def _folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
+def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
     """A long list of texels as a picture of at most `MOST_TEXELS` each way, row by row.
 
     Raises
@@ -172,7 +175,7 @@ def _folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
     return padded.reshape(height, width, 4)
 
 
-def _directions(hemisphere: Hemisphere) -> np.ndarray:
+def directions_listed(hemisphere: Hemisphere) -> np.ndarray:
     """What `hemisphere.glsl` reads: first each triangle, two texels a corner, then each cell's triangles.
 
     Of a corner the row of `Hemisphere.inverse`, and 0; then which measured direction it stands for, its cosine, whether
@@ -189,4 +192,4 @@ def _directions(hemisphere: Hemisphere) -> np.ndarray:
     cells[:, 0] = hemisphere.cells.ravel()
     head = np.zeros((1, 4), dtype=np.float32)
     head[0, 0] = len(corners)
-    return _folded(np.concatenate([head, triangles.reshape(-1, 4), cells]))
+    return folded(np.concatenate([head, triangles.reshape(-1, 4), cells]))

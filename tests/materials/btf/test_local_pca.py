@@ -199,3 +199,11 @@ def test_a_registered_surface_is_found_where_it_is(bumpy):
 def test_too_many_clusters_are_refused(bumpy):
     with pytest.raises(InputError, match="clusters"):
         local_pca(bumpy, Size(8, 300, 2, 1.0, 1.0))
+
+
+def test_a_budget_chooses_the_size():
+    images = bumps(16, 16, views=3, lights=3)
+    wide, narrow = btf_form(images, 4.0), btf_form(images, 0.3)
+    mean = [max(light.mean for light in form.error.lights) for form in (wide, narrow)]
+    assert mean[0] <= 4.0 and mean[1] < mean[0]
+    assert wide.texels.form.weights.shape[2] < narrow.texels.form.weights.shape[2]
