@@ -31,7 +31,10 @@ _MOST_TABLES = 12
 
 
 class Draw(NamedTuple):
-    """A draw call: where to, which sizes of the shader say what is written, and the first of the rows of four terms."""
+    """A draw call: where to, which sizes of the shader say what is written, and the first of the rows of four terms.
+
+    Rows are those of one field: a call writes the same ones of every field.
+    """
 
     target: moderngl.Framebuffer
     scissor: tuple[int, int, int, int] | None
@@ -63,10 +66,11 @@ class GLGathering:
         """Write a layer's terms, four to each texture. samplers, values : what `gather.frag` reads of a tile."""
         owner, draws = Owner(self.context), []
         try:
-            for start in range(0, len(quads), MOST_QUADS):
-                target = owner.keep(self.context.framebuffer(quads[start : start + MOST_QUADS]))
+            for some in _shared(layer, MOST_QUADS):
+                chosen = [quads[field * _rows(layer) + row] for field in range(_fields(layer)) for row in some]
+                target = owner.keep(self.context.framebuffer(chosen))
                 target.clear()
-                draws.append(Draw(target, None, {"QUADS": len(target.color_attachments)}, start))
+                draws.append(Draw(target, None, {"ROWS_A_CALL": len(some)}, some.start))
             self._gather(draws, layer, filtered, samplers, values)
         finally:
             owner.release()
@@ -81,10 +85,10 @@ class GLGathering:
         values: Mapping[str, object],
     ) -> None:
         """Add a layer, folded, to a picture of each spectrum; the palette and its shape are among what is given."""
-        rows, spectra = layer.rank // 4, len(target.color_attachments)
+        spectra = len(target.color_attachments)
         draws = [
-            Draw(target, box, {"QUADS": min(rows - start, MOST_FOLDED), "SPECTRA": spectra}, start)
-            for start in range(0, rows, MOST_FOLDED)
+            Draw(target, box, {"ROWS_A_CALL": len(some), "SPECTRA": spectra}, some.start)
+            for some in _shared(layer, MOST_FOLDED)
         ]
         self._gather(draws, layer, filtered, samplers, values)
 
@@ -98,7 +102,7 @@ class GLGathering:
     ) -> None:
         form, scratch = layer.form, Owner(self.context)
         made = form.shader(filtered)
-        sizes = {"LOBES": form.count, "BENT": form.bent, **made.sizes}
+        sizes = {"LOBES": form.count, "BENT": form.bent, "FIELDS": _fields(layer), **made.sizes}
         sizes |= {"MIPMAPPED": 1} if filtered else {}
         sizes |= {"USES_UV": 1} if form.uses_uv else {}
         given = {
@@ -109,8 +113,7 @@ class GLGathering:
             "scale": layer.scale,
             "lobes": sizes["LOBES"],
             "moments": form.bent,
-            "light_fields": layer.fields.stop - layer.fields.start,
-            "rows": layer.rank // 4 // (layer.fields.stop - layer.fields.start),
+            "rows": _rows(layer),
         }
         gathered, shadows = layer.gathered, layer.shadows
         if isinstance(gathered, GatheredPanel):
@@ -149,3 +152,19 @@ class GLGathering:
             found = of, made()
         self._tables[key] = found
         return found[1]
+
+
+def _fields(layer: SpreadLayer) -> int:
+    """How many of a light's fields a layer is of."""
+    return layer.fields.stop - layer.fields.start
+
+
+def _rows(layer: SpreadLayer) -> int:
+    """Rows of four terms that it has of each field."""
+    return layer.rank // 4 // _fields(layer)
+
+
+def _shared(layer: SpreadLayer, most: int) -> list[range]:
+    """Those rows, shared among draw calls of at most so many rows of all fields together."""
+    rows, a_call = _rows(layer), max(1, most // _fields(layer))
+    return [range(start, min(start + a_call, rows)) for start in range(0, rows, a_call)]

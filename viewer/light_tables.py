@@ -60,7 +60,7 @@ def panel_tables(context: moderngl.Context, panel: GatheredPanel) -> LightTables
     """A softbox: numbers alone."""
     nodes = [(float(at), float(weight)) for at, weight in zip(polygon.AT, polygon.WEIGHTS, strict=True)]
     return LightTables(
-        {"PANEL": 1, "PANEL_CELLS": len(panel.cells), "PANEL_NODES": len(nodes), "MOST_BRIGHT": 2},
+        {"PANEL": 1, "PANEL_CELLS": len(panel.cells), "PANEL_NODES": len(nodes)},
         {
             "panel_corners": [tuple(one) for one in panel.corners.tolist()],
             "panel_cells": [tuple(one) for one in panel.cells.tolist()],

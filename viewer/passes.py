@@ -202,8 +202,8 @@ class Passes:
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Add what a material gathers of a light that spreads to `target`, whose attachments are, as `sizes` say, four
-        terms each (QUADS), or folded pictures (SPECTRA).
+        """Add what a material gathers of a light that spreads to `target`, whose attachments are folded pictures where
+        `sizes` have SPECTRA, else four terms each (ROWS_A_CALL of each of FIELDS).
         """
         self._check_names(terms)
         whole = {**sizes, "ROW_LENGTH": resources.ROW_LENGTH}

@@ -81,6 +81,7 @@ def references(surface: Surface) -> Float[np.ndarray, "M N 3"]:
 def samples(form: ViewSlices, isotropic: bool) -> Float[np.ndarray, "M N 3"]:
     """XYZ of every point of the sphere from the form, under each of `LIGHTS`."""
     wo, frames = _points(isotropic)
+    # Viewers of isotropic forms stand above +x here, where the frame of slices is the point's.
     lobes = form.lobes(Points(wo, wo))
     world = np.einsum("nqj,njk->nqk", lobes.directions, frames)
     mean = sky.under_lobes(world.reshape(-1, 3), lobes.sharpness.reshape(-1)).reshape(lobes.sharpness.shape)

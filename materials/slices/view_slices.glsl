@@ -43,35 +43,21 @@ Here here_at(Gathered s) {
     return here;
 }
 
+// Of isotropic materials slices stand in the viewer's plane.
 mat3 frame_of(Here here) {
-    return mat3(1.0);
+    return mat3(here.plane.x, here.plane.y, 0.0, -here.plane.y, here.plane.x, 0.0, 0.0, 0.0, 1.0);
 }
 
 vec4 lobe(Here here, int number) {
     vec4 found = vec4(0.0);
     for (int k = 0; k < CORNERS; ++k) found += here.weights[k] * texelFetch(axes, ivec2(number, here.rows[k]), 0);
     found.xyz = normalize(found.xyz);
-    found.xy = vec2(here.plane.x * found.x - here.plane.y * found.y, here.plane.y * found.x + here.plane.x * found.y);
     return found;
 }
 
-vec4 stored(Here here, int number, int row) {
+vec4 value(Here here, int number, int row) {
     vec4 found = vec4(0.0);
     for (int k = 0; k < CORNERS; ++k)
         found += here.weights[k] * texelFetch(values, ivec2(number * quads + row, here.rows[k]), 0);
     return found;
-}
-
-// Of the cosine's coefficients those in axes that are turned from the viewer's plane; see view_slices._turned.
-vec4 value(Here here, int number, int row) {
-    int bend = number - LOBES;
-    vec4 found = stored(here, number, row);
-    float c = here.plane.x, s = here.plane.y;
-    if (bend < 1 || bend == 3 || bend == 8) return found;
-    if (bend == 1) return c * found - s * stored(here, LOBES + 2, row);
-    if (bend == 2) return c * found + s * stored(here, LOBES + 1, row);
-    if (bend == 4) return (c * c - s * s) * found + 4.0 * s * c * stored(here, LOBES + 7, row);
-    if (bend == 5) return c * found + s * stored(here, LOBES + 6, row);
-    if (bend == 6) return c * found - s * stored(here, LOBES + 5, row);
-    return (c * c - s * s) * found - s * c * stored(here, LOBES + 4, row);
 }

@@ -101,15 +101,8 @@ class ViewSlices(EnvironmentForm):
         width = _mixed(w[:, None] / self.sharpness[t, a] for t, a, w in corners)
         value = _mixed(w[:, None, None] * self.value[t, a] for t, a, w in corners)
         directions = directions / np.linalg.norm(directions, axis=2, keepdims=True)
-        value, matt = value[:, : self.count], value[:, self.count :]
-        if self.isotropic:
-            # From the plane of +x into that of the viewer; straight above every plane is as good.
-            level = np.where(flat > 0.0, flat, 1.0)
-            cosine, sine = np.where(flat > 0.0, wo[:, 0] / level, 1.0)[:, None], (wo[:, 1] / level)[:, None]
-            x, y, z = np.moveaxis(directions, 2, 0)
-            directions = np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=2)
-            matt = _turned(matt, cosine, sine)
-        return Lobes(directions, 1.0 / width, value, matt)
+        frame = _in_plane(wo, flat) if self.isotropic else None
+        return Lobes(directions, 1.0 / width, value[:, : self.count], value[:, self.count :], frame)
 
     def shader(self, filtered: bool = False) -> TermShader:
         """Two textures: axes with 1/sharpness, a row a slice; and values, four terms a texel."""
@@ -176,26 +169,12 @@ def _error_from(kept: Mapping[str, Any]) -> FitError:
     )
 
 
-def _turned(
-    matt: Float[np.ndarray, "N 9 R"], cosine: Float[np.ndarray, "N 1"], sine: Float[np.ndarray, "N 1"]
-) -> Float[np.ndarray, "N 9 R"]:
-    """Coefficients of `bends` in axes that are turned about z."""
-    one, x, y, z, xy, yz, xz, uneven, steep = np.moveaxis(matt, 1, 0)
-    double, skew = cosine * cosine - sine * sine, 2.0 * sine * cosine
-    return np.stack(
-        [
-            one,
-            cosine * x - sine * y,
-            sine * x + cosine * y,
-            z,
-            double * xy + 2.0 * skew * uneven,
-            cosine * yz + sine * xz,
-            cosine * xz - sine * yz,
-            double * uneven - 0.5 * skew * xy,
-            steep,
-        ],
-        axis=1,
-    )
+def _in_plane(wo: Float[np.ndarray, "N 3"], flat: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3 3"]:
+    """Axes, rows, whose x is the viewer's azimuth; straight above, where `flat` is 0, all are as good."""
+    level = np.where(flat > 0.0, flat, 1.0)
+    cosine, sine, zero = np.where(flat > 0.0, wo[:, 0] / level, 1.0), wo[:, 1] / level, np.zeros_like(flat)
+    rows = [cosine, sine, zero], [-sine, cosine, zero], [zero, zero, np.ones_like(flat)]
+    return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
 
 
 def _mixed(parts: Iterable[np.ndarray]) -> np.ndarray:

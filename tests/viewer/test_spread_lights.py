@@ -10,11 +10,12 @@ from metamer.lighting.environment import bright_light, latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.reference import reference_images
-from metamer.materials.factored.pack import FactoredBrdf
+from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
+from metamer.spectral.palette import Palette
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.renderer import radiance_weights
 from metamer.viewer.software import SoftwareRenderer
@@ -198,6 +199,20 @@ def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
     alone, _ = plain.render(under(scene, light), None, surfaces)
     deltas, _ = plain.render(scene, None, surfaces)
     assert np.allclose(first, alone + deltas, atol=2e-5 * first.max())
+
+
+def test_more_terms_than_a_draw_call_takes_make_the_same_picture(scenes, gl):
+    # Six rows of four terms of each of three fields: folded by five and one, kept by one at a time.
+    form = scenes.SURFACES["gloss"].environment_form()
+    numbers = np.random.default_rng(4).uniform(0.0, 1.0, (form.palette.rank, 22))
+    spectra = np.random.default_rng(5).uniform(0.0, 0.1, (22, form.palette.values.shape[2]))
+    many = replace(form, value=form.value @ numbers, palette=Palette(spectra[None], form.palette.basis))
+    surfaces = {"gloss": replace(matt_brdf(np.ones(22), many.palette), slices=many)}
+    scene = under(scenes.sphere_scene(size=24, samples=1), sky(3, rotation_deg=20.0))
+    twin, _ = SoftwareRenderer().render(scene, None, surfaces)
+    for renderer in (GLRenderer(gl), GLRenderer(gl, keeps_terms=True)):
+        drawn, _ = renderer.render(scene, None, surfaces)
+        assert np.abs(drawn - twin).max() < 1e-4 * np.abs(twin).max()
 
 
 def test_spectral_pictures_fold_to_the_same_colours(scenes, make):

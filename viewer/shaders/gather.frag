@@ -1,5 +1,7 @@
 // What one part's material gathers of a light that spreads, at every pixel of a box: terms, for each field of the light
 // the form's; four a target for `fold.frag`, or folded here into the pictures of SPECTRA spectra. Twin of gathering.py.
+// A draw call is for ROWS_A_CALL rows of four terms of each of FIELDS fields: numbers that compilers know, so that the
+// sums are registers. An array that is indexed by what only comes with the call is memory, and costs more than look-ups.
 
 #include "octahedral.glsl"
 #ifdef PANEL
@@ -27,33 +29,29 @@ uniform float scale;
 uniform ivec2 part;             // first and last triangle number + 1 of the part
 uniform int samples;            // along a side of a pixel
 uniform ivec2 origin;           // of the box, pixels of the tile
-uniform int first_row;          // of the rows of four terms, fields one after the other
-uniform int rows;               // of one field
-uniform int light_fields;       // how many there are
+uniform int first_row;          // of the rows of four terms of a field
 uniform int lobes;              // LOBES, as a number that compilers do not unroll
 uniform int moments;            // BENT, as well
 
 #ifdef SPECTRA
 #include "fold.glsl"
+uniform int rows;               // of a field, in all
 layout(location = 0) out vec4 pictures[SPECTRA];
 #else
-layout(location = 0) out vec4 terms[QUADS];
+layout(location = 0) out vec4 terms[FIELDS * ROWS_A_CALL];
 #endif
 
 // A lobe's terms are the same for all fields: looked up once.
-void add(Here here, int number, vec4 light, inout vec4 total[QUADS]) {
-    for (int row = 0; row < rows; ++row) {
-        vec4 found = value(here, number, row);
-        for (int field = 0; field < light_fields; ++field) {
-            int k = field * rows + row - first_row;
-            if (k >= 0 && k < QUADS) total[k] += light[field] * found;
-        }
+void add(Here here, int number, vec4 light, inout vec4 total[FIELDS * ROWS_A_CALL]) {
+    for (int row = 0; row < ROWS_A_CALL; ++row) {
+        vec4 found = value(here, number, first_row + row);
+        for (int field = 0; field < FIELDS; ++field) total[field * ROWS_A_CALL + row] += light[field] * found;
     }
 }
 
 void main() {
-    vec4 total[QUADS];
-    for (int k = 0; k < QUADS; ++k) total[k] = vec4(0.0);
+    vec4 total[FIELDS * ROWS_A_CALL];
+    for (int k = 0; k < FIELDS * ROWS_A_CALL; ++k) total[k] = vec4(0.0);
     ivec2 corner = (ivec2(gl_FragCoord.xy) + origin) * samples;
     for (int n = 0; n < samples * samples; ++n) {
         ivec2 at = corner + ivec2(n % samples, n / samples);
@@ -126,10 +124,12 @@ void main() {
 #ifdef SPECTRA
     for (int j = 0; j < SPECTRA; ++j) {
         vec3 found = vec3(0.0);
-        for (int k = 0; k < QUADS; ++k) found += folded(total[k], 0, first_row + k, j);
+        for (int field = 0; field < FIELDS; ++field)
+            for (int row = 0; row < ROWS_A_CALL; ++row)
+                found += folded(total[field * ROWS_A_CALL + row], 0, field * rows + first_row + row, j);
         pictures[j] = vec4(scale * found, 0.0);
     }
 #else
-    for (int k = 0; k < QUADS; ++k) terms[k] = scale * total[k];
+    for (int k = 0; k < FIELDS * ROWS_A_CALL; ++k) terms[k] = scale * total[k];
 #endif
 }

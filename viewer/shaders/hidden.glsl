@@ -6,18 +6,21 @@ uniform sampler2D faces;        // of every triangle of the window: its number i
 uniform isampler2D nodes;       // of every triangle of the scene: the vertices that its parts have
 uniform isampler2D sites_of;    // of every vertex its site in front and behind, -1 inside of solids
 uniform sampler2D sites;        // of every site: codes of its map, four a texel
-uniform sampler2D site_light;   // of every site: what it loses of all but narrow parts, 9 moments, and the whole of it
 uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps a texel, one four beside the other; mean last
 uniform ivec4 division;         // of the part: first triangle, where its nodes begin, parts a side, nodes a triangle
-uniform int bright;             // parts of a light, the narrow among them, fours of codes: numbers that compilers do
-uniform int narrow;             // not unroll
-uniform int map_quads;
+uniform int map_quads;          // fours of codes: a number that compilers do not unroll
+#ifndef PANEL
+// Of environments alone: softboxes have cells, see panel_hidden.glsl.
+uniform sampler2D site_light;   // of every site: what it loses of all but narrow parts, 9 moments, and the whole of it
+uniform int bright;             // parts of a light, and the narrow among them: not to be unrolled either
+uniform int narrow;
 uniform sampler2D bright_maps;  // rows: of each bright part the axes of maps in its direction, and the mean
 uniform sampler2D bright_lux;   // rows: what each bright part of amplitude 1 gives a surface, by the cosine to it
 uniform vec4 bright_axes[MOST_BRIGHT];      // world, and lambda
 uniform vec4 bright_amplitudes[MOST_BRIGHT];// of up to four fields
 
 const int LIGHT_TEXELS = 10;
+#endif
 
 struct Hiding {
     vec4 codes[MAP_QUADS];
@@ -70,17 +73,6 @@ Hiding hiding_at(int number, ivec2 sample_at) {
     return at;
 }
 
-#ifndef PANEL
-// What is left of all light but the narrow parts': as much is lost as at the vertices, as a share of the whole there.
-void left_of(vec4 others[BENT], Hiding at, mat3 to_world, out vec4 left[BENT]) {
-    vec4 lost[BENT], share = vec4(0.0);
-    turned(to_world, at.lost, lost);
-    for (int k = 0; k < 4; ++k)
-        if (at.lost[0][k] > 0.0) share[k] = max(others[0][k], 0.0) / max(at.whole[k], at.lost[0][k]);
-    for (int b = 0; b < BENT; ++b) left[b] = (others[b] - lost[b] * share) * (1.0 - at.dark);
-}
-#endif
-
 float map_texel(Hiding at, ivec2 texel) {
     float found = texelFetch(map_axes, texel + ivec2(MAP_QUADS * (MAP_SIDE + 2), 0), 0).x;
     for (int k = 0; k < map_quads; ++k)
@@ -104,14 +96,6 @@ float signed_distance(Hiding at, vec3 to) {
         mix(map_texel(at, corner + ivec2(0, 1)), map_texel(at, corner + ivec2(1, 1)), part.x), part.y));
 }
 
-// The same of a bright part's axis.
-float part_distance(Hiding at, int part) {
-    if (at.dark > 0.0) return -0.5 * PI;
-    float found = texelFetch(bright_maps, ivec2(MAP_QUADS, part), 0).x;
-    for (int k = 0; k < map_quads; ++k) found += dot(at.codes[k], texelFetch(bright_maps, ivec2(k, part), 0));
-    return straight(found);
-}
-
 float error_function(float theta, float k, float c) {
     float x = clamp(k * (theta + c * theta * theta * theta), -6.0, 6.0);
     float y = clamp(x * (1.12838 + 0.10277 * x * x), -20.0, 20.0);
@@ -124,6 +108,24 @@ float free_share(float angle, float lambda) {
     float c = -lambda / (24.0 * (lambda + 0.3460));
     float theta = clamp(angle, -0.5 * PI, 0.5 * PI);
     return 0.5 + 0.5 * error_function(theta, k, c) / error_function(0.5 * PI, k, c);
+}
+
+#ifndef PANEL
+// `signed_distance` of a bright part's axis.
+float part_distance(Hiding at, int part) {
+    if (at.dark > 0.0) return -0.5 * PI;
+    float found = texelFetch(bright_maps, ivec2(MAP_QUADS, part), 0).x;
+    for (int k = 0; k < map_quads; ++k) found += dot(at.codes[k], texelFetch(bright_maps, ivec2(k, part), 0));
+    return straight(found);
+}
+
+// What is left of all light but the narrow parts': as much is lost as at the vertices, as a share of the whole there.
+void left_of(vec4 others[BENT], Hiding at, mat3 to_world, out vec4 left[BENT]) {
+    vec4 lost[BENT], share = vec4(0.0);
+    turned(to_world, at.lost, lost);
+    for (int k = 0; k < 4; ++k)
+        if (at.lost[0][k] > 0.0) share[k] = max(others[0][k], 0.0) / max(at.whole[k], at.lost[0][k]);
+    for (int b = 0; b < BENT; ++b) left[b] = (others[b] - lost[b] * share) * (1.0 - at.dark);
 }
 
 float bright_under(vec3 to, float lambda, vec4 bright) {
@@ -142,3 +144,4 @@ float bright_on(vec3 normal, int part) {
     return mix(texelFetch(bright_lux, ivec2(below, part), 0).x, texelFetch(bright_lux, ivec2(below + 1, part), 0).x,
         place - float(below));
 }
+#endif
