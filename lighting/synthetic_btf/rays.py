@@ -18,7 +18,7 @@ LEAST_HEIGHT = 0.02
 _OFFSET = 1e-3
 # How often a ray goes on, each time for half a tile at least. Those along the plane would go on for ever; on the way
 # they have met what there is to meet.
-_MOST_TILES = 400
+_MOST_TILES = 4096
 # Rays given to Embree at once: bounds memory.
 _CHUNK = 1 << 20
 
@@ -80,8 +80,10 @@ class PeriodicRays:
             found[going] = hit
             edge = np.where(to[:, :2] > 0.0, self._high, self._low) - at[:, :2]
             far = np.divide(edge, to[:, :2], out=np.full_like(edge, np.inf), where=to[:, :2] != 0.0).min(axis=1)
-            height = at[:, 2] + np.where(to[:, 2] == 0.0, 0.0, far * np.where(to[:, 2] == 0.0, 1.0, to[:, 2]))
-            on = (hit < 0) & np.isfinite(far) & (height <= self._heights[1]) & (height >= self._heights[0])
+            far_height = at[:, 2] + np.where(np.isfinite(far), far, 0.0) * to[:, 2]
+            least, most = self._heights
+            above_all, below_all = (to[:, 2] >= 0.0) & (far_height > most), (to[:, 2] <= 0.0) & (far_height < least)
+            on = (hit < 0) & np.isfinite(far) & ~above_all & ~below_all
             if not on.any():
                 break
             at, to, going = at[on] + far[on, None] * to[on], to[on], going[on]

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...spectral.errors import InputError
-from ..vectors import dot, unit
+from ..vectors import unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,9 @@ class Relief:
             )
         if self.along is not None and self.along.shape != (rows, columns, 2):
             found = self.along.shape
-            raise InputError("yarns do not fit the cells", field="along", found=found, expected=(rows, columns, 2))
+            raise InputError(
+                "yarns do not fit the cells", field="along", found=found, expected=f"({rows}, {columns}, 2)"
+            )
         if not np.isfinite(self.heights).all():
             raise InputError("a height that is not a number", field="heights", expected="finite heights, in texels")
         if self.dye.min() < 0:
@@ -98,7 +100,7 @@ class Relief:
         flat = np.repeat(self.along.reshape(-1, 2), 2, axis=0)
         normals = self.normals
         # Over the yarn's direction in the plane, the facet rises by what its slope says.
-        rise = -dot(flat, normals[:, :2]) / normals[:, 2]
+        rise = -np.einsum("fi,fi->f", flat, normals[:, :2]) / normals[:, 2]
         return unit(np.concatenate([flat, rise[:, None]], axis=1))
 
     def shifted(self, down: int, right: int) -> Relief:

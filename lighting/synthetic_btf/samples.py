@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
-
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -14,7 +12,8 @@ from .relief import Relief
 from .synthetic import SyntheticBtf
 from .transport import Gloss
 
-Weave = Literal["plain", "twill"]
+#: Weaves, and after how many yarns each comes back.
+WEAVES = {"plain": 2, "twill": 4}
 # A yarn's half width, in pitches: a little less than half, so that one sees between yarns.
 _RADIUS = 0.46
 # How flat yarns are pressed: height of a cross-section over half its width.
@@ -32,7 +31,7 @@ def woven(
     texels: int = 48,
     *,
     yarns: int = 8,
-    weave: Weave = "twill",
+    weave: str = "twill",
     warp: Spectrum | None = None,
     weft: Spectrum | None = None,
     gloss: Gloss = _SHEEN,
@@ -49,9 +48,9 @@ def woven(
     ------
     InputError : a weave there is none of, or one that does not come out even over the tile.
     """
-    period = {"plain": 2, "twill": 4}.get(weave)
+    period = WEAVES.get(weave)
     if period is None:
-        raise InputError("an unknown weave", field="weave", found=weave, expected=", ".join(get_args(Weave)))
+        raise InputError("an unknown weave", field="weave", found=weave, expected=", ".join(WEAVES))
     if yarns < period or yarns % period:
         raise InputError("a weave that does not tile", field="yarns", found=yarns, expected=f"a multiple of {period}")
     _check(texels, cells)
@@ -95,7 +94,7 @@ def corduroy(
     _check(texels, cells)
     random = np.random.default_rng(seed)
     across, _ = _middles(texels, cells, wales)
-    wander = 0.12 * _noise(texels * cells, 0.5 * texels / wales * cells, random)
+    wander = 0.03 * _noise(texels * cells, 0.5 * texels / wales * cells, random)
     ridge = np.abs(np.sin(np.pi * (across + wander))) ** 0.7
     tufts = _noise(texels * cells, 0.8 * cells, random)
     heights = depth * ridge + (0.15 + 0.45 * ridge) * tufts

@@ -43,7 +43,7 @@ class SyntheticBtf:
     plane: float | None = None
     seed: int = 0
     gathering: int = 8
-    samples: int = 3
+    samples: int = 4
     texel_mm: float | None = None
 
     def __post_init__(self) -> None:
