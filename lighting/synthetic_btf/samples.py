@@ -16,8 +16,6 @@ from .transport import Gloss
 WEAVES = {"plain": 2, "twill": 4}
 # A yarn's half width, in pitches: a little less than half, so that one sees between yarns.
 _RADIUS = 0.46
-# How flat yarns are pressed: height of a cross-section over half its width.
-_PRESSED = 0.7
 # How far a yarn goes up and down from crossing to crossing, in pitches.
 _WAVE = 0.3
 # How deep the valleys are between fibres that are twisted to a yarn, in pitches.
@@ -32,6 +30,7 @@ def woven(
     *,
     yarns: int = 8,
     weave: str = "twill",
+    depth: float = 0.5,
     warp: Spectrum | None = None,
     weft: Spectrum | None = None,
     gloss: Gloss = _SHEEN,
@@ -40,6 +39,7 @@ def woven(
     """Cloth of dyed yarns: warp of one dye along v, weft of another along u.
 
     texels : along each side of the tile. yarns : of each kind across it; a multiple of 2 (plain) or 4 (2/2 twill).
+    depth : 1 where yarns are round and lie loosely, less where they are pressed flat.
     warp, weft : reflectances (P,L) of a yarn's places, by chance and smoothly along it; one each is even. None: madder
     and indigo of twelve strengths each.
     cells : along a side of a texel; facets are half of one. The rest: `dataclasses.replace` (`SyntheticBtf`).
@@ -62,7 +62,7 @@ def woven(
     weft_height = _yarn(along, across, ~over.T, random)
     is_weft = weft_height > warp_height
     pitch = texels / yarns
-    heights = np.maximum(np.maximum(warp_height, weft_height), -_RADIUS) * pitch
+    heights = np.maximum(np.maximum(warp_height, weft_height), -_RADIUS) * (pitch * depth)
     strengths = np.linspace(0.25, 1.8, 12)
     warp = dyed("madder", strengths) if warp is None else warp
     weft = dyed("indigo", strengths) if weft is None else weft
@@ -183,7 +183,7 @@ def _yarn(
     share = 0.5 - 0.5 * np.cos(np.pi * (place - before))
     sign = np.where(over, 1.0, -1.0)
     level = (1.0 - share) * sign[number, before % count] + share * sign[number, (before + 1) % count]
-    arch = np.sqrt(np.maximum(_RADIUS**2 - off**2, 0.0)) * _PRESSED
+    arch = np.sqrt(np.maximum(_RADIUS**2 - off**2, 0.0))
     twist = _TWIST * np.cos(2.0 * np.pi * (4.0 * along + 2.5 * off + phase[number]))
     return np.where(np.abs(off) < _RADIUS, _WAVE * level + arch + twist, -np.inf)
 
