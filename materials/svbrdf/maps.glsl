@@ -5,6 +5,9 @@
 #ifdef MIPMAPPED
 uniform float widened;
 #endif
+#ifdef COAT
+uniform float coat_f0;
+#endif
 
 struct Here {
     vec4 terms[ROWS];
@@ -63,6 +66,30 @@ float facets_apart(vec3 wi, vec3 wo, vec3 spread, vec3 differ) {
 }
 #endif
 
+#ifdef COAT
+// Facets of the coat, times cos_i.
+float coat_shine(float numbers[PLANES], bool coarse, vec3 wi, vec3 wo) {
+    vec3 normal = vec3(NUMBER(COAT_NORMAL, 0, AT_COAT_NORMAL), NUMBER(COAT_NORMAL, 1, AT_COAT_NORMAL), 0.0);
+    normal.z = sqrt(max(1.0 - dot(normal.xy, normal.xy), 0.0));
+#ifdef MIPMAPPED
+    if (coarse) {
+        normal.z = NUMBER(COAT_UP, 0, AT_COAT_UP);
+        normal = normalize(normal);
+    }
+#endif
+    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
+    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return 0.0;
+    float alpha2 = NUMBER(COAT_SPREAD, 0, AT_COAT_SPREAD);
+    vec3 spread = vec3(alpha2, 0.0, alpha2);
+#ifdef MIPMAPPED
+    if (coarse)
+        return facets_apart(to_light, to_viewer, spread, vec3(NUMBER(COAT_DIFFER, 0, AT_COAT_DIFFER),
+            NUMBER(COAT_DIFFER, 1, AT_COAT_DIFFER), NUMBER(COAT_DIFFER, 2, AT_COAT_DIFFER)));
+#endif
+    return facets(to_light, to_viewer, spread) * to_light.z;
+}
+#endif
+
 // With what a level shows at a point, `share` of it; `coarse`: of means of texels.
 Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     float numbers[PLANES];
@@ -86,13 +113,19 @@ Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     } else
 #endif
     covers = covers >= cutoff ? 1.0 : 0.0;
-    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
-    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return here;
-    if (!coarse) lit = to_light.z;
     vec3 d = wi - wo;
     // 1 - cos = sin^2 / (1 + cos), and |wi - wo| = 2 sin: no cancellation near retro-reflection.
     float lost = 0.25 * dot(d, d) / (1.0 + 0.5 * length(wi + wo));
-    float fall = lost * lost * lost * lost * lost;
+    float fall = lost * lost * lost * lost * lost, under = covers * share;
+#ifdef COAT
+    // See coat.coat_over.
+    float reflected_by_coat = NUMBER(COAT, 0, AT_COAT) * (coat_f0 + (1.0 - coat_f0) * fall);
+    here.terms[RANK / 4][RANK % 4] += under * reflected_by_coat * coat_shine(numbers, coarse, wi, wo);
+    under *= 1.0 - reflected_by_coat;
+#endif
+    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
+    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return here;
+    if (!coarse) lit = to_light.z;
     float shine = 0.0;
 #ifdef MIPMAPPED
     if (coarse) {
@@ -101,8 +134,8 @@ Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     } else
 #endif
     shine = facets(to_light, to_viewer, spread) * to_light.z;
-    shine *= covers * share;
-    lit *= covers * share / 3.14159265358979;
+    shine *= under;
+    lit *= under / 3.14159265358979;
     float through = (1.0 - fall) * lit, rest = fall * lit, reflected = (1.0 - fall) * shine;
     for (int r = 0; r < RANK; ++r)
         here.terms[r / 4][r % 4] += NUMBER(BODY, r, AT_BODY) * through + NUMBER(REST, r, AT_REST) * rest
