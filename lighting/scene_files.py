@@ -125,7 +125,7 @@ def _own(table: Mapping[str, Any]) -> str:
 
 
 def _names(tables: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[str]]:
-    """What each part is called, where it has no `name` with a number behind it if others are called so; notes on those."""
+    """What each part is called, with a number where it has no `name` and others are called so; and notes on those."""
     taken_names = {_own(table) for table in tables if "name" in table}
     names, notes = [], []
     for number, table in enumerate(tables, 1):
