@@ -37,6 +37,8 @@ from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
 TAPS = 4
 # Numbers of a texel without a coat, beside its coefficients.
 _UNCOATED = 7
+#: Of a sample in a surface with holes: what its own point counts, beside 1 of each place.
+OWN_SHARE = 1e-3
 _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 
 
@@ -86,6 +88,7 @@ class MapPlanes(Summand):
 
     planes : (H,W,P) what differs from texel to texel, in float16 where `precision` is "half". layout : what it is.
     palette : one entry of R + 1 spectra, 1/sr, the last of them 1. cutoff, placement : see `MapSet`.
+    cut : points do not lie in holes, so that what a sample spans is the mean of what is there; else holes are black.
     """
 
     planes: np.ndarray
@@ -95,6 +98,7 @@ class MapPlanes(Summand):
     placement: Placement = WHOLE
     precision: Literal["single", "half"] = "single"
     frame: Frame = "io"
+    cut: bool = False
 
     def __post_init__(self) -> None:
         expected = (1, self.layout.rank + 1)
@@ -154,12 +158,13 @@ class MapPlanes(Summand):
         some = np.flatnonzero(lit)
         here = points.chosen(some)
         value = np.zeros((len(points), self.rank))
-        if not self.uses_uv:
-            found = self._shown(np.zeros((len(here), 0)), self.layout, here, False)
-        elif here.spans is None or here.footprint is None:
-            found = self._shown(look_up(self.planes, self._uv(here), self.placement.wrap), self.layout, here, False)
-        else:
+        if self.uses_uv and here.spans is not None and here.footprint is not None:
             found = self._mean(here)
+        else:
+            none = np.zeros((len(here), 0))
+            texels = look_up(self.planes, self._uv(here), self.placement.wrap) if self.uses_uv else none
+            found = self._shown(texels, self.layout, here)
+            found *= 1.0 if self.cut else self._covered(texels, self.layout, False)
         value[some] = found * lit[some, None]
         return Terms(value)
 
@@ -175,7 +180,7 @@ class MapPlanes(Summand):
         height, width, _ = self.planes.shape
         level = level_at(spanned / TAPS, height, width, len(levels) - 1)
         fine = level.astype(np.int64)
-        total = np.zeros((len(points), self.rank))
+        total, there = np.zeros((len(points), self.rank)), np.zeros((len(points), 1))
         for number in np.unique(fine):
             here = np.flatnonzero(fine == number)
             chosen, part = points.chosen(here), (level[here] - number)[:, None]
@@ -183,17 +188,30 @@ class MapPlanes(Summand):
                 for down in _TAPS:
                     place = uv[here] + across * spanned[here, 0] + down * spanned[here, 1]
                     texels = look_up(levels[number], place, self.placement.wrap)
-                    found = self._shown(texels, layout, chosen, bool(number > 0))
+                    share = self._covered(texels, layout, bool(number > 0))
+                    found = share * self._shown(texels, layout, chosen, bool(number > 0))
                     if part.any():
-                        coarser = look_up(levels[number + 1], place, self.placement.wrap)
-                        found += part * (self._shown(coarser, layout, chosen, True) - found)
+                        texels = look_up(levels[number + 1], place, self.placement.wrap)
+                        coarser = self._covered(texels, layout, True)
+                        found += part * (coarser * self._shown(texels, layout, chosen, True) - found)
+                        share = share + part * (coarser - share)
                     total[here] += found
-        return total / TAPS**2
+                    there[here] += share
+        if not self.cut:
+            return total / TAPS**2
+        # What the point itself shows, which is there, counts a little: where it is all that is there, for all.
+        own = self._shown(look_up(levels[0], uv, self.placement.wrap), layout, points)
+        return (total + OWN_SHARE * own) / (there + OWN_SHARE)
+
+    def _covered(self, texels: Float[np.ndarray, "N P"], layout: Layout, coarse: bool) -> Float[np.ndarray, "N 1"]:
+        """How much is there: of texels all or nothing."""
+        covers = layout.numbers(texels, "covers", 1)
+        return covers if coarse else (covers >= self.cutoff - ROUNDING).astype(np.float64)
 
     def _shown(
-        self, texels: Float[np.ndarray, "N P"], layout: Layout, points: Points, coarse: bool
+        self, texels: Float[np.ndarray, "N P"], layout: Layout, points: Points, coarse: bool = False
     ) -> Float[np.ndarray, "N R"]:
-        """Terms of points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
+        """Terms of what is there at points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
 
         def kind(name: str, count: int = 1) -> np.ndarray:
             return layout.numbers(texels, name, count)
@@ -208,15 +226,12 @@ class MapPlanes(Summand):
             arriving = None
         wi, wo = turned_to(normal, points.wi, points.wo)
         above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-        covers = kind("covers")[:, 0]
-        covers = covers if coarse else (covers >= self.cutoff - ROUNDING).astype(np.float64)
-        there = above * covers
         wi, wo = (np.where(above[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
         fall = schlick(points.wi, points.wo)
         spread = kind("spread", 3)
         shine = facets_apart(wi, wo, spread, kind("differ", 3)) if coarse else facets(wi, wo, spread) * wi[:, 2]
-        shine = shine * there
-        lit = (wi[:, 2] if arriving is None else arriving) * there / np.pi
+        shine = shine * above
+        lit = (wi[:, 2] if arriving is None else arriving) * above / np.pi
         out = np.empty((len(texels), rank + 1))
         out[:, :rank] = kind("body", rank) * ((1.0 - fall) * lit)[:, None]
         out[:, :rank] += kind("rest", rank) * (fall * lit)[:, None]
@@ -229,7 +244,7 @@ class MapPlanes(Summand):
             spread = alike(kind("coat_spread")[:, 0])
             through, shine = coat_over(points, fall, kind("coat")[:, 0], normal, spread, differ)
             out *= through[:, None]
-            out[:, rank] += covers * shine
+            out[:, rank] += shine
         return out
 
     def shader(self, filtered: bool = False) -> TermShader:
@@ -251,6 +266,8 @@ class MapPlanes(Summand):
         uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff - ROUNDING}
         if filtered and self.uses_uv:
             uniforms["widened"] = WIDENED
+        sizes |= {"CUT": 1} if self.cut else {}
+        uniforms |= {"own_share": OWN_SHARE} if self.cut and filtered and self.uses_uv else {}
         if layout.coated:
             uniforms["coat_f0"] = COAT_F0
         uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
@@ -261,7 +278,7 @@ class MapPlanes(Summand):
     @property
     def key(self) -> tuple:
         """Which array the planes are, and what is made of them."""
-        return "maps", id(self.planes), self.layout, self.cutoff, self.placement
+        return "maps", id(self.planes), self.layout, self.cutoff, self.placement, self.cut
 
     @property
     def nbytes(self) -> int:

@@ -82,7 +82,7 @@ class MapSet:
     metallic, weight : m and w. roughness : the square root of alpha, or two of them, along x and along y.
     reflected : c, red, green and blue, or one number.
     normal : x, y and z, of any length, z up; x along u and y along v. turn : radians that x of a stretched highlight is
-        turned from u towards v. coverage : opacity; where it is below `cutoff` there is nothing, which is drawn black.
+        turned from u towards v. coverage : opacity; where it is below `cutoff` there is nothing: a hole (`cutout`).
     coat, coat_roughness, coat_normal : of the clear coat what counts, w; the square root of its alpha; as `normal`,
         None is the mesh's own, whatever bumps there are below.
     placement : of all maps.

@@ -5,6 +5,9 @@
 #include "facet_slices.glsl"
 
 uniform float widened;
+#ifdef CUT
+uniform float own_share;        // see map_planes.OWN_SHARE
+#endif
 
 #if PARTS > 1
 uniform sampler2D leaning;      // a row a rho: two middles and shares; three widths, and the logarithm of rho
@@ -146,15 +149,26 @@ Here here_at(Gathered s) {
     vec3 coat_first = vec3(0.0), coat_second = vec3(0.0);
 #endif
     for (int k = 0; k < PLANES; ++k) total[k] = 0.0;
+#ifdef CUT
+    // Last what the point itself shows, which is there.
+    for (int n = 0; n <= TAPS * TAPS; ++n) {
+        bool own = n == TAPS * TAPS;
+#else
     for (int n = 0; n < TAPS * TAPS; ++n) {
-        vec2 tap = (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
+        const bool own = false;
+#endif
+        vec2 tap = own ? vec2(0.0) : (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
         vec2 place = uv + tap.x * spanned[0] + tap.y * spanned[1];
+        if (own) fine = 0, part = 0.0;
         numbers_at(four_about(place, LEVEL(fine)), numbers);
         numbers_at(four_about(place, LEVEL(min(fine + 1, LEVELS - 1))), coarse);
         float share = 1.0;
 #if COVERS >= 0
         if (fine == 0) numbers[COVERS] = numbers[COVERS] >= cutoff ? 1.0 : 0.0;
         share = mix(numbers[COVERS], coarse[COVERS], part);
+#endif
+#ifdef CUT
+        if (own) share = own_share;
 #endif
         for (int k = 0; k < PLANES; ++k) numbers[k] = mix(numbers[k], coarse[k], part);
         for (int k = 0; k < PLANES; ++k) total[k] += share * numbers[k];
@@ -197,6 +211,10 @@ Here here_at(Gathered s) {
     coat_normal = vec3(NUMBER(COAT_NORMAL, 0, AT_COAT_NORMAL), NUMBER(COAT_NORMAL, 1, AT_COAT_NORMAL), 0.0);
     coat_normal.z = sqrt(max(1.0 - dot(coat_normal.xy, coat_normal.xy), 0.0));
 #endif
+#endif
+
+#ifdef CUT
+    covers = 1.0;
 #endif
 
     Here here;

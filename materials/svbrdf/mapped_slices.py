@@ -18,7 +18,7 @@ from .coat import COAT_F0, alike
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
 from .facets import upright
 from .map_levels import WIDENED, wider
-from .map_planes import TAPS, Layout, MapPlanes
+from .map_planes import OWN_SHARE, TAPS, Layout, MapPlanes
 from .map_set import ROUNDING
 from .stretched import PARTS, TABLE, parts_of
 from .texels import level_at, look_up
@@ -85,6 +85,7 @@ class MappedSlices(EnvironmentForm):
         normal = normal / length
         if not filtered:
             covers = (covers >= self.maps.cutoff - ROUNDING).astype(np.float64)
+        covers = np.ones_like(covers) if self.maps.cut else covers
         coat = kind("coat")[:, 0] if layout.coated else None
         frame, theta_o = _frame(normal, points.wo)
         seen = (np.sum(normal * points.wo, axis=1, keepdims=True) > 0.0) * covers
@@ -201,6 +202,16 @@ class MappedSlices(EnvironmentForm):
         covers, total = layout.columns[layout.starts["covers"]], np.zeros((len(points), levels[0].shape[2]))
         moments = {name: np.zeros((len(points), 6)) for name, _, _ in layout.bumps}
         there = np.zeros((len(points), 1))
+
+        def add(found: np.ndarray, share: np.ndarray, here: np.ndarray | slice) -> None:
+            there[here] += share
+            total[here] += share * found
+            for name, up, _ in layout.bumps:
+                mean = layout.numbers(found, name, 2), layout.numbers(found, up, 1)
+                x, y = np.moveaxis(mean[0], -1, 0)
+                second = np.stack([x * x, x * y, y * y], axis=-1)
+                moments[name][here] += share * np.concatenate([*mean, second], axis=1)
+
         for number in np.unique(fine):
             here = np.flatnonzero(fine == number)
             part = (level[here] - number)[:, None]
@@ -211,13 +222,10 @@ class MappedSlices(EnvironmentForm):
                 if part.any():
                     found += part * (self._level(int(number) + 1, place) - found)
                 share = found[:, covers : covers + 1] if covers >= 0 else np.ones((len(here), 1))
-                there[here] += share
-                total[here] += share * found
-                for name, up, _ in layout.bumps:
-                    mean = layout.numbers(found, name, 2), layout.numbers(found, up, 1)
-                    x, y = np.moveaxis(mean[0], -1, 0)
-                    second = np.stack([x * x, x * y, y * y], axis=-1)
-                    moments[name][here] += share * np.concatenate([*mean, second], axis=1)
+                add(found, share, here)
+        if maps.cut:
+            # As in `MapPlanes`: what the point itself shows.
+            add(self._level(0, uv), np.full((len(points), 1), OWN_SHARE), slice(None))
         whole = np.where(there > 0.0, there, 1.0)
         total /= whole
         # Where nothing is there, numbers do not matter but must be some.

@@ -12,6 +12,7 @@ on or below the horizon of the mesh, or of the texel's normal: bumps neither shi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,6 +21,7 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..analytic.metallic_roughness import MetallicRoughness, schlick
+from ..cutout import Cutout
 from ..fast import Fast
 from ..points import Points
 from ..surface import Surface
@@ -27,6 +29,7 @@ from .coat import alike, coat_over
 from .facets import facets, turned_to, upright
 from .map_set import ROUNDING, MapSet
 from .maps_form import maps_form
+from .mask import Mask
 from .texels import between
 
 # Points that are worked on at once: spectra of four texels of each are held.
@@ -48,6 +51,12 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
 
     NAME: ClassVar[str] = "maps"
     uses_uv: ClassVar[bool] = True
+
+    @cached_property
+    def cutout(self) -> Cutout | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Of its coverage."""
+        opacity = self.coverage.decoded(self.coverage.values)
+        return Mask(opacity, self.cutoff, self.placement) if (opacity < self.cutoff - ROUNDING).any() else None
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
         """f_r at the point itself: what a sample spans is not averaged. See `Surface.at`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,13 +15,14 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
+from ..cutout import Cutout
 from ..fast import Fast, Summand
 from ..fit_error import FitError
 from ..protocol import LIGHTS, sphere_protocol
-from .coat import COAT_F0
 from .map_planes import Layout, MapPlanes
-from .map_set import MapSet
+from .map_set import ROUNDING, MapSet
 from .mapped_slices import MappedSlices
+from .mask import Mask
 from .texture_form import differences
 
 # Texels that the number of coefficients is judged on.
@@ -59,8 +61,26 @@ class MapsForm(Fast):
         level = not layout.bumps and not any(any(layout.constants[start : start + 2]) for start in normals)
         return bool(alike and level and layout.columns[spread + 1] < 0 and layout.constants[spread + 1] == 0.0)
 
+    @cached_property
+    def cutout(self) -> Cutout | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Of its coverage; see `Surface.cutout`."""
+        maps, layout = self.maps, self.maps.layout
+        start = layout.starts["covers"]
+        column = layout.columns[start]
+        found = np.array([[[layout.constants[start]]]]) if column < 0 else maps.planes[..., column : column + 1]
+        opacity = found.astype(np.float64)
+        return Mask(opacity, maps.cutoff, maps.placement) if (opacity < maps.cutoff - ROUNDING).any() else None
+
+    @cached_property
+    def _whole(self) -> MapsForm:
+        return replace(self, maps=replace(self.maps, cut=True))
+
+    def without_holes(self) -> MapsForm:
+        """See `Fast.without_holes`."""
+        return self if self.cutout is None else self._whole
+
     def average(self) -> MapsForm:
-        """What the whole texture is from afar, everywhere."""
+        """What the whole texture is from afar, everywhere: the mean of what is there."""
         if not self.maps.uses_uv:
             return self
         levels, layout = self.maps.levels
@@ -71,20 +91,14 @@ class MapsForm(Fast):
         ]
         starts, kept = layout.starts, self.maps.layout
         found = dict(zip(starts, np.split(np.array(numbers), list(starts.values())[1:]), strict=True))
-        shown = found["covers"][0] if layout.columns[starts["covers"]] >= 0 else 1.0
-        for name in ("body", "rest", "facet", "edge"):
+        for name in ("body", "rest"):
             # Of its body's cosine that of the mean normal is left.
-            found[name] *= shown * (found["up"][0] if name in ("body", "rest") else 1.0)
+            found[name] *= found["up"][0]
         # Its facets lie level.
         found |= {"spread": found["spread"] + found["differ"], "normal": np.zeros(2), "covers": np.ones(1)}
         if layout.coated:
-            coat, wider = shown * found["coat"][0], found["coat_differ"]
-            # Of a coat with holes as much is left: below the rest of it, as much is seen as was, at the normal.
-            more = (1.0 - COAT_F0 * found["coat"][0]) / (1.0 - COAT_F0 * coat)
-            for name in ("body", "rest", "facet", "edge"):
-                found[name] *= more
-            found |= {"coat": np.array([coat]), "coat_normal": np.zeros(2)}
-            found["coat_spread"] += 0.5 * (wider[0] + wider[2])
+            wider = found["coat_differ"]
+            found |= {"coat_spread": found["coat_spread"] + 0.5 * (wider[0] + wider[2]), "coat_normal": np.zeros(2)}
         alike = np.concatenate([found[name] for name in kept.starts if kept.starts[name] < len(kept.columns)])
         flat = replace(kept, columns=(-1,) * len(alike), constants=tuple(alike.tolist()))
         planes = replace(self.maps, planes=np.zeros((1, 1, 0), np.float32), layout=flat, cutoff=0.0, precision="single")

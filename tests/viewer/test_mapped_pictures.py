@@ -130,3 +130,12 @@ def test_roughness_0_in_gl_is_that_of_numpy(scenes, gl):
     with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
         (theirs, _), (mine, _) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
     assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05
+
+
+@pytest.mark.parametrize("form", [FORM, COATED_FORM], ids=["bare", "coated"])
+def test_what_is_alike_everywhere_is_drawn_with_means_too(scenes, gl, form):
+    """There is nothing to average: the shader has no levels."""
+    scene, alike = scene_of(scenes, size=24), {"cloth": form.average()}
+    with GLRenderer(gl, "mipmapped") as hardware, SoftwareRenderer("mipmapped") as software:
+        (theirs, _), (mine, _) = (one.render(scene, None, alike) for one in (hardware, software))
+    assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05

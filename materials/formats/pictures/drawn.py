@@ -17,6 +17,7 @@ from .normal_maps import Green, is_level, mended, normals_of
 from .stand_in import Colour, Number, SurfaceMaps
 from .textures import Texture
 
+_CUT = "where the mask leaves nothing, what lies behind is seen; it casts no shadows, but of light from all around"
 _NO_NORMALS = "mend them and import it again, or take them as level with --maps mended, or do without with --maps mean"
 
 
@@ -72,9 +73,15 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
     cutoff = 0.0
     if maps.cutoff is not None:
         found["coverage"], cutoff = _number(maps.coverage), maps.cutoff
-        notes.append("where the mask leaves nothing it is drawn black: what lies behind does not show through")
+        notes.append(_CUT)
     elif maps.coverage.texture is not None or maps.coverage.scale < 1.0:
-        notes.append("what is blended is rendered opaque")
+        opacity = _number(maps.coverage)
+        codes = opacity.decoded(opacity.values)
+        if ((codes == 0.0) | (codes == 1.0)).all():
+            found["coverage"], cutoff = opacity, 0.5
+            notes.append(f"what is blended is all there or not at all, so that it is a mask: {_CUT}")
+        else:
+            notes.append("what is blended is rendered opaque")
     if maps.coat.scale > 0.0 and not more.matt:
         found |= {"coat": _number(maps.coat), "coat_roughness": _number(maps.coat_roughness)}
         found |= _bumps("coat_normal", more.coat_normal, "opengl", more.coat_normal_scale, more.mends, notes)

@@ -146,7 +146,8 @@ def test_roughness_metal_and_masks_are_drawn(tmp_path):
     alpha = np.maximum((1 - rough[[1, 2], [5, 6]] / 255.0) ** 2, 0.002)
     np.testing.assert_allclose(texels.spread[:, 0], alpha**2)
     np.testing.assert_allclose(texels.covers, mask[[1, 2], [5, 6]] / 255.0)
-    assert "not rendered: occlusion" in found.provenance.notes and "drawn black" in found.provenance.notes
+    assert "not rendered: occlusion" in found.provenance.notes and "what lies behind is seen" in found.provenance.notes
+    assert surface.cutout is not None
     assert found.provenance.kind == "uplifted(mallett-yuksel)"
     save(tmp_path / "w_opacity.png", rough)
     assert "opacity map is no mask" in read(albedo).provenance.notes

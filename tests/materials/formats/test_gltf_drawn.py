@@ -138,6 +138,20 @@ def test_masks_cut_and_blends_do_not(tmp_path):
     assert rebuild(blended.model, blended.parameters).at(Points(up, up, uv)).any(axis=1).all()
 
 
+def test_a_blend_of_nothing_but_0_and_1_is_a_mask(tmp_path):
+    """As exporters write cut-outs; what is opaque has no holes, whatever its alpha."""
+    base = BASE.copy()
+    base[..., 3] = 255 * (RNG.uniform(size=(4, 6)) > 0.5)
+    found = read(tmp_path, FULL | {"alphaMode": "BLEND"}, (base, PACKED))
+    surface = rebuild(found.model, found.parameters)
+    assert surface.cutoff == 0.5 and surface.cutout is not None and "so that it is a mask" in found.provenance.notes
+    opaque = drawn(tmp_path, FULL, (base, PACKED))
+    assert opaque.cutout is None and "mask" not in read(tmp_path, FULL, (base, PACKED)).provenance.notes
+    faint = FULL["pbrMetallicRoughness"] | {"baseColorFactor": [1.0, 1.0, 1.0, 0.5]}
+    half = read(tmp_path, {"pbrMetallicRoughness": faint, "alphaMode": "BLEND"}, (base, PACKED))
+    assert "rendered opaque" in half.provenance.notes
+
+
 def test_highlights_are_stretched_along_their_direction(tmp_path):
     stretch = {"anisotropyStrength": 0.8, "anisotropyRotation": 0.5, "anisotropyTexture": {"index": 2}}
     direction = np.tile(np.array([255, 128, 255], np.uint8), (4, 6, 1))
