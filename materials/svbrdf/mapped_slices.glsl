@@ -3,14 +3,11 @@
 
 #include "map_numbers.glsl"
 #include "facet_slices.glsl"
+#include "stretched.glsl"
 
 uniform float widened;
 #ifdef CUT
 uniform float own_share;        // see map_planes.OWN_SHARE
-#endif
-
-#if PARTS > 1
-uniform sampler2D leaning;      // a row a rho: two middles and shares; three widths, and the logarithm of rho
 #endif
 
 struct Here {
@@ -18,6 +15,8 @@ struct Here {
 #if PARTS > 1
     mat3 frames[PARTS];         // of the parts of facets that lean, as `frame`
     float shares[PARTS];        // of what is seen
+    float alphas[PARTS];
+    vec3 spread;
     vec2 whole;                 // what all send on over what the parts do: facets, and facets at grazing
 #endif
     mat3 frame;                 // columns: its x above which the viewer is, and the normal of the texel, last
@@ -67,6 +66,13 @@ float coat_value(Here here, int number, bool bend) {
 #endif
 
 #if PARTS > 1
+// What shadows of all facets leave of a Gaussian of a part, over what those of the part do.
+float shadowed_more(Here here, int part, vec3 axis) {
+    float alpha2 = here.alphas[part] * here.alphas[part];
+    vec3 local = turned_to(here.frame[2], here.frames[part] * axis);
+    return shadowed(local, here.spread) / shadowed(axis, vec3(alpha2, 0.0, alpha2));
+}
+
 // See stretched.parts_of, and mapped_slices.MappedSlices._stretched.
 Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
     float along = 0.5 * (spread.x - spread.z), half_apart = length(vec2(along, spread.y));
@@ -91,10 +97,12 @@ Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
         vec3 own = (normal + slope * level) / longer;
         here.frames[k] = frame_about(own, wo, height);
         float leans = min(atan(length(wo - height * own), height), 1.5707963267949);
-        here.at[k] = place_of(leans, widths[k] * sqrt(narrow) / longer);
+        here.alphas[k] = widths[k] * sqrt(narrow) / longer;
+        here.at[k] = place_of(leans, here.alphas[k]);
         here.shares[k] = shares[k] * longer * max(height, 0.0);
         all += here.shares[k];
     }
+    here.spread = spread;
     vec2 total = vec2(0.0);
     for (int k = 0; k < PARTS; ++k) {
         here.shares[k] = all > 0.0 ? here.shares[k] / all : 0.0;
@@ -102,11 +110,17 @@ Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
         for (int q = 0; q < OF_PART; ++q) {
             vec4 axis = own_lobe(here.at[k], q);
             float stays = above(dot(here.frames[k] * axis.xyz, normal), axis.w) / above(axis.z, axis.w);
-            sent -= (1.0 - min(stays, 1.0)) * own_value(here.at[k], q).zw;
+            stays = min(stays, 1.0) * shadowed_more(here, k, axis.xyz);
+            sent -= (1.0 - stays) * own_value(here.at[k], q).zw;
         }
         total += here.shares[k] * sent;
     }
-    vec2 goal = between_alphas(place_of(theta, sqrt(0.5 * (spread.x + spread.z))), EACH + BENT).zw;
+    float mean = sqrt(0.5 * (spread.x + spread.z));
+    vec2 goal = between_alphas(place_of(theta, mean), EACH + BENT).zw;
+    vec3 to = turned_to(normal, wo);
+    vec2 axis = vec2(cos(turn), sin(turn));
+    to = vec3(dot(axis, to.xy), axis.x * to.y - axis.y * to.x, max(to.z, 1e-4));
+    goal *= sent_on(vec2(sqrt(wide), sqrt(narrow)), to) / sent_on(vec2(mean), to);
     here.whole = vec2(total.x > 0.0 ? goal.x / total.x : 0.0, total.y > 0.0 ? goal.y / total.y : 0.0);
     return here;
 }
@@ -296,6 +310,7 @@ vec4 value(Here here, int number, int row) {
         vec3 to = here.frames[part] * axis.xyz;
         float free = min(above(to.z, axis.w), above(dot(to, here.frame[2]), axis.w)) / above(axis.z, axis.w);
         found *= here.shares[part] * min(free, 1.0);
+        found.zw *= shadowed_more(here, part, axis.xyz);
 #else
         if (up.z < 1.0) found *= min(above(dot(axis.xyz, up), axis.w) / above(axis.z, axis.w), 1.0);
 #endif

@@ -16,11 +16,11 @@ from ..slices.view_slices import LAST
 from ..term_shader import TermShader
 from .coat import COAT_F0, alike
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
-from .facets import upright
+from .facets import turned_to, upright
 from .map_levels import WIDENED, wider
 from .map_planes import OWN_SHARE, TAPS, Layout, MapPlanes
 from .map_set import ROUNDING
-from .stretched import PARTS, TABLE, parts_of
+from .stretched import LEAST_HEIGHT, PARTS, RINGS, ROUND, TABLE, axes_of, parts_of, sent_on, shadowed
 from .texels import level_at, look_up
 
 # Of a normal distribution the logistic curve that is nearest to it.
@@ -32,7 +32,7 @@ class MappedSlices(EnvironmentForm):
     """Slices in the frame of each texel's normal, the viewer above its x.
 
     Facets that are wider along one axis are `PARTS` that are not and lean along it (`stretched`), each with its own
-    slice; together they send on as much as facets of alpha^2 = tr S / 2 do, which is right within a hundredth. Where
+    slice; together they send on what facets of alpha^2 = tr S / 2 do, as much more or less as S makes it. Where
     roughness comes of normals that differ, from afar, facets of maps without such axes are taken to be alike in all
     directions, as wide as the ellipse of the same area, alpha^4 = det S. Nobody sees a texel that leans away from them,
     as under lights of one direction. Light from below the mesh's own horizon is left out of Gaussians by the share of
@@ -156,7 +156,10 @@ class MappedSlices(EnvironmentForm):
         """Slices of all parts, in the frame of the texel's normal, above both horizons."""
         slices = self._slices(filtered)
         normals, alphas, shares = parts_of(spread, normal, wo)
-        whole = slices.energy(theta_o, np.sqrt(0.5 * (spread[:, 0] + spread[:, 2])), coat)
+        mean = np.sqrt(0.5 * (spread[:, 0] + spread[:, 2]))
+        whole = slices.energy(theta_o, mean, coat)
+        (to,), (wide, narrow, axis) = turned_to(normal, wo), axes_of(spread)
+        whole[:, 2:] *= sent_on(wide, narrow, axis, to) / sent_on(mean, mean, axis, to)
         total, bent, found = np.zeros_like(whole), np.zeros((len(wo), BENDS, KINDS)), []
         for part in range(PARTS):
             own, theta = _frame(normals[:, part], wo)
@@ -169,7 +172,11 @@ class MappedSlices(EnvironmentForm):
             # What is below the texel's horizon goes elsewhere, what is below the mesh's is lost.
             known = _above(axes[..., 2], sharpness)
             above, free = (np.minimum(_above(to[..., 2], sharpness) / known, 1.0) for to in (directions, mesh))
-            lost = np.einsum("nq,nqk->nk", 1.0 - above, values[:, :count])
+            (local,) = turned_to(np.repeat(normal, count, axis=0), mesh.reshape(-1, 3))
+            there = shadowed(local, np.repeat(spread, count, axis=0)).reshape(sharpness.shape)
+            there /= shadowed(axes, alike(alphas[:, part] ** 2)[:, None])
+            lost = np.einsum("nq,nqk->nk", 1.0 - above * there, values[:, :count])
+            values[:, :count, 2:] *= there[..., None]
             total += share * (slices.energy(theta, alphas[:, part], coat) - lost)
             bent += share[..., None] * values[:, count:]
             gaussians = values[:, :count] * (share * np.minimum(above, free))[..., None]
@@ -299,6 +306,8 @@ class MappedSlices(EnvironmentForm):
         textures = {"axes": axes, "slices": tabled}
         if self.parts > 1:
             # By rho, two texels a row: middles and shares, widths and the logarithm of rho.
+            uniforms |= {"least_height": LEAST_HEIGHT, "rings": [tuple(ring) for ring in RINGS.T.tolist()]}
+            sizes |= {"RINGS": RINGS.shape[1], "ROUND": ROUND}
             textures["leaning"] = TABLE.reshape(len(TABLE), 2, 4).astype(np.float32)
         return replace(
             own,
