@@ -7,8 +7,8 @@ alone leaves. At rho = 1 one alone is exact.
 
 Parts that lean hide less of each other's light than the surface does, and how much all send on depends on where the
 viewer stands: both are put right (`shadowed`, `sent_on`). Seen at 10 to 80 degrees, metals of alpha 0.49 and 0.09, 0.25
-and 0.49, and 0.16 and 0.04 are so off by ΔE94 1.03 at the mean and 3.3 at the 95th percentile, where they were by 1.38
-and 4.0; at 75 and 80 degrees the last by 1.3 and 1.5, where it was by 2.0 and 2.8.
+and 0.49, and 0.16 and 0.04 are so off by ΔE94 1.00 at the mean and 2.9 at the 95th percentile, where they were by 1.38
+and 4.0; at 80 degrees by 2.7, 0.9 and 1.5 at the mean, where they were by 3.8, 1.5 and 2.8.
 """
 
 from __future__ import annotations
