@@ -6,7 +6,7 @@ as KHR_materials_clearcoat has it, but for Fc at the half vector, where it is re
 The coat's normal is the mesh's, or a map's: bumps below do not bend it.
 
 In light from all around (`mapped_slices`) the coat has Gaussians of its own. Beside sums over every texel of a sky,
-ΔE94 is at the mean 0.03 (paint) to 0.08 (metal) and 0.26 at the most; over bumps that lean by up to 30 degrees it is 0.2
+ΔE94 is at the mean 0.03 (paint) to 0.08 (metal) and 0.26 at the most; over bumps of up to 30 degrees it is 0.2
 at the mean and 0.7 at the most: there the coat's cosine is taken to lie as that of what is below.
 """
 
