@@ -73,6 +73,11 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         choices=("opengl", "directx"),
         help="where green points in normal maps that neither say nor prove it: up (opengl) or down (directx)",
     )
+    bring.add_argument(
+        "--specular-map",
+        choices=("f0-srgb", "f0-linear"),
+        help="what specular maps hold: F at the normal, encoded as sRGB or linear (default: kept, not rendered)",
+    )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
     bring.add_argument(
@@ -133,7 +138,7 @@ def _answer(args: argparse.Namespace) -> Answer:
     if args.quantity == "emission" and args.scale is not None:
         raise UsageError("an emission has no scale: leave --scale out")
     quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
-    return Answer(quantity, args.scale, args.maps, args.normal_map)
+    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map)
 
 
 def _family(text: str) -> str:

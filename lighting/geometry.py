@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ..materials.cutout import Cutout
 from .camera import Camera
 from .lights import DeltaLight
 from .scene import Scene
@@ -54,6 +55,7 @@ class VisibleGeometry:
     has_uv : by part of the scene; both are 0 on parts that have none.
     frame (N, 3, 3) : world to local; geometric (N, 3) : geometric normal towards the viewer. None where no light of the
     scene is spread over directions: only such lights ask for them.
+    cutouts : by part, the holes that were seen through; () where there are none.
     """
 
     width: int
@@ -68,6 +70,7 @@ class VisibleGeometry:
     footprint: Float[np.ndarray, "N 2 2"] | None = None
     has_uv: tuple[bool, ...] = ()
     frame: Float[np.ndarray, "N 3 3"] | None = None
+    cutouts: tuple[Cutout | None, ...] = ()
     geometric: Float[np.ndarray, "N 3"] | None = None
 
     @property
@@ -78,7 +81,9 @@ class VisibleGeometry:
 
 
 class Tracer:
-    """Rays against all parts of a scene: Embree finds the triangle, float64 says where on it."""
+    """Rays against all parts of a scene: Embree finds the triangle, float64 says where on it. They go on through holes
+    (`Scene.cut`).
+    """
 
     def __init__(self, scene: Scene) -> None:
         import trimesh
@@ -97,6 +102,8 @@ class Tracer:
         self.face_normals = np.concatenate([mesh.face_normals for mesh in meshes])
         self.part = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
         self.has_uv = tuple(mesh.uv is not None for mesh in meshes)
+        self._cutouts = scene.cutouts
+        self._has_holes = np.array([cutout is not None for cutout in self._cutouts])
         low, high = scene.bounds
         self.centre, self.radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
         scaled = trimesh.Trimesh((self.vertices - self.centre) / self.radius, self.faces, process=False, validate=False)
@@ -118,6 +125,37 @@ class Tracer:
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool = True
     ) -> Int[np.ndarray, " n"]:
         """The first triangle that each ray (unit directions) meets, or -1; `again` tries misses twice."""
+        face = self._met(origins, directions, again)
+        if not self._has_holes.any():
+            return face
+        waiting, reached = np.flatnonzero(face >= 0), np.zeros(len(face))
+        while True:
+            waiting = waiting[self._has_holes[self.part[face[waiting]]]]
+            distance, weights = self.on_triangle(face[waiting], origins[waiting], directions[waiting])
+            hole = self.in_holes(face[waiting], weights)
+            waiting = waiting[hole]
+            if not len(waiting):
+                return face
+            # What Embree meets again where it begins anew is passed all the same: each step is one.
+            reached[waiting] = np.maximum(distance[hole], reached[waiting]) + SHADOW_OFFSET * self.radius
+            begin = origins[waiting] + reached[waiting, None] * directions[waiting]
+            face[waiting] = self._met(begin, directions[waiting], again)
+            waiting = waiting[face[waiting] >= 0]
+
+    def in_holes(self, face: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
+        """Whether nothing is there at points of triangles, of parts whose materials have holes."""
+        found, part = np.zeros(len(face), dtype=bool), self.part[face]
+        for number, cutout in enumerate(self._cutouts):
+            mine = np.flatnonzero(part == number)
+            if cutout is not None and len(mine):
+                uv = np.einsum("nk,nki->ni", weights[mine], self.uv[self.faces[face[mine]]])
+                found[mine] = cutout.holes(uv)
+        return found
+
+    def _met(
+        self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool
+    ) -> Int[np.ndarray, " n"]:
+        """`first` of triangles without holes."""
         # Start on the scene's bounding sphere: float32 would lose a camera that stands far away.
         start = (origins - self.centre) / self.radius
         along = dot(start, directions)
@@ -178,9 +216,10 @@ def visible_geometry(
 ) -> VisibleGeometry:
     """Trace the sample points of `rows` (pixel rows) of the picture that `camera` (default: the first) takes.
 
-    Of the scene only meshes and the places and strengths of lights matter: the result holds for every material and
-    light spectrum. `with_uv` works texture coordinates out too, for materials that vary with them; nothing is paid for
-    them otherwise. Memory: about 200 bytes a visible sample and light, 48 a sample with uv, 96 with lights that spread.
+    Of the scene only meshes, their holes and the places and strengths of lights matter: the result holds for every
+    material of the same holes and every light spectrum. `with_uv` works texture coordinates out too, for materials that
+    vary with them; nothing is paid for them otherwise. Memory: about 200 bytes a visible sample and light, 48 a sample
+    with uv, 96 with lights that spread.
     """
     camera = scene.camera() if camera is None else camera
     tracer = Tracer(scene) if tracer is None else tracer
@@ -234,4 +273,5 @@ def visible_geometry(
         has_uv=tracer.has_uv if with_uv else (),
         frame=frame if scene.spread_lights else None,
         geometric=geometric if scene.spread_lights else None,
+        cutouts=scene.cutouts if any(scene.cutouts) else (),
     )

@@ -85,7 +85,7 @@ def reference_images(
     illuminants : None keeps the lights' own spectra; a spectrum replaces that of every light.
     geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials; with uv where one of
         them needs them (`Scene.needs_uv`). Without it the picture is traced in bands of rows of at most about
-        `band_samples` sample points.
+        `band_samples` sample points; so it is where materials have holes that the geometry does not.
     budget : ΔE94 that the picture is to be judged by: lights that spread may leave noise of `NOISE_SHARE` of it, as
         the mean of the pixels of each band.
     most_directions : drawn for a pixel of each kind and half at the most; `ReferencePictures.noise` says when reached.
@@ -103,6 +103,10 @@ def reference_images(
             raise InputError("nothing that could be kept to", field=field, found=value, expected="more than 0")
     camera = scene.camera() if camera is None else camera
     scene.check_surfaces(surfaces)
+    scene = scene.cut(surfaces)
+    if geometry is not None and geometry.cutouts != (scene.cutouts if any(scene.cutouts) else ()):
+        # It was found for other holes.
+        geometry = None
     foldings = [
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
         for light in scene.delta_lights

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..materials.cutout import Cutout
 from ..materials.surface import Surface
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
@@ -69,11 +70,14 @@ class Review:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A mesh in world coordinates (`Mesh.placed` puts it there) and the id of its material."""
+    """A mesh in world coordinates (`Mesh.placed` puts it there), the id of its material, and where that has holes: None
+    until `Scene.cut` has asked the materials.
+    """
 
     name: str
     mesh: Mesh
     material: str
+    cutout: Cutout | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,6 +168,19 @@ class Scene:
                     expected="u and v at each vertex",
                     hint="unwrap it in the program that made it and export it again, or choose a uniform material",
                 )
+
+    def cut(self, surfaces: Mapping[str, Surface]) -> Scene:
+        """The scene with holes where its materials have some: itself where nothing changes."""
+        cutouts = [surfaces[part.material].cutout for part in self.parts]
+        if all(part.cutout is cutout for part, cutout in zip(self.parts, cutouts, strict=True)):
+            return self
+        parts = (replace(part, cutout=cutout) for part, cutout in zip(self.parts, cutouts, strict=True))
+        return replace(self, parts=tuple(parts))
+
+    @property
+    def cutouts(self) -> tuple[Cutout | None, ...]:
+        """Of each part."""
+        return tuple(part.cutout for part in self.parts)
 
     @cached_property
     def delta_lights(self) -> tuple[DeltaLight, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
@@ -78,9 +78,11 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
         seen_by = observer(head.get("observer", "1931_2"))
     if not document.get("part"):
         raise InputError("a scene without parts", file=path, field="part", expected="at least one [[part]]")
-    parts = [part for k, table in enumerate(document["part"], 1) for part in _parts(table, k, path, known_ids, say)]
+    named, notes = _names(document["part"])
+    tables = enumerate(zip(document["part"], named, strict=True), 1)
+    parts = [part for k, (table, name) in tables for part in _parts(table, k, name, path, known_ids, say)]
     low, high = bounds_of(part.mesh for part in parts)
-    notes = [note for part in parts for note in part.mesh.notes]
+    notes += [note for part in parts for note in part.mesh.notes]
     lights: list[Light] = []
     for k, table in enumerate(document.get("light", []), 1):
         light, said = light_of(table, _where("light", k, table), k, path, seen_by, catalogue, say)
@@ -99,7 +101,9 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     viewing = _viewing(document.get("viewing", {}), path, illuminances)
     review = None
     if "review" in document:
-        review = _review(document["review"], path, [part.name for part in parts], known_ids)
+        own = zip(map(_own, document["part"]), named, strict=True)
+        shared = {word for word, name in own if word != name} - {table.get("name") for table in document["part"]}
+        review = _review(document["review"], path, [part.name for part in parts], shared, known_ids)
     with placed(path, None):
         return Scene(
             tuple(parts),
@@ -114,8 +118,35 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
         )
 
 
+def _own(table: Mapping[str, Any]) -> str:
+    """How a part is called by itself: its name, its shape or its file's name; "" where it has nothing that is text."""
+    found = next((table[key] for key in ("name", "shape", "mesh") if key in table), "")
+    return "" if not isinstance(found, str) else found if "name" in table or "shape" in table else Path(found).stem
+
+
+def _names(tables: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[str]]:
+    """What each part is called, with a number where it has no `name` and others are called so; and notes on those."""
+    taken_names = {_own(table) for table in tables if "name" in table}
+    names, notes = [], []
+    for number, table in enumerate(tables, 1):
+        name, count = _own(table), 1
+        while "name" not in table and name in taken_names:
+            count += 1
+            name = f"{_own(table)} {count}"
+        taken_names.add(name)
+        names.append(name)
+        if name != _own(table):
+            notes.append(f'part {number} is called "{name}": there is another "{_own(table)}"')
+    return names, notes
+
+
 def _parts(
-    table: dict, number: int, path: Path, known_ids: tuple[str, ...] | None, say: Callable[[str], None] | None
+    table: dict,
+    number: int,
+    name: str,
+    path: Path,
+    known_ids: tuple[str, ...] | None,
+    say: Callable[[str], None] | None,
 ) -> Iterator[Part]:
     where = _where("part", number, table)
     shape = table.get("shape")
@@ -126,7 +157,6 @@ def _parts(
         raise UnknownNameError("shape", str(shape), SHAPES, file=path, field=f"{where}.shape")
     options = SHAPES[shape] if shape is not None else {}
     got = taken(table, PART | options, path, where)
-    name = got.get("name", shape if shape is not None else Path(got["mesh"]).stem)
     foreign = {"material": "materials, one id a patch"} if shape == "patches" else {"materials": "material"}
     foreign = {} if shape is None else foreign
     if "materials" in got and isinstance(got["materials"], dict) == (shape is not None):
@@ -211,9 +241,19 @@ def _viewing(table: dict, path: Path, illuminances: np.ndarray) -> Viewing:
         return Viewing(**got)
 
 
-def _review(table: dict, path: Path, parts: list[str], known_ids: tuple[str, ...] | None) -> Review:
+def _review(table: dict, path: Path, parts: list[str], shared: Set[str], known_ids: tuple[str, ...] | None) -> Review:
+    """shared : names that several parts would have, had they not been numbered."""
     got = taken(table, REVIEW, path, "review")
     on = got.get("on", parts[0])
+    if "on" in got and on.partition("/")[0] in shared:
+        raise InputError(
+            "several parts are called so",
+            file=path,
+            field="review.on",
+            found=on,
+            expected="one of them",
+            hint="give the part that is meant a `name`, and name it here",
+        )
     if on not in parts:
         raise UnknownNameError("part", on, parts, file=path, field="review.on")
     review = Review(on, **{key: tuple(got[key]) for key in ("materials", "illuminants") if key in got})

@@ -129,6 +129,10 @@ class Fast(Surface):
         """See `Surface.average`; a fast form again."""
         return self
 
+    def without_holes(self) -> Fast:
+        """The same for who leaves out where `cutout` has holes: from afar the mean of what is there."""
+        return self
+
     @abc.abstractmethod
     def in_basis(self, basis: SpectralBasis) -> Fast:
         """The same with all palettes in another basis."""

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from ..spectral.bispectral import Bispectral
 from ..spectral.folding import Folding
+from .cutout import Cutout
 from .points import Points
 
 
@@ -34,6 +35,11 @@ class Surface(abc.ABC):
 
         budget : ΔE94 that the 99th percentile should not exceed, for those that are not exact.
         """
+        return None
+
+    @property
+    def cutout(self) -> Cutout | None:
+        """Where it has holes, through which is seen what lies behind; None where it has none."""
         return None
 
     def average(self) -> Surface:

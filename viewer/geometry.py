@@ -13,10 +13,12 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..lighting.geometry import Tracer
 from ..lighting.lights import DeltaLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
 from ..lighting.vectors import dot
+from ..materials.cutout import Cutout
 from .shadows import ShadowGrid, SortedTriangles, shadow_grid, sorted_triangles
 
 
@@ -47,6 +49,7 @@ class SceneGeometry:
     face_normals (F, 3) : unit. positions, normals, tangents (F, 3, 3) : rounded to float32.
     handedness (F,) : 1 or -1, of the tangents (`lighting.tangents`).
     first_face (parts + 1,) : where each part's triangles begin.
+    cutouts : by part, its material's holes. tracer : rays that go on through those; None where there are none.
     """
 
     meshes: tuple[Mesh, ...]
@@ -61,6 +64,8 @@ class SceneGeometry:
     first_face: Int[np.ndarray, "_"]
     occluders: SortedTriangles
     lights: tuple[LightGeometry, ...] = ()
+    cutouts: tuple[Cutout | None, ...] = ()
+    tracer: Tracer | None = None
 
     @property
     def has_uv(self) -> tuple[bool, ...]:
@@ -93,7 +98,8 @@ def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeo
 def _same_meshes(scene: Scene, known: SceneGeometry) -> bool:
     """Told apart by identity, which is theirs while `known` keeps them alive."""
     return len(scene.parts) == len(known.meshes) and all(
-        part.mesh is mesh for part, mesh in zip(scene.parts, known.meshes, strict=True)
+        part.mesh is mesh and part.cutout is cutout
+        for part, mesh, cutout in zip(scene.parts, known.meshes, known.cutouts, strict=True)
     )
 
 
@@ -114,6 +120,8 @@ def _triangles(scene: Scene) -> SceneGeometry:
         handedness=np.concatenate([mesh.tangents.handedness for mesh in meshes]),
         first_face=np.cumsum([0, *(len(mesh.faces) for mesh in meshes)]),
         occluders=sorted_triangles((corners - centre) / radius),
+        cutouts=scene.cutouts,
+        tracer=Tracer(scene) if any(scene.cutouts) else None,
     )
 
 

@@ -15,6 +15,7 @@ from .context import NoGL, create_context, describe
 from .geometry import LightGeometry
 from .gl_gathering import GLGathering
 from .gl_tile import GLTerms, GLTile, coverage_of, framed, places, read
+from .holes import reaching_texels, seen_texels
 from .keeping import Layer, Piece, SpreadLayer
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .raster import Window, WindowTriangles
@@ -29,6 +30,7 @@ from .resources import (
     triangle_texels,
 )
 from .software import SoftwareRenderer
+from .surfaces import surface_samples
 from .view import View
 
 if TYPE_CHECKING:
@@ -92,12 +94,23 @@ class GLRenderer(Renderer):
         side = view.camera.samples
         owner, scratch = Owner(self.context), Owner(self.context)
         try:
-            seen = self._passes.visibility(owner, window, triangles)
+            surface = None if scene.tracer is None else surface_samples(view, window, triangles)
+            size = (window.width, window.height)
+            if surface is None:
+                seen = self._passes.visibility(owner, window, triangles)
+            else:
+                seen = owner.texture(size, 1, seen_texels(surface, window).tobytes())
+            free = [
+                None
+                if surface is None
+                else scratch.texture(size, 1, reaching_texels(view, light, surface, window).tobytes())
+                for light in scene.lights
+            ]
             table = scratch.table(triangle_texels(view, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
             mipmapped = self.filtering == "mipmapped"
             lights = tuple(
-                self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped)
-                for light in scene.lights
+                self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped, share)
+                for light, share in zip(scene.lights, free, strict=True)
             )
             uv = self._passes.uv(owner, view.uv(triangles), seen, table) if self._with_uv else ()
             frames: tuple[moderngl.Texture, ...] = ()

@@ -50,7 +50,7 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     *(
         ("fullscreen.vert", "light.frag", {**kind, **mipmapped, **_GEOMETRY_SIZES})
         for mipmapped in ({}, {"MIPMAPPED": 1})
-        for kind in ({"PARALLEL": 0}, {"PARALLEL": 1})
+        for kind in ({"PARALLEL": 0}, {"PARALLEL": 1}, {"FREE": 1})
     ),
     (
         "fullscreen.vert",
@@ -111,22 +111,23 @@ class Passes:
         triangles: moderngl.Texture,
         numbers: Int[np.ndarray, " T"],
         mipmapped: bool = False,
+        free: moderngl.Texture | None = None,
     ) -> tuple[moderngl.Texture, ...]:
         """Angles and irradiance of one light at every sample (io, hd, azimuths), kept by `owner`.
 
         triangles, numbers : `triangle_texels`, and which of the scene's triangles they are.
-        `mipmapped` adds what samples span of the angles (io, hd).
+        `mipmapped` adds what samples span of the angles (io, hd). `free` : what reaches each sample, where it is known.
         """
         context = self.context
         made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
         outputs = tuple(owner.texture(seen.size, components) for components in made_of)
         scratch = resources.Owner(context)
         try:
-            tables = self._shadow_tables(light)
+            tables = {"free": free} if free else self._shadow_tables(light)
             lit = scratch.table(view.lit(light)[numbers].astype(np.float32), resources.ROW_LENGTH)
             self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
             context.enable_only(context.NOTHING)
-            kind = {"PARALLEL": int(light.shadows.parallel)}
+            kind = {"FREE": 1} if free else {"PARALLEL": int(light.shadows.parallel)}
             kind |= {"MIPMAPPED": 1} if mipmapped else {}
             made, everywhere = self._full_screen("light.frag", **kind)
             values = {

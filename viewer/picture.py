@@ -205,7 +205,7 @@ def render_spectral(
     values = renderer.render_spectra(scene, view, surfaces, WORKING_WAVELENGTHS_NM)
     notes = _thinned(scene, WORKING_WAVELENGTHS_NM)
     if np.count_nonzero(values.any(axis=-1)) < _FEW * values[..., 0].size:
-        say_if_blank(scene, view, values, renderer.coverage(scene, view), warn)
+        say_if_blank(scene, view, values, renderer.coverage(scene.cut(surfaces), view), warn)
     below = values < 0
     if below.any():
         notes.append(f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 # Steps of the vertex grid between neighbouring samples: the eight sub-pixel bits that OpenGL implementations have.
 SUBSTEPS = 256
@@ -189,8 +189,15 @@ def _cut(points, weights, parent, plane):
     return tuple(np.concatenate(parts) for parts in zip(*results, strict=True))
 
 
-def rasterise(triangles: WindowTriangles, width: int, height: int) -> Int[np.ndarray, "height width"]:
+def rasterise(
+    triangles: WindowTriangles,
+    width: int,
+    height: int,
+    there: Callable[[np.ndarray, np.ndarray], Bool[np.ndarray, " n"]] | None = None,
+) -> Int[np.ndarray, "height width"]:
     """Number of the triangle that every sample sees, -1 where none is; row 0 on top.
+
+    there : of triangles (n,) at samples (n, 2), column and row, whether they are seen there at all; None is always.
 
     Of two triangles with the same depth key the one that is drawn first stays, as with OpenGL's strict comparison.
     """
@@ -230,6 +237,9 @@ def rasterise(triangles: WindowTriangles, width: int, height: int) -> Int[np.nda
             which, sample = np.nonzero(covered)
             number = chosen[which]
             x, y = x[which, sample], y[which, sample]
+            if there is not None:
+                kept = there(number, np.stack([x, y], axis=1))
+                number, x, y = number[kept], x[kept], y[kept]
             plane = planes[number]
             dx = (x - reference[number, 0]).astype(np.float32)
             dy = (y - reference[number, 1]).astype(np.float32)

@@ -176,6 +176,8 @@ class Renderer(Keeping):
         step : which of how many such rounds this is, for `progress`.
         """
         scene.check_surfaces(surfaces)
+        scene = scene.cut(surfaces)
+        surfaces = {name: surfaces[name].without_holes() for name in scene.material_ids}
         self._with_uv, self._with_frames = scene.needs_uv(surfaces), bool(scene.spread_lights)
         layers: list[Layer | SpreadLayer] = [
             Layer(number, lights, one, colours(scene.delta_lights[lights[0]].spectrum, one.palette))

@@ -14,10 +14,10 @@ from ..materials.terms import Terms
 from .footprints import footprints
 from .gathering import SeenSamples, gathered_terms
 from .geometry import LightGeometry
+from .holes import reaching
 from .keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
 from .raster import Window, WindowTriangles
 from .renderer import Filtering, Renderer
-from .shadows import visibility
 from .surfaces import Surface, surface_samples
 from .view import View
 
@@ -116,7 +116,7 @@ def _reached(view: View, light: LightGeometry, surface: Surface):
     wi = np.einsum("nij,nj->ni", surface.frame[above], unit(offset))
     up = wi[:, 2] > 0.0
     above, wi, position, irradiance = above[up], wi[up], position[up], irradiance[up]
-    free = visibility(light.shadows, position, surface.face[above])
+    free = reaching(view, light, position, surface.face[above])
     some = free > 0.0
     irradiance = irradiance[some] * free[some] / view.camera.samples**2
     return above[some], wi[some], irradiance

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ..lighting.vectors import facing_viewer, orthonormal_frame, unit
 from .raster import SUBSTEPS, Window, WindowTriangles, rasterise
@@ -52,7 +52,7 @@ class Interpolated:
 def surface_samples(view: View, window: Window, triangles: WindowTriangles, with_uv: bool = False) -> Surface:
     """Rasterise one window and interpolate to its samples; texture coordinates only where `with_uv` asks for them."""
     side = view.camera.samples
-    seen = rasterise(triangles, window.width, window.height)
+    seen = seen_in(view, window, triangles)
     blocks = (window.height // side, side, window.width // side, side)
     # By pixel, and within a pixel by row.
     line, column, sub_line, sub_column = np.nonzero(seen.reshape(blocks).transpose(0, 2, 1, 3) >= 0)
@@ -68,6 +68,19 @@ def surface_samples(view: View, window: Window, triangles: WindowTriangles, with
     )
 
 
+def seen_in(view: View, window: Window, triangles: WindowTriangles) -> Int[np.ndarray, "h w"]:
+    """`rasterise`, through the holes of what is seen."""
+    tracer = view.scene.tracer
+    if tracer is None:
+        return rasterise(triangles, window.width, window.height)
+
+    def there(number: np.ndarray, sample: np.ndarray) -> Bool[np.ndarray, " n"]:
+        weights, _ = _corner_weights(triangles, number, sample * SUBSTEPS + SUBSTEPS // 2)
+        return ~tracer.in_holes(triangles.parent[number], weights)
+
+    return rasterise(triangles, window.width, window.height, there)
+
+
 def interpolated(
     view: View,
     triangles: WindowTriangles,
@@ -75,12 +88,7 @@ def interpolated(
     point: Int[np.ndarray, "N 2"],
 ) -> Interpolated:
     """What triangles `number` show at `point`, in 1/256 sample; the plane of a triangle goes on beyond its edges."""
-    weights = _areas(triangles, number, point) * triangles.inverse_w[number]
-    whole = weights.sum(axis=1, keepdims=True)
-    weights /= np.where(whole == 0.0, 1.0, whole)
-    if (triangles.weights != np.eye(3)).any():
-        weights = np.einsum("nk,nkj->nj", weights, triangles.weights[number])
-
+    weights, whole = _corner_weights(triangles, number, point)
     face = triangles.parent[number]
     position, normal, tangent = (
         np.einsum("nk,nki->ni", weights, corners[face])
@@ -89,7 +97,19 @@ def interpolated(
     to_viewer = unit(view.eye - position) if view.perspective else np.broadcast_to(view.eye, position.shape)
     normal = facing_viewer(unit(normal), to_viewer)
     frame = orthonormal_frame(normal, tangent, view.handedness[face])
-    return Interpolated(position, to_viewer, frame, weights, whole[:, 0])
+    return Interpolated(position, to_viewer, frame, weights, whole)
+
+
+def _corner_weights(
+    triangles: WindowTriangles, number: Int[np.ndarray, " N"], point: Int[np.ndarray, "N 2"]
+) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
+    """`Interpolated.weights` and `whole`."""
+    weights = _areas(triangles, number, point) * triangles.inverse_w[number]
+    whole = weights.sum(axis=1, keepdims=True)
+    weights /= np.where(whole == 0.0, 1.0, whole)
+    if (triangles.weights != np.eye(3)).any():
+        weights = np.einsum("nk,nkj->nj", weights, triangles.weights[number])
+    return weights, whole[:, 0]
 
 
 def uv_at(

@@ -2,9 +2,8 @@
 
 Metallic and roughness, specular, refractive index, clearcoat, specular and glossiness, and unlit are rendered, and of
 maps, texel by texel, bumps, stretched highlights and masks, too; what else a material says (transmission, sheen, ...)
-is kept in the record, with all of its maps, and is named in the notes. A clear coat over maps, maps that lie apart on
-the mesh, and a second set of coordinates are rendered by the mean of the maps. A material that shines gives a second
-record, its emission.
+is kept in the record, with all of its maps, and is named in the notes. Maps that lie apart on the mesh, and a second
+set of coordinates are rendered by the mean of the maps. A material that shines gives a second record, its emission.
 """
 
 from __future__ import annotations
@@ -105,7 +104,7 @@ class _Material:
         self.gltf, self.node, self.label, self.id, self.content = gltf, node, label, material_id, content
         self.coloured = coloured
         self.placed: list[tuple[Node, str]] = []
-        self.bumps = self.stretched = False
+        self.bumps = self.stretched = self.coat_bumps = False
         self.textures = TextureReader(gltf, node)
         self.extensions = node.child("extensions")
 
@@ -132,6 +131,7 @@ class _Material:
                 surface, said = drawn_maps(_unlit(maps) if more.matt else maps, more, uplift)
                 if surface is not None:
                     self.bumps, self.stretched = more.normal is not None, more.strength.scale > 0.0
+                    self.coat_bumps = more.coat_normal is not None
                     return "maps", surface.parameters(), [*said, *([_UNLIT] if more.matt else [])]
             except NotDrawn as reason:
                 why = [f"not drawn texel by texel: {reason}"]
@@ -186,19 +186,23 @@ class _Material:
     def _more(self, answer: Answer) -> MoreMaps:
         """What is drawn of texels alone. Bumps are OpenGL's, as the specification has it."""
         matt, stretch = self.extensions.has("KHR_materials_unlit"), self.extensions.child("KHR_materials_anisotropy")
+        coat = self.extensions.child("KHR_materials_clearcoat")
         try:
             normal, direction = self._texture(self.node, "normalTexture"), self._texture(stretch, "anisotropyTexture")
-            _ = [texture.values for texture in (normal, direction) if texture]
+            over = self._texture(coat, "clearcoatNormalTexture") if coat.number("clearcoatFactor", 0, high=1) else None
+            _ = [texture.values for texture in (normal, direction, over) if texture]
         except InputError as reason:
             raise NotDrawn(f"a map of directions: {reason.problem} ({reason.found})") from None
         strength = Number(direction, 2, stretch.number("anisotropyStrength", 0, high=1))
-        turned = (normal is not None or strength.scale > 0.0) and not matt
+        turned = (normal is not None or over is not None or strength.scale > 0.0) and not matt
         places = {self.textures.placement(holder, name, turned) for holder, name in self.placed}
         if len(places) > 1:
             raise NotDrawn("its maps lie apart on the mesh")
         return MoreMaps(
             normal=None if matt else normal,
             normal_scale=self.node.child("normalTexture").number("scale", 1, low=-math.inf),
+            coat_normal=over,
+            coat_normal_scale=coat.child("clearcoatNormalTexture").number("scale", 1, low=-math.inf),
             strength=Number(scale=0.0) if matt else strength,
             direction=direction,
             turn=stretch.number("anisotropyRotation", 0, low=-math.inf),
@@ -253,6 +257,8 @@ class _Material:
         kept = [name for name in self.extensions.values if not (self.stretched and name == "KHR_materials_anisotropy")]
         names = [KEPT_EXTENSIONS.get(name, name) for name in kept]
         names += ["bumps of the normal map"] if self.node.has("normalTexture") and not self.bumps else []
+        over = self.extensions.child("KHR_materials_clearcoat").has("clearcoatNormalTexture")
+        names += ["bumps of the clear coat"] if over and not self.coat_bumps else []
         names += ["occlusion"] if self.node.has("occlusionTexture") else []
         names = [name for name in names if name]
         notes = [f"kept in the record and not rendered: {', '.join(names)}"] if names else []

@@ -54,7 +54,9 @@ def gltf_material(surface: Surface, name: str, writer: GltfWriter) -> tuple[dict
     _base(material, maps, writer, notes)
     _facets(material, maps, writer, notes)
     _reflected(material, maps, writer, notes)
-    _bumps(material, maps, writer)
+    if maps.normal is not None:
+        material["normalTexture"] = _bumps(maps.normal, maps, writer)
+    coat = _coat(maps, writer, notes) if maps.coated else coat
     if coat is not None:
         material["extensions"]["KHR_materials_clearcoat"] = coat
     if not material["extensions"]:
@@ -192,11 +194,24 @@ def _reflected(material: dict[str, Any], maps: MapSet, writer: GltfWriter, notes
         material["extensions"]["KHR_materials_specular"] = said
 
 
-def _bumps(material: dict[str, Any], maps: MapSet, writer: GltfWriter) -> None:
-    """The normal map, green up: the codes that it came with where those are a picture's."""
-    normal = maps.normal
-    if normal is None:
-        return
+def _coat(maps: MapSet, writer: GltfWriter, notes: list[str]) -> dict[str, Any]:
+    """KHR_materials_clearcoat: what of it counts in red and its roughness in green, of one picture, and its bumps."""
+    (weights, (weight,)), (rough, (roughness,)) = (
+        coded(one, False, name, notes)
+        for one, name in ((maps.coat, "clear coat"), (maps.coat_roughness, "roughness of the clear coat"))
+    )
+    said: dict[str, Any] = {"clearcoatFactor": weight, "clearcoatRoughnessFactor": roughness}
+    if weights is not None or rough is not None:
+        picture = writer.texture(_joined([filled(weights, 1), filled(rough, 1), filled(None, 1)]), maps.placement)
+        said |= {"clearcoatTexture": picture} if weights is not None else {}
+        said |= {"clearcoatRoughnessTexture": picture} if rough is not None else {}
+    if maps.coat_normal is not None:
+        said["clearcoatNormalTexture"] = _bumps(maps.coat_normal, maps, writer)
+    return said
+
+
+def _bumps(normal: TexelMap, maps: MapSet, writer: GltfWriter) -> dict[str, Any]:
+    """A normal map, green up: the codes that it came with where those are a picture's."""
     strength = normal.scale[0] / 2.0
     as_pictures_are = len(normal.scale) == 3 and normal.scale[2] == 2.0 and abs(normal.scale[1]) == normal.scale[0]
     as_pictures_are &= normal.offset == tuple(-0.5 * number for number in normal.scale)
@@ -210,7 +225,7 @@ def _bumps(material: dict[str, Any], maps: MapSet, writer: GltfWriter) -> None:
         codes = unit_codes(0.5 + 0.5 * vectors / np.linalg.norm(vectors, axis=2, keepdims=True))
         strength = 1.0
     said = writer.texture(codes, maps.placement)
-    material["normalTexture"] = said | ({"scale": strength} if strength != 1.0 else {})
+    return said | ({"scale": strength} if strength != 1.0 else {})
 
 
 def _joined(planes: list[np.ndarray]) -> np.ndarray:

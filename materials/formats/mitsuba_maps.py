@@ -57,6 +57,8 @@ def write_mitsuba_maps(folder: Path, surface: MapSet, comment: str = "") -> tupl
         there = (surface.coverage.decoded(surface.coverage.values) >= surface.cutoff - ROUNDING).astype(np.float64)
         bsdf = element("bsdf", _texture(folder, "opacity", there, surface, True), bsdf, type="mask")
         notes.append("what is cut out lets light through there, and is black here")
+    if surface.coated:
+        notes.append("the clear coat is left out: that of Mitsuba's principled is another")
     if len(set(surface.placement.wrap)) > 1:
         notes.append(f"beyond its edges the picture goes on as along u ({surface.placement.wrap[0]}), also along v")
     write_scene(folder, bsdf, comment, tuple(notes))

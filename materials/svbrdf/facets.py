@@ -32,6 +32,12 @@ def turned_to(
     return tuple(found)
 
 
+def upright(lean: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N 3"]:
+    """Unit normals whose x and y these are."""
+    up = np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1, keepdims=True), 0.0))
+    return np.concatenate([lean, up], axis=1)
+
+
 def spread_of(alpha: Float[np.ndarray, "N 2"], turn: Float[np.ndarray, " N"] | None = None) -> Float[np.ndarray, "N 3"]:
     """(a, b, c) of S for a roughness along x and one along y, turned by so many radians from x towards y."""
     along, across = np.moveaxis(alpha * alpha, -1, 0)

@@ -85,6 +85,20 @@ def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarra
     return [spread, *(_function_of(level, np.exp) for level in levels[1:])]
 
 
+def coat_from_afar(
+    spread: Float[np.ndarray, "H W 1"], coat: Float[np.ndarray, "H W 1"]
+) -> list[Float[np.ndarray, "_ _ 1"]]:
+    """Of each level, the mean of a coat's alpha^2 in the logarithm; texels count by how much of a coat they have."""
+    levels = levels_of(np.concatenate([coat * np.log(spread), coat, np.log(spread)], axis=-1))
+    found = [spread]
+    for level in levels[1:]:
+        some = level[..., 1:2] > 0.0
+        # Where there is none it does not matter, but must be some.
+        mean = np.where(some, level[..., :1], level[..., 2:]) / np.where(some, level[..., 1:2], 1.0)
+        found.append(np.exp(mean))
+    return found
+
+
 def _function_of(spread: np.ndarray, function: np.ufunc) -> np.ndarray:
     """A function of symmetric matrices (a, b, c), by their eigenvalues."""
     a, b, c = np.moveaxis(spread, -1, 0)

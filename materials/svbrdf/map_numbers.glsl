@@ -1,5 +1,6 @@
 // Numbers of a texel of a surface of maps: in `planes`, at `levels`, or alike everywhere, in `constants` from AT_BODY, ...
-// on. BODY, REST, FACET, EDGE, NORMAL, SPREAD_XX, _XY, _YY, COVERS, UP and DIFFER are the first planes of each kind, or -1.
+// on. BODY, REST, FACET, EDGE, NORMAL, SPREAD_XX, _XY, _YY, COVERS, UP and DIFFER are the first planes of each kind, or -1;
+// under a clear coat also COAT, COAT_SPREAD, COAT_NORMAL, COAT_UP and COAT_DIFFER.
 
 #include "texels.glsl"
 

@@ -5,12 +5,14 @@ the fall (1 - h.wi)^5 and the facets' D G / (4 cos cos) at its normal,
 
     term r = cos(theta_i) (((1 - fall) b_r + fall e_r) / pi + (1 - fall) s_r D G / (4 cos cos))
     last   = cos(theta_i) fall f D G / (4 cos cos),                                    whose spectrum is 1
+
+Under a clear coat (`coat`) all of them are multiplied by what it lets through; what it reflects itself is in the last.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -25,35 +27,48 @@ from ..axes import Frame
 from ..fast import Summand, TermShader
 from ..points import Points
 from ..terms import Terms
-from .facets import facets, turned_to
-from .map_levels import WIDENED, facets_apart, normals_from_afar, spread_from_afar
+from .coat import COAT_F0, alike, coat_over
+from .facets import facets, turned_to, upright
+from .map_levels import WIDENED, coat_from_afar, facets_apart, normals_from_afar, spread_from_afar
 from .map_set import ROUNDING, WHOLE, Placement
 from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
 
 #: Along each side of what a sample spans: so many places are looked up, at the level whose texels lie as far apart.
 TAPS = 4
+# Numbers of a texel without a coat, beside its coefficients.
+_UNCOATED = 7
+#: Of a sample in a surface with holes: what its own point counts, beside 1 of each place.
+OWN_SHARE = 1e-3
 _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 
 
 @dataclass(frozen=True)
 class Layout:
     """Where the numbers of a texel are, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
-    covers, and of levels beyond the first `up`, the z of the mean normal, and `differ` (3), how much wider normals that
-    differ make the spread.
+    covers, of a coat w, alpha^2 and normal (2); and of levels beyond the first `up`, the z of the mean normal, and
+    `differ` (3), how much wider normals that differ make the spread, and the same of a coat.
 
-    columns : the plane of each number; -1 where it is in `constants`, alike in all texels.
+    columns : the plane of each number; -1 where it is in `constants`, alike in all texels. coated : has a coat.
     """
 
     rank: int
     columns: tuple[int, ...]
     constants: tuple[float, ...]
+    coated: bool = False
 
-    @property
+    @cached_property
     def starts(self) -> dict[str, int]:
         """The first number of each kind."""
-        edge = 3 * self.rank
-        each = {"body": 0, "rest": self.rank, "facet": 2 * self.rank, "edge": edge, "normal": edge + 1}
-        return each | {"spread": edge + 3, "covers": edge + 6, "up": edge + 7, "differ": edge + 8}
+        kinds = {"body": self.rank, "rest": self.rank, "facet": self.rank, "edge": 1, "normal": 2, "spread": 3}
+        kinds |= {"covers": 1} | ({"coat": 1, "coat_spread": 1, "coat_normal": 2} if self.coated else {})
+        kinds |= {"up": 1, "differ": 3} | ({"coat_up": 1, "coat_differ": 3} if self.coated else {})
+        return dict(zip(kinds, np.cumsum([0, *kinds.values()]).tolist(), strict=False))
+
+    @property
+    def bumps(self) -> list[tuple[str, str, str]]:
+        """Names of normals that differ from texel to texel, of the z of their means, and of what they differ by."""
+        kinds = [("normal", "up", "differ"), ("coat_normal", "coat_up", "coat_differ")]
+        return [kind for kind in kinds if kind[0] in self.starts and self.columns[self.starts[kind[0]]] >= 0]
 
     def numbers(self, texels: Float[np.ndarray, "N P"], name: str, count: int) -> Float[np.ndarray, "N K"]:
         """Numbers of one kind, of points whose planes are `texels`."""
@@ -73,6 +88,7 @@ class MapPlanes(Summand):
 
     planes : (H,W,P) what differs from texel to texel, in float16 where `precision` is "half". layout : what it is.
     palette : one entry of R + 1 spectra, 1/sr, the last of them 1. cutoff, placement : see `MapSet`.
+    cut : points do not lie in holes, so that what a sample spans is the mean of what is there; else holes are black.
     """
 
     planes: np.ndarray
@@ -82,6 +98,7 @@ class MapPlanes(Summand):
     placement: Placement = WHOLE
     precision: Literal["single", "half"] = "single"
     frame: Frame = "io"
+    cut: bool = False
 
     def __post_init__(self) -> None:
         expected = (1, self.layout.rank + 1)
@@ -99,11 +116,12 @@ class MapPlanes(Summand):
     @cached_property
     def levels(self) -> tuple[list[np.ndarray], Layout]:
         """The planes at each level, and their layout, which has the z of mean normals and what they differ by, too."""
-        layout, rank = self.layout, self.layout.rank
-        columns, starts = list(layout.columns), layout.starts
-        x, y = layout.constants[starts["normal"] : starts["normal"] + 2]
-        constants = [*layout.constants, max(1.0 - x * x - y * y, 0.0) ** 0.5, 0.0, 0.0, 0.0]
-        columns += [-1] * 4
+        layout, starts = self.layout, self.layout.starts
+        columns, constants = list(layout.columns), list(layout.constants)
+        for name in ("normal", "coat_normal")[: 1 + layout.coated]:
+            x, y = layout.constants[starts[name] : starts[name] + 2]
+            constants += [max(1.0 - x * x - y * y, 0.0) ** 0.5, 0.0, 0.0, 0.0]
+            columns += [-1] * 4
         planes = self.planes.astype(np.float64)
         shape = planes.shape[:2]
 
@@ -123,14 +141,16 @@ class MapPlanes(Summand):
         added: list[tuple[str, list[np.ndarray]]] = []
         if max(columns[starts["spread"] : starts["spread"] + 3]) >= 0:
             added.append(("spread", spread_from_afar(kind("spread", 3))))
-        if columns[starts["normal"]] >= 0:
-            means, wider = normals_from_afar(kind("normal", 2))
-            added += [("up", [mean[..., 2:] for mean in means]), ("differ", wider)]
+        if layout.coated and columns[starts["coat_spread"]] >= 0:
+            added.append(("coat_spread", coat_from_afar(kind("coat_spread", 1), kind("coat", 1))))
+        for normal, up, differ in layout.bumps:
+            means, wider = normals_from_afar(kind(normal, 2))
+            added += [(up, [mean[..., 2:] for mean in means]), (differ, wider)]
         for name, more in added:
             count, start, column = more[0].shape[2], starts[name], levels[0].shape[2]
             levels = [np.concatenate(both, axis=-1) for both in zip(levels, more, strict=True)]
             columns[start : start + count] = range(column, column + count)
-        return levels, Layout(rank, tuple(columns), tuple(constants))
+        return levels, replace(layout, columns=tuple(columns), constants=tuple(constants))
 
     def terms(self, points: Points) -> Terms:
         """See `Summand.terms`; where points say what they span, the mean over that."""
@@ -138,12 +158,13 @@ class MapPlanes(Summand):
         some = np.flatnonzero(lit)
         here = points.chosen(some)
         value = np.zeros((len(points), self.rank))
-        if not self.uses_uv:
-            found = self._shown(np.zeros((len(here), 0)), self.layout, here, False)
-        elif here.spans is None or here.footprint is None:
-            found = self._shown(look_up(self.planes, self._uv(here), self.placement.wrap), self.layout, here, False)
-        else:
+        if self.uses_uv and here.spans is not None and here.footprint is not None:
             found = self._mean(here)
+        else:
+            none = np.zeros((len(here), 0))
+            texels = look_up(self.planes, self._uv(here), self.placement.wrap) if self.uses_uv else none
+            found = self._shown(texels, self.layout, here)
+            found *= 1.0 if self.cut else self._covered(texels, self.layout, False)
         value[some] = found * lit[some, None]
         return Terms(value)
 
@@ -159,7 +180,7 @@ class MapPlanes(Summand):
         height, width, _ = self.planes.shape
         level = level_at(spanned / TAPS, height, width, len(levels) - 1)
         fine = level.astype(np.int64)
-        total = np.zeros((len(points), self.rank))
+        total, there = np.zeros((len(points), self.rank)), np.zeros((len(points), 1))
         for number in np.unique(fine):
             here = np.flatnonzero(fine == number)
             chosen, part = points.chosen(here), (level[here] - number)[:, None]
@@ -167,17 +188,30 @@ class MapPlanes(Summand):
                 for down in _TAPS:
                     place = uv[here] + across * spanned[here, 0] + down * spanned[here, 1]
                     texels = look_up(levels[number], place, self.placement.wrap)
-                    found = self._shown(texels, layout, chosen, bool(number > 0))
+                    share = self._covered(texels, layout, bool(number > 0))
+                    found = share * self._shown(texels, layout, chosen, bool(number > 0))
                     if part.any():
-                        coarser = look_up(levels[number + 1], place, self.placement.wrap)
-                        found += part * (self._shown(coarser, layout, chosen, True) - found)
+                        texels = look_up(levels[number + 1], place, self.placement.wrap)
+                        coarser = self._covered(texels, layout, True)
+                        found += part * (coarser * self._shown(texels, layout, chosen, True) - found)
+                        share = share + part * (coarser - share)
                     total[here] += found
-        return total / TAPS**2
+                    there[here] += share
+        if not self.cut:
+            return total / TAPS**2
+        # What the point itself shows, which is there, counts a little: where it is all that is there, for all.
+        own = self._shown(look_up(levels[0], uv, self.placement.wrap), layout, points)
+        return (total + OWN_SHARE * own) / (there + OWN_SHARE)
+
+    def _covered(self, texels: Float[np.ndarray, "N P"], layout: Layout, coarse: bool) -> Float[np.ndarray, "N 1"]:
+        """How much is there: of texels all or nothing."""
+        covers = layout.numbers(texels, "covers", 1)
+        return covers if coarse else (covers >= self.cutoff - ROUNDING).astype(np.float64)
 
     def _shown(
-        self, texels: Float[np.ndarray, "N P"], layout: Layout, points: Points, coarse: bool
+        self, texels: Float[np.ndarray, "N P"], layout: Layout, points: Points, coarse: bool = False
     ) -> Float[np.ndarray, "N R"]:
-        """Terms of points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
+        """Terms of what is there at points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
 
         def kind(name: str, count: int = 1) -> np.ndarray:
             return layout.numbers(texels, name, count)
@@ -188,23 +222,29 @@ class MapPlanes(Summand):
             arriving = np.maximum(np.sum(mean * points.wi, axis=1), 0.0)
             normal = mean / np.linalg.norm(mean, axis=1, keepdims=True)
         else:
-            normal = np.concatenate([lean, np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1), 0.0))[:, None]], axis=1)
+            normal = upright(lean)
             arriving = None
         wi, wo = turned_to(normal, points.wi, points.wo)
         above = (wi[:, 2] > 0) & (wo[:, 2] > 0)
-        covers = kind("covers")[:, 0]
-        there = above * (covers if coarse else covers >= self.cutoff - ROUNDING)
         wi, wo = (np.where(above[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
         fall = schlick(points.wi, points.wo)
         spread = kind("spread", 3)
         shine = facets_apart(wi, wo, spread, kind("differ", 3)) if coarse else facets(wi, wo, spread) * wi[:, 2]
-        shine = shine * there
-        lit = (wi[:, 2] if arriving is None else arriving) * there / np.pi
+        shine = shine * above
+        lit = (wi[:, 2] if arriving is None else arriving) * above / np.pi
         out = np.empty((len(texels), rank + 1))
         out[:, :rank] = kind("body", rank) * ((1.0 - fall) * lit)[:, None]
         out[:, :rank] += kind("rest", rank) * (fall * lit)[:, None]
         out[:, :rank] += kind("facet", rank) * ((1.0 - fall) * shine)[:, None]
         out[:, rank] = kind("edge")[:, 0] * fall * shine
+        if layout.coated:
+            lean, differ = kind("coat_normal", 2), kind("coat_differ", 3) if coarse else None
+            normal = np.concatenate([lean, kind("coat_up")], axis=1) if coarse else upright(lean)
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+            spread = alike(kind("coat_spread")[:, 0])
+            through, shine = coat_over(points, fall, kind("coat")[:, 0], normal, spread, differ)
+            out *= through[:, None]
+            out[:, rank] += shine
         return out
 
     def shader(self, filtered: bool = False) -> TermShader:
@@ -226,6 +266,10 @@ class MapPlanes(Summand):
         uniforms = {"levels": places, "constants": constants, "cutoff": self.cutoff - ROUNDING}
         if filtered and self.uses_uv:
             uniforms["widened"] = WIDENED
+        sizes |= {"CUT": 1} if self.cut else {}
+        uniforms |= {"own_share": OWN_SHARE} if self.cut and filtered and self.uses_uv else {}
+        if layout.coated:
+            uniforms["coat_f0"] = COAT_F0
         uniforms |= {"placement": (*self.placement.scale, *self.placement.offset)}
         return TermShader(
             Path(__file__).with_name("maps.glsl"), {**sizes, "CONSTANTS": len(constants)}, {"planes": texels}, uniforms
@@ -234,7 +278,7 @@ class MapPlanes(Summand):
     @property
     def key(self) -> tuple:
         """Which array the planes are, and what is made of them."""
-        return "maps", id(self.planes), self.layout, self.cutoff, self.placement
+        return "maps", id(self.planes), self.layout, self.cutoff, self.placement, self.cut
 
     @property
     def nbytes(self) -> int:
@@ -257,10 +301,10 @@ class MapPlanes(Summand):
     def from_stored(cls, kept: Mapping[str, Any]) -> MapPlanes:
         """The summand whose `stored()` this is; KeyError where something is missing."""
         numbers = {name: tuple(np.asarray(kept[name]).tolist()) for name in ("columns", "constants", "scale", "offset")}
-        wrap = cast("tuple[Wrap, Wrap]", tuple(str(kept["wrap"]).split()))
+        wrap, rank = cast("tuple[Wrap, Wrap]", tuple(str(kept["wrap"]).split())), int(kept["rank"])
         return cls(
             np.asarray(kept["planes"]),
-            Layout(int(kept["rank"]), numbers["columns"], numbers["constants"]),
+            Layout(rank, numbers["columns"], numbers["constants"], len(numbers["columns"]) > 3 * rank + _UNCOATED),
             Palette.from_stored(kept["palette"]),
             float(kept["cutoff"]),
             Placement(numbers["scale"], numbers["offset"], wrap),

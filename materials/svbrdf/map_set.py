@@ -54,6 +54,8 @@ class Texels:
     through : (n,) 1 - F of a dielectric at the normal, and `rest` at grazing: what reaches its body.
     edge : (n,) what facets reflect at grazing. normal : (n,2) x and y of the unit normal.
     spread : (n,3) see `facets`. covers : (n,) opacity.
+    coat : (n,) what of the clear coat counts; None where there is none at all. coat_spread : (n,) alpha^2 of its
+    facets. coat_normal : (n,2) as `normal`.
     """
 
     body: Float[np.ndarray, "n C"]
@@ -64,6 +66,9 @@ class Texels:
     normal: Float[np.ndarray, "n 2"]
     spread: Float[np.ndarray, "n 3"]
     covers: Float[np.ndarray, " n"]
+    coat: Float[np.ndarray, " n"] | None = None
+    coat_spread: Float[np.ndarray, " n"] | None = None
+    coat_normal: Float[np.ndarray, "n 2"] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +82,9 @@ class MapSet:
     metallic, weight : m and w. roughness : the square root of alpha, or two of them, along x and along y.
     reflected : c, red, green and blue, or one number.
     normal : x, y and z, of any length, z up; x along u and y along v. turn : radians that x of a stretched highlight is
-        turned from u towards v. coverage : opacity; where it is below `cutoff` there is nothing, which is drawn black.
+        turned from u towards v. coverage : opacity; where it is below `cutoff` there is nothing: a hole (`cutout`).
+    coat, coat_roughness, coat_normal : of the clear coat what counts, w; the square root of its alpha; as `normal`,
+        None is the mesh's own, whatever bumps there are below.
     placement : of all maps.
 
     Raises
@@ -97,6 +104,9 @@ class MapSet:
     normal: TexelMap | None = None
     turn: TexelMap | None = None
     coverage: TexelMap = _ONE
+    coat: TexelMap = _NONE
+    coat_roughness: TexelMap = _NONE
+    coat_normal: TexelMap | None = None
     cutoff: float = 0.0
     placement: Placement = WHOLE
 
@@ -104,6 +114,7 @@ class MapSet:
         colours = 3 if self.uplift else len(self.wavelengths_nm)
         channels = {"base": (colours,), "roughness": (1, 2), "metallic": (1,), "reflected": (1, 3), "weight": (1,)}
         channels |= {"normal": (3,), "turn": (1,), "coverage": (1,)}
+        channels |= {"coat": (1,), "coat_roughness": (1,), "coat_normal": (3,)}
         for name, one in self.maps.items():
             if one.values.shape[2] not in channels[name]:
                 expected = " or ".join(map(str, channels[name])) + " channels"
@@ -113,19 +124,27 @@ class MapSet:
         sizes = {name: one.size for name, one in self.maps.items() if one.size != (1, 1)}
         if len(set(sizes.values())) > 1:
             raise InputError("maps of different sizes", field="maps", found=sizes, expected="one size")
-        if self.normal is not None:
-            check_normals(self.normal)
+        for name, one in (("normal", self.normal), ("coat_normal", self.coat_normal)):
+            if one is not None:
+                check_normals(one, name)
 
     @property
     def maps(self) -> dict[str, TexelMap]:
         """Every map that there is, by the name of its field."""
         names = ("base", "roughness", "metallic", "reflected", "weight", "normal", "turn", "coverage")
+        names += ("coat", "coat_roughness", "coat_normal") if self.coated else ()
         return {name: one for name in names if (one := getattr(self, name)) is not None}
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Without bumps, and with one roughness for all directions."""
-        return self.normal is None and self.roughness.values.shape[2] == 1
+        level = self.normal is None and (self.coat_normal is None or not self.coated)
+        return level and self.roughness.values.shape[2] == 1
+
+    @cached_property
+    def coated(self) -> bool:
+        """Whether a clear coat lies on any texel."""
+        return bool(self.coat.decoded(self.coat.values).any())
 
     @cached_property
     def size(self) -> tuple[int, int]:
@@ -151,12 +170,19 @@ class MapSet:
             edge = (1.0 - metal) * weight + metal
         alpha = np.maximum(self.roughness.at(rows, columns) ** 2, LEAST_ALPHA) * np.ones(2)
         turn = None if self.turn is None else number(self.turn)
-        normal = np.zeros((len(rows), 2))
-        if self.normal is not None:
-            vector = self.normal.at(rows, columns)
-            normal = vector[:, :2] / np.linalg.norm(vector, axis=1, keepdims=True)
-        through, rest = 1.0 - weight * most, 1.0 - weight
-        return Texels(body, shine, through, rest, edge, normal, spread_of(alpha, turn), number(self.coverage))
+
+        def lean(normal: TexelMap | None) -> np.ndarray:
+            if normal is None:
+                return np.zeros((len(rows), 2))
+            vector = normal.at(rows, columns)
+            return vector[:, :2] / np.linalg.norm(vector, axis=1, keepdims=True)
+
+        through, rest, spread = 1.0 - weight * most, 1.0 - weight, spread_of(alpha, turn)
+        coat = None, None, None
+        if self.coated:
+            smooth = np.maximum(number(self.coat_roughness) ** 2, LEAST_ALPHA) ** 2
+            coat = number(self.coat), smooth, lean(self.coat_normal)
+        return Texels(body, shine, through, rest, edge, lean(self.normal), spread, number(self.coverage), *coat)
 
     def _coloured(self, reflected: np.ndarray) -> np.ndarray:
         """What facets reflect, in as many numbers as `base` has."""
@@ -214,7 +240,7 @@ class MapSet:
             raise InputError("missing parameter of maps", field=str(reason)) from None
 
 
-def check_normals(normal: TexelMap) -> None:
+def check_normals(normal: TexelMap, name: str = "normal") -> None:
     """Raises `InputError` for a normal without length, and one that points below the surface, by its row and column."""
     height, width = normal.size
     step = max(1, _TEXELS // width)
@@ -228,7 +254,7 @@ def check_normals(normal: TexelMap) -> None:
             found = ", ".join(f"{value:.3g}" for value in vectors[row, column])
             raise InputError(
                 "a normal without length" if short[row, column] else "a normal that points below the surface",
-                field=f"normal, row {start + row}, column {column}",
+                field=f"{name}, row {start + row}, column {column}",
                 found=f"({found}), and {int((short | below).sum()) - 1} more in {vectors.size // 3} texels about it",
                 expected="x, y and z of a vector that points up",
                 hint="export the normal map again, or mend those texels",

@@ -2,43 +2,31 @@
 // a texel, times its colours. Its numbers are in `planes`, at `levels`, and in `constants`.
 
 #include "map_numbers.glsl"
+#include "facet_slices.glsl"
+#include "stretched.glsl"
 
-// Gaussians of a part of the facets, and at one of the alphas on both sides.
-#define OF_PART (LOBES / PARTS)
-#if ALPHAS == 1
-#define EACH OF_PART
-#else
-#define EACH (OF_PART / 2)
-#endif
-
-uniform sampler2D axes;         // of each Gaussian its axis, and the logarithm of 1 / lambda; a row a viewer and alpha
-uniform sampler2D slices;       // of each Gaussian, and of the cosine, last: body, body and facets at grazing in y and w
-uniform float last;             // theta_o of the last viewer
-uniform float first_alpha;
-uniform float logistic;
 uniform float widened;
-uniform float steps;            // of alphas, to one of its logarithm
-uniform int alphas;             // ALPHAS is 1 for one of them, and 2 for more: one shader for all
-
-#if PARTS > 1
-uniform sampler2D leaning;      // a row a rho: two middles and shares; three widths, and the logarithm of rho
+#ifdef CUT
+uniform float own_share;        // see map_planes.OWN_SHARE
 #endif
-
-struct Place {
-    int row;                    // of the smoother alpha, and the viewer below
-    vec2 between;               // how far from there to the next alpha, and to the next viewer
-};
 
 struct Here {
     Place at[PARTS];
 #if PARTS > 1
     mat3 frames[PARTS];         // of the parts of facets that lean, as `frame`
     float shares[PARTS];        // of what is seen
+    float alphas[PARTS];
+    vec3 spread;
     vec2 whole;                 // what all send on over what the parts do: facets, and facets at grazing
 #endif
     mat3 frame;                 // columns: its x above which the viewer is, and the normal of the texel, last
     vec4 body[ROWS], rest[ROWS], facet[ROWS];
     float edge;
+#ifdef COAT
+    Place coat_at;
+    mat3 coat_frame;            // as `frame`, of the coat's own normal
+    float coat;                 // what is seen of it
+#endif
 };
 
 void numbers_at(Four at, out float numbers[PLANES]) {
@@ -51,54 +39,40 @@ void numbers_at(Four at, out float numbers[PLANES]) {
     }
 }
 
-// About what share of a Gaussian is above a horizon, where its axis is so high.
-float above(float height, float width) {
-    return 1.0 / (1.0 + exp(min(-logistic * height / sqrt(width), 80.0)));
-}
-
-Place place_of(float theta, float alpha) {
-    float rough = clamp(log(alpha / first_alpha) * steps, 0.0, float(alphas - 1));
-    int smoother = min(int(rough), max(alphas - 2, 0));
-    float place = (1.0 - pow(1.0 - clamp(theta / last, 0.0, 1.0), 2.0 / 3.0)) * float(POLAR - 1);
-    int polar = min(int(place), POLAR - 2);
-    return Place(smoother * POLAR + polar, vec2(rough - float(smoother), place - float(polar)));
-}
-
-// Columns: axes about a normal whose x is towards the viewer; and the viewer's height above its plane.
-mat3 frame_about(vec3 normal, vec3 wo, out float height) {
-    height = dot(normal, wo);
-    vec3 level_to = wo - height * normal, other = vec3(normal.z, 0.0, -normal.x);
-    float across = length(level_to), flatter = length(other);
-    vec3 x = across > 0.0 ? level_to / across : flatter > 0.0 ? other / flatter : vec3(1.0, 0.0, 0.0);
-    return mat3(x, cross(normal, x), normal);
-}
-
-vec4 between_viewers(sampler2D table, Place at, int column, int side) {
-    int row = at.row + side * POLAR;
-    return mix(texelFetch(table, ivec2(column, row), 0), texelFetch(table, ivec2(column, row + 1), 0), at.between.y);
-}
-
-// Of both alphas, of a column of `slices`.
-vec4 between_alphas(Place at, int column) {
-    vec4 found = between_viewers(slices, at, column, 0);
-#if ALPHAS > 1
-    found = mix(found, between_viewers(slices, at, column, 1), at.between.x);
-#endif
-    return found;
-}
-
-// A Gaussian of one part in that part's own frame: those of the smoother alpha, then those of the rougher one.
-vec4 own_lobe(Place at, int number) {
-    vec4 found = between_viewers(axes, at, number % EACH, number / EACH);
+#ifdef COAT
+// The same of the coat itself.
+vec4 coat_lobe(Here here, int number) {
+    vec4 found = between_viewers(axes, here.coat_at, number % COAT_EACH, number / COAT_EACH);
     return vec4(normalize(found.xyz), exp(found.w));
 }
 
-vec4 own_value(Place at, int number) {
-    int side = number / EACH;
-    return between_viewers(slices, at, number % EACH, side) * (side == 0 ? 1.0 - at.between.x : at.between.x);
+// Of a Gaussian of the coat, or behind those of one alpha of its cosine.
+float coat_value(Here here, int number, bool bend) {
+    float part = coat_alphas > 1 ? here.coat_at.between.x : 0.0, height = here.coat_frame[2].z;
+    vec4 found;
+    if (bend) {
+        found = between_viewers(slices, here.coat_at, COAT_EACH + number, 0);
+        if (coat_alphas > 1) found = mix(found, between_viewers(slices, here.coat_at, COAT_EACH + number, 1), part);
+        found *= 0.5 * (1.0 + height);
+    } else {
+        int side = number / COAT_EACH;
+        found = between_viewers(slices, here.coat_at, number % COAT_EACH, side) * (side == 0 ? 1.0 - part : part);
+        vec4 axis = coat_lobe(here, number);
+        float free = above((here.coat_frame * axis.xyz).z, axis.w) / above(axis.z, axis.w);
+        found *= min(free, 1.0);
+    }
+    return here.coat * (coat_f0 * found.z + found.w);
 }
+#endif
 
 #if PARTS > 1
+// What shadows of all facets leave of a Gaussian of a part, over what those of the part do.
+float shadowed_more(Here here, int part, vec3 axis) {
+    float alpha2 = here.alphas[part] * here.alphas[part];
+    vec3 local = turned_to(here.frame[2], here.frames[part] * axis);
+    return shadowed(local, here.spread) / shadowed(axis, vec3(alpha2, 0.0, alpha2));
+}
+
 // See stretched.parts_of, and mapped_slices.MappedSlices._stretched.
 Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
     float along = 0.5 * (spread.x - spread.z), half_apart = length(vec2(along, spread.y));
@@ -123,10 +97,12 @@ Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
         vec3 own = (normal + slope * level) / longer;
         here.frames[k] = frame_about(own, wo, height);
         float leans = min(atan(length(wo - height * own), height), 1.5707963267949);
-        here.at[k] = place_of(leans, widths[k] * sqrt(narrow) / longer);
+        here.alphas[k] = widths[k] * sqrt(narrow) / longer;
+        here.at[k] = place_of(leans, here.alphas[k]);
         here.shares[k] = shares[k] * longer * max(height, 0.0);
         all += here.shares[k];
     }
+    here.spread = spread;
     vec2 total = vec2(0.0);
     for (int k = 0; k < PARTS; ++k) {
         here.shares[k] = all > 0.0 ? here.shares[k] / all : 0.0;
@@ -134,19 +110,44 @@ Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
         for (int q = 0; q < OF_PART; ++q) {
             vec4 axis = own_lobe(here.at[k], q);
             float stays = above(dot(here.frames[k] * axis.xyz, normal), axis.w) / above(axis.z, axis.w);
-            sent -= (1.0 - min(stays, 1.0)) * own_value(here.at[k], q).zw;
+            stays = min(stays, 1.0) * shadowed_more(here, k, axis.xyz);
+            sent -= (1.0 - stays) * own_value(here.at[k], q).zw;
         }
         total += here.shares[k] * sent;
     }
-    vec2 goal = between_alphas(place_of(theta, sqrt(0.5 * (spread.x + spread.z))), EACH + BENT).zw;
+    float mean = sqrt(0.5 * (spread.x + spread.z));
+    vec2 goal = between_alphas(place_of(theta, mean), EACH + BENT).zw;
+    vec3 to = turned_to(normal, wo);
+    vec2 axis = vec2(cos(turn), sin(turn));
+    to = vec3(dot(axis, to.xy), axis.x * to.y - axis.y * to.x, max(to.z, 1e-4));
+    goal *= sent_on(vec2(sqrt(wide), sqrt(narrow)), to) / sent_on(vec2(mean), to);
     here.whole = vec2(total.x > 0.0 ? goal.x / total.x : 0.0, total.y > 0.0 ? goal.y / total.y : 0.0);
     return here;
+}
+#endif
+
+#if defined(MIPMAPPED) && defined(USES_UV)
+// How much wider normals that differ make the spread of their mean, of the means of x, y, z and of xx, xy, yy; see
+// map_levels.wider.
+vec3 wider_by(vec3 mean, vec3 second) {
+    vec3 covariance = second - vec3(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+    vec3 up = normalize(mean);
+    float flatter_up = max(up.z, 1e-3);
+    mat2 turn = mat2(turned_to(up, vec3(1.0, 0.0, -up.x / flatter_up)).xy,
+        turned_to(up, vec3(0.0, 1.0, -up.y / flatter_up)).xy);
+    mat2 turned = turn * mat2(covariance.xy, covariance.yz) * transpose(turn);
+    vec3 more = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
+    float most = sqrt(more.x * more.z);
+    return vec3(more.x, clamp(more.y, -most, most), more.z);
 }
 #endif
 
 Here here_at(Gathered s) {
     float numbers[PLANES], covers, shorter = 1.0;
     vec3 normal, wider = vec3(0.0);
+#ifdef COAT
+    vec3 coat_normal, coat_wider = vec3(0.0);
+#endif
 #ifdef USES_UV
     vec2 uv = s.uv * placement.xy + placement.zw;
 #else
@@ -158,10 +159,21 @@ Here here_at(Gathered s) {
     int fine = int(level);
     float part = level - float(fine), there = 0.0;
     vec3 first = vec3(0.0), second = vec3(0.0);     // moments of normals
+#ifdef COAT
+    vec3 coat_first = vec3(0.0), coat_second = vec3(0.0);
+#endif
     for (int k = 0; k < PLANES; ++k) total[k] = 0.0;
+#ifdef CUT
+    // Last what the point itself shows, which is there.
+    for (int n = 0; n <= TAPS * TAPS; ++n) {
+        bool own = n == TAPS * TAPS;
+#else
     for (int n = 0; n < TAPS * TAPS; ++n) {
-        vec2 tap = (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
+        const bool own = false;
+#endif
+        vec2 tap = own ? vec2(0.0) : (vec2(n % TAPS, n / TAPS) + 0.5) / float(TAPS) - 0.5;
         vec2 place = uv + tap.x * spanned[0] + tap.y * spanned[1];
+        if (own) fine = 0, part = 0.0;
         numbers_at(four_about(place, LEVEL(fine)), numbers);
         numbers_at(four_about(place, LEVEL(min(fine + 1, LEVELS - 1))), coarse);
         float share = 1.0;
@@ -169,11 +181,20 @@ Here here_at(Gathered s) {
         if (fine == 0) numbers[COVERS] = numbers[COVERS] >= cutoff ? 1.0 : 0.0;
         share = mix(numbers[COVERS], coarse[COVERS], part);
 #endif
+#ifdef CUT
+        if (own) share = own_share;
+#endif
         for (int k = 0; k < PLANES; ++k) numbers[k] = mix(numbers[k], coarse[k], part);
         for (int k = 0; k < PLANES; ++k) total[k] += share * numbers[k];
         vec3 mean = vec3(NUMBER(NORMAL, 0, AT_NORMAL), NUMBER(NORMAL, 1, AT_NORMAL), NUMBER(UP, 0, AT_UP));
         first += share * mean;
         second += share * vec3(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+#ifdef COAT
+        mean = vec3(NUMBER(COAT_NORMAL, 0, AT_COAT_NORMAL), NUMBER(COAT_NORMAL, 1, AT_COAT_NORMAL),
+            NUMBER(COAT_UP, 0, AT_COAT_UP));
+        coat_first += share * mean;
+        coat_second += share * vec3(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+#endif
         there += share;
     }
     bool some = there > 0.0;
@@ -181,17 +202,16 @@ Here here_at(Gathered s) {
     normal = some ? first / there : vec3(0.0, 0.0, 1.0);
     wider = vec3(NUMBER(DIFFER, 0, AT_DIFFER), NUMBER(DIFFER, 1, AT_DIFFER), NUMBER(DIFFER, 2, AT_DIFFER));
 #if NORMAL >= 0
-    // See map_levels.wider.
-    second = some ? second / there : vec3(0.0);
-    vec3 covariance = second - vec3(normal.x * normal.x, normal.x * normal.y, normal.y * normal.y);
-    vec3 up = normalize(normal);
-    float flatter_up = max(up.z, 1e-3);
-    mat2 turn = mat2(turned_to(up, vec3(1.0, 0.0, -up.x / flatter_up)).xy,
-        turned_to(up, vec3(0.0, 1.0, -up.y / flatter_up)).xy);
-    mat2 turned = turn * mat2(covariance.xy, covariance.yz) * transpose(turn);
-    vec3 more = widened * vec3(max(turned[0][0], 0.0), turned[0][1], max(turned[1][1], 0.0));
-    float most = sqrt(more.x * more.z);
-    wider += vec3(more.x, clamp(more.y, -most, most), more.z);
+    wider += wider_by(normal, some ? second / there : vec3(0.0));
+#endif
+#ifdef COAT
+    coat_normal = some ? coat_first / there : vec3(0.0, 0.0, 1.0);
+    coat_wider = vec3(NUMBER(COAT_DIFFER, 0, AT_COAT_DIFFER), NUMBER(COAT_DIFFER, 1, AT_COAT_DIFFER),
+        NUMBER(COAT_DIFFER, 2, AT_COAT_DIFFER));
+#if COAT_NORMAL >= 0
+    coat_wider += wider_by(coat_normal, some ? coat_second / there : vec3(0.0));
+#endif
+    coat_normal = normalize(coat_normal);
 #endif
     shorter = length(normal);
     normal /= shorter;
@@ -201,6 +221,14 @@ Here here_at(Gathered s) {
     normal = vec3(NUMBER(NORMAL, 0, AT_NORMAL), NUMBER(NORMAL, 1, AT_NORMAL), 0.0);
     normal.z = sqrt(max(1.0 - dot(normal.xy, normal.xy), 0.0));
     covers = NUMBER(COVERS, 0, AT_COVERS) >= cutoff ? 1.0 : 0.0;
+#ifdef COAT
+    coat_normal = vec3(NUMBER(COAT_NORMAL, 0, AT_COAT_NORMAL), NUMBER(COAT_NORMAL, 1, AT_COAT_NORMAL), 0.0);
+    coat_normal.z = sqrt(max(1.0 - dot(coat_normal.xy, coat_normal.xy), 0.0));
+#endif
+#endif
+
+#ifdef CUT
+    covers = 1.0;
 #endif
 
     Here here;
@@ -211,6 +239,9 @@ Here here_at(Gathered s) {
         NUMBER(SPREAD_YY, 0, AT_SPREAD + 2)) + wider;
     // Where nothing is there, alpha does not matter but must be some.
     if (!(covers > 0.0)) spread = vec3(first_alpha * first_alpha, 0.0, first_alpha * first_alpha);
+#ifdef COAT
+    coat_share = NUMBER(COAT, 0, AT_COAT);
+#endif
 #if PARTS > 1
     here = lean(here, spread, normal, s.wo, theta);
 #else
@@ -226,6 +257,17 @@ Here here_at(Gathered s) {
         here.facet[r / 4][r % 4] = seen * NUMBER(FACET, r, AT_FACET);
     }
     here.edge = seen * NUMBER(EDGE, 0, AT_EDGE);
+#ifdef COAT
+    here.coat_frame = frame_about(coat_normal, s.wo, height);
+    theta = min(atan(length(s.wo - height * coat_normal), height), 1.5707963267949);
+    float alpha2 = NUMBER(COAT_SPREAD, 0, AT_COAT_SPREAD);
+    spread = vec3(alpha2, 0.0, alpha2) + coat_wider;
+    if (!(covers > 0.0)) spread = vec3(1.0, 0.0, 1.0);
+    float alpha = sqrt(sqrt(spread.x * spread.z - spread.y * spread.y));
+    here.coat_at = place_among(theta, alpha, coat_first_alpha, coat_alphas);
+    here.coat_at.row += coat_row;
+    here.coat = height > 0.0 ? covers * coat_share : 0.0;
+#endif
     return here;
 }
 
@@ -234,6 +276,12 @@ mat3 frame_of(Here here) {
 }
 
 vec4 lobe(Here here, int number) {
+#ifdef COAT
+    if (number >= OWN_LOBES) {
+        vec4 over = coat_lobe(here, number - OWN_LOBES);
+        return vec4((here.coat_frame * over.xyz) * here.frame, over.w);
+    }
+#endif
     vec4 own = own_lobe(here.at[number / OF_PART], number % OF_PART);
 #if PARTS > 1
     own.xyz = (here.frames[number / OF_PART] * own.xyz) * here.frame;
@@ -244,8 +292,16 @@ vec4 lobe(Here here, int number) {
 vec4 value(Here here, int number, int row) {
     if (row >= ROWS) return vec4(0.0);
     vec4 found = vec4(0.0);
+    float over = 0.0;
+#ifdef COAT
+    if (number >= OWN_LOBES) over = coat_value(here, number - (number < LOBES ? OWN_LOBES : LOBES), number >= LOBES);
+    if (number >= OWN_LOBES && number < LOBES) {
+        if (row == RANK / 4) found[RANK % 4] = over;
+        return found;
+    }
+#endif
     vec3 up = vec3(here.frame[0].z, here.frame[1].z, here.frame[2].z);
-    if (number < LOBES) {
+    if (number < OWN_LOBES) {
         int part = number / OF_PART;
         found = own_value(here.at[part], number % OF_PART);
         vec4 axis = own_lobe(here.at[part], number % OF_PART);
@@ -254,6 +310,7 @@ vec4 value(Here here, int number, int row) {
         vec3 to = here.frames[part] * axis.xyz;
         float free = min(above(to.z, axis.w), above(dot(to, here.frame[2]), axis.w)) / above(axis.z, axis.w);
         found *= here.shares[part] * min(free, 1.0);
+        found.zw *= shadowed_more(here, part, axis.xyz);
 #else
         if (up.z < 1.0) found *= min(above(dot(axis.xyz, up), axis.w) / above(axis.z, axis.w), 1.0);
 #endif
@@ -270,6 +327,6 @@ vec4 value(Here here, int number, int row) {
     found.zw *= here.whole;
 #endif
     vec4 total = found.x * here.body[row] + found.y * here.rest[row] + found.z * here.facet[row];
-    if (row == RANK / 4) total[RANK % 4] += found.w * here.edge;
+    if (row == RANK / 4) total[RANK % 4] += found.w * here.edge + over;
     return total;
 }

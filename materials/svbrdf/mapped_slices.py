@@ -14,11 +14,13 @@ from ..environment_form import BENDS, EnvironmentForm, Lobes
 from ..points import Points
 from ..slices.view_slices import LAST
 from ..term_shader import TermShader
+from .coat import COAT_F0, alike
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
+from .facets import turned_to, upright
 from .map_levels import WIDENED, wider
-from .map_planes import TAPS, Layout, MapPlanes
+from .map_planes import OWN_SHARE, TAPS, Layout, MapPlanes
 from .map_set import ROUNDING
-from .stretched import PARTS, TABLE, parts_of
+from .stretched import LEAST_HEIGHT, PARTS, RINGS, ROUND, TABLE, axes_of, parts_of, sent_on, shadowed
 from .texels import level_at, look_up
 
 # Of a normal distribution the logistic curve that is nearest to it.
@@ -30,7 +32,7 @@ class MappedSlices(EnvironmentForm):
     """Slices in the frame of each texel's normal, the viewer above its x.
 
     Facets that are wider along one axis are `PARTS` that are not and lean along it (`stretched`), each with its own
-    slice; together they send on as much as facets of alpha^2 = tr S / 2 do, which is right within a hundredth. Where
+    slice; together they send on what facets of alpha^2 = tr S / 2 do, as much more or less as S makes it. Where
     roughness comes of normals that differ, from afar, facets of maps without such axes are taken to be alike in all
     directions, as wide as the ellipse of the same area, alpha^4 = det S. Nobody sees a texel that leans away from them,
     as under lights of one direction. Light from below the mesh's own horizon is left out of Gaussians by the share of
@@ -46,7 +48,7 @@ class MappedSlices(EnvironmentForm):
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Of the alphas on both sides; `shader` says so where there is one alone."""
-        return 2 * LOBES * self.parts
+        return 2 * LOBES * (self.parts + self.maps.layout.coated)
 
     @cached_property
     def parts(self) -> int:
@@ -69,29 +71,31 @@ class MappedSlices(EnvironmentForm):
 
     def lobes(self, points: Points) -> Lobes:
         """See `EnvironmentForm.lobes`."""
-        numbers, layout, filtered, wider = self._numbers(points)
+        numbers, layout, filtered, more = self._numbers(points)
 
         def kind(name: str, count: int = 1) -> np.ndarray:
             return layout.numbers(numbers, name, count)
 
-        lean, covers, rank = kind("normal", 2), kind("covers"), layout.rank
-        if filtered:
-            mean = np.concatenate([lean, kind("up")], axis=1)
-            length = np.linalg.norm(mean, axis=1, keepdims=True)
-            normal = mean / length
-        else:
-            up = np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1, keepdims=True), 0.0))
-            normal, length = np.concatenate([lean, up], axis=1), np.ones((len(points), 1))
+        def normals(name: str, up: str) -> np.ndarray:
+            lean = kind(name, 2)
+            return np.concatenate([lean, kind(up)], axis=1) if filtered else upright(lean)
+
+        normal, covers, rank = normals("normal", "up"), kind("covers"), layout.rank
+        length = np.linalg.norm(normal, axis=1, keepdims=True) if filtered else np.ones((len(points), 1))
+        normal = normal / length
+        if not filtered:
             covers = (covers >= self.maps.cutoff - ROUNDING).astype(np.float64)
+        covers = np.ones_like(covers) if self.maps.cut else covers
+        coat = kind("coat")[:, 0] if layout.coated else None
         frame, theta_o = _frame(normal, points.wo)
         seen = (np.sum(normal * points.wo, axis=1, keepdims=True) > 0.0) * covers
-        spread = kind("spread", 3) + (kind("differ", 3) + wider if filtered else 0.0)
+        spread = kind("spread", 3) + (kind("differ", 3) + more["normal"] if filtered else 0.0)
         spread = np.broadcast_to(spread, (len(points), 3))
         if self.parts > 1:
-            directions, sharpness, values = self._stretched(filtered, spread, normal, frame, theta_o, points.wo)
+            directions, sharpness, values = self._stretched(filtered, spread, normal, frame, theta_o, points.wo, coat)
         else:
             a, b, c = np.moveaxis(spread, -1, 0)
-            directions, sharpness, values = self._slices(filtered).at(theta_o, (a * c - b * b) ** 0.25)
+            directions, sharpness, values = self._slices(filtered).at(theta_o, (a * c - b * b) ** 0.25, coat)
             # Above the mesh's horizon, beside what is above the texel's, which slices know already.
             height = np.einsum("nqi,ni->nq", directions, frame[:, :, 2])
             free = _above(height, sharpness) / _above(directions[..., 2], sharpness)
@@ -104,7 +108,40 @@ class MappedSlices(EnvironmentForm):
         out[..., :rank] = values[..., :1] * (body * length)[:, None] + values[..., 1:2] * (rest * length)[:, None]
         out[..., :rank] += values[..., 2:3] * facet[:, None]
         out[..., rank] = values[..., 3] * (kind("edge") * seen)
-        return Lobes(directions, sharpness, out[:, :count], out[:, count:], frame)
+        if coat is None:
+            return Lobes(directions, sharpness, out[:, :count], out[:, count:], frame)
+        normal, spread = normals("coat_normal", "coat_up"), alike(kind("coat_spread")[:, 0])
+        spread += kind("coat_differ", 3) + more["coat_normal"] if filtered else 0.0
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        over = self._coat(filtered, coat * covers[:, 0], np.broadcast_to(spread, (len(points), 3)), normal, points.wo)
+        value = np.zeros((len(points), over[2].shape[1] - BENDS, rank + 1))
+        value[..., rank], out[:, count:, rank] = over[2][:, :-BENDS], out[:, count:, rank] + over[2][:, -BENDS:]
+        value = np.concatenate([out[:, :count], value], axis=1)
+        directions = np.concatenate([directions, over[0] @ frame.swapaxes(1, 2)], axis=1)
+        return Lobes(directions, np.concatenate([sharpness, over[1]], axis=1), value, out[:, count:], frame)
+
+    def _coat(
+        self,
+        filtered: bool,
+        coat: Float[np.ndarray, " N"],
+        spread: Float[np.ndarray, "N 3"],
+        normal: Float[np.ndarray, "N 3"],
+        wo: Float[np.ndarray, "N 3"],
+    ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB"]]:
+        """What the coat's own facets gather, directions in the frame of the mesh; its cosine is taken to lie as that of
+        what is below.
+        """
+        own, theta = _frame(normal, wo)
+        a, b, c = np.moveaxis(spread, -1, 0)
+        slices = self._slices_of("coat_spread", "coat_normal", "coat_differ", filtered)
+        axes, sharpness, values = slices.at(np.minimum(theta, 0.5 * np.pi), (a * c - b * b) ** 0.25)
+        seen = coat * (np.sum(normal * wo, axis=1) > 0.0)
+        value, count = (COAT_F0 * values[..., 2] + values[..., 3]) * seen[:, None], sharpness.shape[1]
+        mesh = axes @ own
+        free = _above(mesh[..., 2], sharpness) / _above(axes[..., 2], sharpness)
+        value[:, :count] *= np.minimum(free, 1.0)
+        value[:, count:] *= 0.5 * (1.0 + normal[:, 2:])
+        return mesh, sharpness, value
 
     def _stretched(
         self,
@@ -114,25 +151,33 @@ class MappedSlices(EnvironmentForm):
         frame: Float[np.ndarray, "N 3 3"],
         theta_o: Float[np.ndarray, " N"],
         wo: Float[np.ndarray, "N 3"],
+        coat: Float[np.ndarray, " N"] | None,
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB 4"]]:
         """Slices of all parts, in the frame of the texel's normal, above both horizons."""
         slices = self._slices(filtered)
         normals, alphas, shares = parts_of(spread, normal, wo)
-        whole = slices.energy(theta_o, np.sqrt(0.5 * (spread[:, 0] + spread[:, 2])))
+        mean = np.sqrt(0.5 * (spread[:, 0] + spread[:, 2]))
+        whole = slices.energy(theta_o, mean, coat)
+        (to,), (wide, narrow, axis) = turned_to(normal, wo), axes_of(spread)
+        whole[:, 2:] *= sent_on(wide, narrow, axis, to) / sent_on(mean, mean, axis, to)
         total, bent, found = np.zeros_like(whole), np.zeros((len(wo), BENDS, KINDS)), []
         for part in range(PARTS):
             own, theta = _frame(normals[:, part], wo)
             # Whoever looks from below a part sees nothing of it.
             theta = np.minimum(theta, 0.5 * np.pi)
-            axes, sharpness, values = slices.at(theta, alphas[:, part])
+            axes, sharpness, values = slices.at(theta, alphas[:, part], coat)
             share, count = shares[:, part, None], sharpness.shape[1]
             mesh = axes @ own
             directions = mesh @ frame.swapaxes(1, 2)
             # What is below the texel's horizon goes elsewhere, what is below the mesh's is lost.
             known = _above(axes[..., 2], sharpness)
             above, free = (np.minimum(_above(to[..., 2], sharpness) / known, 1.0) for to in (directions, mesh))
-            lost = np.einsum("nq,nqk->nk", 1.0 - above, values[:, :count])
-            total += share * (slices.energy(theta, alphas[:, part]) - lost)
+            (local,) = turned_to(np.repeat(normal, count, axis=0), mesh.reshape(-1, 3))
+            there = shadowed(local, np.repeat(spread, count, axis=0)).reshape(sharpness.shape)
+            there /= shadowed(axes, alike(alphas[:, part] ** 2)[:, None])
+            lost = np.einsum("nq,nqk->nk", 1.0 - above * there, values[:, :count])
+            values[:, :count, 2:] *= there[..., None]
+            total += share * (slices.energy(theta, alphas[:, part], coat) - lost)
             bent += share[..., None] * values[:, count:]
             gaussians = values[:, :count] * (share * np.minimum(above, free))[..., None]
             found.append((directions, sharpness, gaussians))
@@ -142,11 +187,14 @@ class MappedSlices(EnvironmentForm):
         values[..., 2:] *= np.divide(whole, total, out=np.zeros_like(whole), where=total > 0.0)[:, None, 2:]
         return directions, sharpness, values
 
-    def _numbers(self, points: Points) -> tuple[Float[np.ndarray, "N P"], Layout, bool, Float[np.ndarray, "_ 3"]]:
+    def _numbers(
+        self, points: Points
+    ) -> tuple[Float[np.ndarray, "N P"], Layout, bool, dict[str, Float[np.ndarray, "_ 3"]]]:
         """What is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how much
-        wider that makes the spread.
+        wider that makes the spread about each of the normals.
         """
-        maps, none = self.maps, np.zeros((1, 3))
+        maps: MapPlanes = self.maps
+        none: dict[str, np.ndarray] = {"normal": np.zeros((1, 3)), "coat_normal": np.zeros((1, 3))}
         if not maps.uses_uv:
             return np.zeros((len(points), 0)), maps.layout, False, none
         assert points.uv is not None
@@ -158,9 +206,19 @@ class MappedSlices(EnvironmentForm):
         spanned = points.footprint * maps.placement.scale
         level = level_at(spanned / TAPS, height, width, len(levels) - 1)
         fine = np.minimum(level.astype(np.int64), max(len(levels) - 2, 0))
-        covers, bumps = layout.columns[layout.starts["covers"]], layout.columns[layout.starts["normal"]] >= 0
-        total, moments = np.zeros((len(points), levels[0].shape[2])), np.zeros((len(points), 6))
+        covers, total = layout.columns[layout.starts["covers"]], np.zeros((len(points), levels[0].shape[2]))
+        moments = {name: np.zeros((len(points), 6)) for name, _, _ in layout.bumps}
         there = np.zeros((len(points), 1))
+
+        def add(found: np.ndarray, share: np.ndarray, here: np.ndarray | slice) -> None:
+            there[here] += share
+            total[here] += share * found
+            for name, up, _ in layout.bumps:
+                mean = layout.numbers(found, name, 2), layout.numbers(found, up, 1)
+                x, y = np.moveaxis(mean[0], -1, 0)
+                second = np.stack([x * x, x * y, y * y], axis=-1)
+                moments[name][here] += share * np.concatenate([*mean, second], axis=1)
+
         for number in np.unique(fine):
             here = np.flatnonzero(fine == number)
             part = (level[here] - number)[:, None]
@@ -171,25 +229,24 @@ class MappedSlices(EnvironmentForm):
                 if part.any():
                     found += part * (self._level(int(number) + 1, place) - found)
                 share = found[:, covers : covers + 1] if covers >= 0 else np.ones((len(here), 1))
-                there[here] += share
-                total[here] += share * found
-                if bumps:
-                    mean = layout.numbers(found, "normal", 2), layout.numbers(found, "up", 1)
-                    x, y = np.moveaxis(mean[0], -1, 0)
-                    second = np.stack([x * x, x * y, y * y], axis=-1)
-                    moments[here] += share * np.concatenate([*mean, second], axis=1)
+                add(found, share, here)
+        if maps.cut:
+            # As in `MapPlanes`: what the point itself shows.
+            add(self._level(0, uv), np.full((len(points), 1), OWN_SHARE), slice(None))
         whole = np.where(there > 0.0, there, 1.0)
-        total, moments = total / whole, np.where(there > 0.0, moments / whole, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
-        if bumps:
-            # Where nothing is there, numbers do not matter but must be some.
-            first = layout.columns[layout.starts["normal"]]
-            total[:, [first, first + 1, layout.columns[layout.starts["up"]]]] = moments[:, :3]
-        spread = layout.columns[layout.starts["spread"]]
-        if spread >= 0:
-            total[there[:, 0] <= 0.0, spread : spread + 3] = (1.0, 0.0, 1.0)
+        total /= whole
+        # Where nothing is there, numbers do not matter but must be some.
+        for name, up, _ in layout.bumps:
+            first, last = (layout.columns[layout.starts[one]] for one in (name, up))
+            mean = np.where(there > 0.0, moments[name] / whole, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+            total[:, [first, first + 1, last]], none[name] = mean[:, :3], wider(mean)
+        for name, number in (("spread", (1.0, 0.0, 1.0)), ("coat_spread", (1.0,)))[: 1 + layout.coated]:
+            first = layout.columns[layout.starts[name]]
+            if first >= 0:
+                total[there[:, 0] <= 0.0, first : first + len(number)] = number
         if covers >= 0:
             total[:, covers] = there[:, 0] / TAPS**2
-        return total, layout, True, wider(moments) if bumps else none
+        return total, layout, True, none
 
     def _level(self, number: int, uv: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N P"]:
         """Numbers of one level, with the coverage of texels themselves as what it is there: all or nothing."""
@@ -201,48 +258,61 @@ class MappedSlices(EnvironmentForm):
 
     def _slices(self, filtered: bool) -> FacetSlices:
         """Of the alphas that there are; from afar also of wider ones."""
+        return self._slices_of("spread", "normal", "differ", filtered)
+
+    def _slices_of(self, name: str, normal: str, differ: str, filtered: bool) -> FacetSlices:
+        """The same of the facets, or of the coat's."""
         levels, layout = self.maps.levels if filtered and self.maps.uses_uv else ([self.maps.planes], self.maps.layout)
-        low, high = [], []
+        low, high, coat = [], [], name != "spread"
+        parts = 1 if coat else self.parts
         for level in levels:
             texels = level.reshape(level.shape[0] * level.shape[1], level.shape[2])
-            spread = layout.numbers(texels, "spread", 3).astype(np.float64)
-            if len(layout.columns) > layout.starts["differ"]:
-                spread += layout.numbers(texels, "differ", 3)
+            spread = layout.numbers(texels, name, 1 if coat else 3).astype(np.float64)
+            spread = alike(spread[:, 0]) if coat else spread
+            if len(layout.columns) > layout.starts["up"]:
+                spread += layout.numbers(texels, differ, 3)
             a, b, c = np.moveaxis(spread, -1, 0)
             # Of what leans, the middle part is the narrowest.
-            narrow = (a * c - b * b) / (0.5 * (a + c) + np.hypot(0.5 * (a - c), b)) if self.parts > 1 else 0.0
-            low.append((np.sqrt(narrow) if self.parts > 1 else (a * c - b * b) ** 0.25).min())
+            narrow = (a * c - b * b) / (0.5 * (a + c) + np.hypot(0.5 * (a - c), b)) if parts > 1 else 0.0
+            low.append((np.sqrt(narrow) if parts > 1 else (a * c - b * b) ** 0.25).min())
             # Between texels a matrix may have a larger determinant than both, but half its trace is no less than that.
             high.append(np.sqrt(0.5 * (a + c)).max())
-        starts = layout.starts
-        if filtered and self.maps.uses_uv and layout.columns[starts["normal"]] >= 0:
+        if filtered and self.maps.uses_uv and layout.columns[layout.starts[normal]] >= 0:
             # Normals differ by no more than they lean.
-            leans = layout.numbers(levels[0].reshape(-1, levels[0].shape[2]), "normal", 2)
+            leans = layout.numbers(levels[0].reshape(-1, levels[0].shape[2]), normal, 2)
             high.append(np.hypot(max(high), np.sqrt(0.5 * WIDENED * np.sum(leans**2, axis=1).max())))
-        return facet_slices(float(min(low)), float(max(high)))
+        return facet_slices(float(min(low)), float(max(high)), layout.coated and not coat)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """The maps' own look-up; the slices in two textures, a row a viewer and alpha."""
-        own, slices = self.maps.shader(filtered), self._slices(filtered and self.maps.uses_uv)
+        """The maps' own look-up; the slices in two textures, a row a viewer and alpha, those of a coat below."""
+        filtered &= self.maps.uses_uv
+        own, slices = self.maps.shader(filtered), self._slices(filtered)
         alphas, polar, count = slices.widths.shape
         sizes = {"ALPHAS": min(alphas, 2), "POLAR": polar, "PARTS": self.parts, "RATIOS": len(TABLE)}
-        axes = np.concatenate([slices.directions, slices.widths[..., None]], axis=-1)
-        tabled = slices.values
-        if self.parts > 1:
-            tabled = np.concatenate([tabled, slices.energies[:, :, None]], axis=2)
-        textures = {
-            "axes": axes.reshape(alphas * polar, count, 4).astype(np.float32),
-            "slices": tabled.reshape(alphas * polar, -1, KINDS).astype(np.float32),
-        }
         uniforms = {"last": 0.5 * np.pi - LAST, "logistic": _LOGISTIC, "widened": WIDENED}
         uniforms |= {"first_alpha": float(slices.alphas[0]), "steps": float(1.0 / np.log(RATIO)), "alphas": alphas}
+        axes, tabled = slices.texels(self.parts > 1)
+        lobes = self.parts * count * min(alphas, 2)
+        if self.maps.layout.coated:
+            coat = self._slices_of("coat_spread", "coat_normal", "coat_differ", filtered)
+            more_axes, more = coat.texels(self.parts > 1)
+            sizes |= {"COLUMNS": more.shape[1], "COAT_LOBES": count * min(len(coat.alphas), 2)}
+            uniforms |= {"coat_first_alpha": float(coat.alphas[0]), "coat_alphas": len(coat.alphas)}
+            uniforms["coat_row"] = len(axes)
+            # Under a coat there are two more numbers, beside the others; the coat's own are under none.
+            more = np.concatenate([more, np.zeros_like(more)], axis=1)
+            axes, tabled = np.concatenate([axes, more_axes]), np.concatenate([tabled, more])
+            lobes += sizes["COAT_LOBES"]
+        textures = {"axes": axes, "slices": tabled}
         if self.parts > 1:
             # By rho, two texels a row: middles and shares, widths and the logarithm of rho.
+            uniforms |= {"least_height": LEAST_HEIGHT, "rings": [tuple(ring) for ring in RINGS.T.tolist()]}
+            sizes |= {"RINGS": RINGS.shape[1], "ROUND": ROUND}
             textures["leaning"] = TABLE.reshape(len(TABLE), 2, 4).astype(np.float32)
         return replace(
             own,
             file=Path(__file__).with_name("mapped_slices.glsl"),
-            sizes={**own.sizes, "LOBES": self.parts * count * min(alphas, 2), **sizes},
+            sizes={**own.sizes, "LOBES": lobes, **sizes},
             textures={**own.textures, **textures},
             uniforms={**own.uniforms, **uniforms},
         )

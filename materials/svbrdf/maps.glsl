@@ -2,8 +2,21 @@
 
 #include "map_numbers.glsl"
 
-#ifdef MIPMAPPED
+// Where texels are all alike there is nothing to filter.
+#if defined(MIPMAPPED) && defined(USES_UV)
+#define FILTERED
+#endif
+
+#ifdef FILTERED
 uniform float widened;
+#endif
+#ifdef COAT
+uniform float coat_f0;
+#endif
+#if defined(CUT) && defined(FILTERED)
+uniform float own_share;        // see map_planes.OWN_SHARE
+float all_there;                // what all places of a sample count
+bool own_place;                 // of the point itself, which is there whatever its numbers come to
 #endif
 
 struct Here {
@@ -45,7 +58,7 @@ float facets(vec3 wi, vec3 wo, vec3 spread) {
     return density / (side(wi, spread) * side(wo, spread));
 }
 
-#ifdef MIPMAPPED
+#ifdef FILTERED
 // Those about normals that differ, times cos_i, in the frame of their mean; see map_levels.facets_apart.
 float facets_apart(vec3 wi, vec3 wo, vec3 spread, vec3 differ) {
     float half_apart = length(vec2(0.5 * (differ.x - differ.z), differ.y)), wide = 0.5 * (differ.x + differ.z) + half_apart;
@@ -60,6 +73,30 @@ float facets_apart(vec3 wi, vec3 wo, vec3 spread, vec3 differ) {
         if (to_light.z > 0.0 && to_viewer.z > 0.0) total += 0.5 * facets(to_light, to_viewer, spread) * to_light.z;
     }
     return total;
+}
+#endif
+
+#ifdef COAT
+// Facets of the coat, times cos_i.
+float coat_shine(float numbers[PLANES], bool coarse, vec3 wi, vec3 wo) {
+    vec3 normal = vec3(NUMBER(COAT_NORMAL, 0, AT_COAT_NORMAL), NUMBER(COAT_NORMAL, 1, AT_COAT_NORMAL), 0.0);
+    normal.z = sqrt(max(1.0 - dot(normal.xy, normal.xy), 0.0));
+#ifdef FILTERED
+    if (coarse) {
+        normal.z = NUMBER(COAT_UP, 0, AT_COAT_UP);
+        normal = normalize(normal);
+    }
+#endif
+    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
+    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return 0.0;
+    float alpha2 = NUMBER(COAT_SPREAD, 0, AT_COAT_SPREAD);
+    vec3 spread = vec3(alpha2, 0.0, alpha2);
+#ifdef FILTERED
+    if (coarse)
+        return facets_apart(to_light, to_viewer, spread, vec3(NUMBER(COAT_DIFFER, 0, AT_COAT_DIFFER),
+            NUMBER(COAT_DIFFER, 1, AT_COAT_DIFFER), NUMBER(COAT_DIFFER, 2, AT_COAT_DIFFER)));
+#endif
+    return facets(to_light, to_viewer, spread) * to_light.z;
 }
 #endif
 
@@ -78,7 +115,7 @@ Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
         NUMBER(SPREAD_YY, 0, AT_SPREAD + 2));
     float covers = NUMBER(COVERS, 0, AT_COVERS), lit = 0.0;
     normal.z = sqrt(max(1.0 - dot(normal.xy, normal.xy), 0.0));
-#ifdef MIPMAPPED
+#ifdef FILTERED
     if (coarse) {
         normal.z = NUMBER(UP, 0, AT_UP);
         lit = max(dot(normal, wi), 0.0);
@@ -86,23 +123,37 @@ Here added(Here here, Four at, bool coarse, vec3 wi, vec3 wo, float share) {
     } else
 #endif
     covers = covers >= cutoff ? 1.0 : 0.0;
-    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
-    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return here;
-    if (!coarse) lit = to_light.z;
+#ifdef CUT
+#ifdef FILTERED
+    if (own_place) covers = 1.0;
+    all_there += covers * share;
+#else
+    covers = 1.0;
+#endif
+#endif
     vec3 d = wi - wo;
     // 1 - cos = sin^2 / (1 + cos), and |wi - wo| = 2 sin: no cancellation near retro-reflection.
     float lost = 0.25 * dot(d, d) / (1.0 + 0.5 * length(wi + wo));
-    float fall = lost * lost * lost * lost * lost;
+    float fall = lost * lost * lost * lost * lost, under = covers * share;
+#ifdef COAT
+    // See coat.coat_over.
+    float reflected_by_coat = NUMBER(COAT, 0, AT_COAT) * (coat_f0 + (1.0 - coat_f0) * fall);
+    here.terms[RANK / 4][RANK % 4] += under * reflected_by_coat * coat_shine(numbers, coarse, wi, wo);
+    under *= 1.0 - reflected_by_coat;
+#endif
+    vec3 to_light = turned_to(normal, wi), to_viewer = turned_to(normal, wo);
+    if (!(to_light.z > 0.0) || !(to_viewer.z > 0.0)) return here;
+    if (!coarse) lit = to_light.z;
     float shine = 0.0;
-#ifdef MIPMAPPED
+#ifdef FILTERED
     if (coarse) {
         vec3 differ = vec3(NUMBER(DIFFER, 0, AT_DIFFER), NUMBER(DIFFER, 1, AT_DIFFER), NUMBER(DIFFER, 2, AT_DIFFER));
         shine = facets_apart(to_light, to_viewer, spread, differ);
     } else
 #endif
     shine = facets(to_light, to_viewer, spread) * to_light.z;
-    shine *= covers * share;
-    lit *= covers * share / 3.14159265358979;
+    shine *= under;
+    lit *= under / 3.14159265358979;
     float through = (1.0 - fall) * lit, rest = fall * lit, reflected = (1.0 - fall) * shine;
     for (int r = 0; r < RANK; ++r)
         here.terms[r / 4][r % 4] += NUMBER(BODY, r, AT_BODY) * through + NUMBER(REST, r, AT_REST) * rest
@@ -117,7 +168,11 @@ Here here_at(Sample s) {
     vec3 wi = direction(s.angles.x, s.azimuths.x), wo = direction(s.angles.y, s.azimuths.x + s.angles.z);
 #ifdef USES_UV
     vec2 uv = s.uv * placement.xy + placement.zw;
-#ifdef MIPMAPPED
+#ifdef FILTERED
+#ifdef CUT
+    all_there = 0.0;
+    own_place = false;
+#endif
     mat2 spanned = mat2(s.footprint[0] * placement.xy, s.footprint[1] * placement.xy);
     float level = level_at(mat2(spanned[0] / float(TAPS), spanned[1] / float(TAPS)));
     int fine = int(level);
@@ -128,6 +183,12 @@ Here here_at(Sample s) {
         here = added(here, four_about(place, LEVEL(fine)), fine > 0, wi, wo, (1.0 - part) * share);
         if (part > 0.0) here = added(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
     }
+#ifdef CUT
+    // What the point itself shows, which is there, counts a little: where it is all that is there, for all.
+    own_place = true;
+    here = added(here, four_about(uv, LEVEL(0)), false, wi, wo, own_share * share);
+    for (int row = 0; row < ROWS; ++row) here.terms[row] *= all_there > 0.0 ? s.angles.w / all_there : 0.0;
+#endif
 #else
     here = added(here, four_about(uv, LEVEL(0)), false, wi, wo, s.angles.w);
 #endif

@@ -12,6 +12,7 @@ on or below the horizon of the mesh, or of the texel's normal: bumps neither shi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,12 +21,15 @@ from jaxtyping import Float
 from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..analytic.metallic_roughness import MetallicRoughness, schlick
+from ..cutout import Cutout
 from ..fast import Fast
 from ..points import Points
 from ..surface import Surface
-from .facets import facets, turned_to
+from .coat import alike, coat_over
+from .facets import facets, turned_to, upright
 from .map_set import ROUNDING, MapSet
 from .maps_form import maps_form
+from .mask import Mask
 from .texels import between
 
 # Points that are worked on at once: spectra of four texels of each are held.
@@ -34,19 +38,25 @@ _BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVariableOverride]
-    """glTF 2.0's material (Khronos 2021, appendix B) with the extensions specular, ior and anisotropy, by texels.
+    """glTF 2.0's material (Khronos 2021, appendix B) with its extensions, by texels.
 
         dielectric = (1 - F_d) base / pi + F_d D G / (4 cos cos),   F_d = w (c + (1 - c) (1 - h.wi)^5)
         metal      = (base + (1 - base) (1 - h.wi)^5) D G / (4 cos cos)
         f_r        = (m metal + (1 - m) dielectric) cos(theta_i of the texel) / cos(theta_i of the mesh)
 
-    and (1 - F_d) with the largest of c's red, green and blue. `glossy`: `base` is the body's colour and `reflected`
-    that of all facets (KHR_materials_pbrSpecularGlossiness), and (1 - largest of c) base takes the place of base. See
-    `MapSet` for the parameters.
+    under a clear coat (KHR_materials_clearcoat; see `coat`), and (1 - F_d) with the largest of c's red, green and blue.
+    `glossy`: `base` is the body's colour and `reflected` that of all facets (KHR_materials_pbrSpecularGlossiness), and
+    (1 - largest of c) base takes the place of base. See `MapSet` for the parameters.
     """
 
     NAME: ClassVar[str] = "maps"
     uses_uv: ClassVar[bool] = True
+
+    @cached_property
+    def cutout(self) -> Cutout | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Of its coverage."""
+        opacity = self.coverage.decoded(self.coverage.values)
+        return Mask(opacity, self.cutoff, self.placement) if (opacity < self.cutoff - ROUNDING).any() else None
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
         """f_r at the point itself: what a sample spans is not averaged. See `Surface.at`."""
@@ -65,10 +75,9 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         def mixed(values: np.ndarray) -> np.ndarray:
             return np.einsum("nk,nk...->n...", shares, values.reshape(len(points), 4, *values.shape[1:]))
 
-        lean = mixed(four.normal)
-        normal = np.concatenate([lean, np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1, keepdims=True), 0.0))], axis=1)
-        wi, wo = turned_to(normal, points.wi, points.wo)
-        seen = (wi[:, 2] > 0) & (wo[:, 2] > 0) & (mixed(four.covers) >= self.cutoff - ROUNDING)
+        wi, wo = turned_to(upright(mixed(four.normal)), points.wi, points.wo)
+        there = mixed(four.covers) >= self.cutoff - ROUNDING
+        seen = (wi[:, 2] > 0) & (wo[:, 2] > 0) & there
         wi, wo = (np.where(seen[:, None], w, (0.0, 0.0, 1.0)) for w in (wi, wo))
         fall = schlick(points.wi, points.wo)
         shine = facets(wi, wo, mixed(four.spread))
@@ -77,7 +86,12 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         out += mixed(body * four.rest[:, None]) * (fall / np.pi)[:, None]
         out += mixed(self.spectra(four.facets)) * ((1.0 - fall) * shine)[:, None]
         out += (mixed(four.edge) * fall * shine)[:, None]
-        return out * (seen * wi[:, 2] / points.wi[:, 2])[:, None]
+        out *= (seen * wi[:, 2] / points.wi[:, 2])[:, None]
+        if four.coat is not None and four.coat_spread is not None and four.coat_normal is not None:
+            lean, smooth = mixed(four.coat_normal), mixed(four.coat_spread)
+            through, shine = coat_over(points, fall, mixed(four.coat), upright(lean), alike(smooth))
+            out = out * through[:, None] + (there * shine / points.wi[:, 2])[:, None]
+        return out
 
     def average(self) -> MetallicRoughness:
         """The surface of the mean of what texels reflect, and of alpha; bumps are left out.
@@ -93,17 +107,22 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         for _, found in self.blocks():
             share = (found.covers >= self.cutoff - ROUNDING).astype(float)
             alpha = np.sqrt(np.sqrt(found.spread[:, 0] * found.spread[:, 2] - found.spread[:, 1] ** 2))
-            numbers = np.stack([np.ones(len(share)), found.edge, alpha], axis=1)
+            # A coat is as rough as where it lies.
+            coat = np.zeros(len(share)) if found.coat is None else found.coat
+            smooth = 1.0 if found.coat_spread is None else np.sqrt(found.coat_spread)
+            numbers = np.stack([np.ones(len(share)), found.edge, alpha, coat, coat * smooth], axis=1)
             total = total + share @ np.concatenate([numbers, made(found.body), made(found.facets)], axis=1)
         if not total[0] > 0:
             raise InputError("no texel is there", field="coverage", expected=f"opacity of {self.cutoff:g} somewhere")
         mean = total[1:] / total[0]
-        colours = mean[2:].reshape(2, -1)
+        colours = mean[4:].reshape(2, -1)
         colours = self.spectra(colours) if linear else colours
         # Rounding, and Mallett and Yuksel's white of 1.00000001.
         colours = np.where((colours > 1.0) & (colours < 1.0 + 1e-6), 1.0, colours)
         body, shine = (Spectrum.sampled(self.wavelengths_nm, part, "reflectance") for part in colours)
-        return MetallicRoughness(body, shine, min(float(mean[0]), 1.0), min(float(mean[1]), 1.0))
+        edge, alpha, coat = (min(float(number), 1.0) for number in mean[:3])
+        coat_alpha = min(float(mean[3] / mean[2]), 1.0) if coat > 0.0 else 1.0
+        return MetallicRoughness(body, shine, edge, alpha, coat, coat_alpha)
 
     def own_form(self, budget: float = 0.5) -> Fast:
         """As few spectra as show every texel within the budget; see `maps_form`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,12 +15,14 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
+from ..cutout import Cutout
 from ..fast import Fast, Summand
 from ..fit_error import FitError
 from ..protocol import LIGHTS, sphere_protocol
 from .map_planes import Layout, MapPlanes
-from .map_set import MapSet
+from .map_set import ROUNDING, MapSet
 from .mapped_slices import MappedSlices
+from .mask import Mask
 from .texture_form import differences
 
 # Texels that the number of coefficients is judged on.
@@ -51,14 +54,33 @@ class MapsForm(Fast):
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Without bumps, and with one roughness for all directions."""
         layout = self.maps.layout
-        normal, spread = layout.starts["normal"], layout.starts["spread"]
+        spread = layout.starts["spread"]
         alike = layout.columns[spread] == layout.columns[spread + 2]
         alike &= layout.columns[spread] >= 0 or layout.constants[spread] == layout.constants[spread + 2]
-        level = layout.columns[normal] < 0 and not any(layout.constants[normal : normal + 2])
+        normals = [layout.starts[name] for name in ("normal", "coat_normal")[: 1 + layout.coated]]
+        level = not layout.bumps and not any(any(layout.constants[start : start + 2]) for start in normals)
         return bool(alike and level and layout.columns[spread + 1] < 0 and layout.constants[spread + 1] == 0.0)
 
+    @cached_property
+    def cutout(self) -> Cutout | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Of its coverage; see `Surface.cutout`."""
+        maps, layout = self.maps, self.maps.layout
+        start = layout.starts["covers"]
+        column = layout.columns[start]
+        found = np.array([[[layout.constants[start]]]]) if column < 0 else maps.planes[..., column : column + 1]
+        opacity = found.astype(np.float64)
+        return Mask(opacity, maps.cutoff, maps.placement) if (opacity < maps.cutoff - ROUNDING).any() else None
+
+    @cached_property
+    def _whole(self) -> MapsForm:
+        return replace(self, maps=replace(self.maps, cut=True))
+
+    def without_holes(self) -> MapsForm:
+        """See `Fast.without_holes`."""
+        return self if self.cutout is None else self._whole
+
     def average(self) -> MapsForm:
-        """What the whole texture is from afar, everywhere."""
+        """What the whole texture is from afar, everywhere: the mean of what is there."""
         if not self.maps.uses_uv:
             return self
         levels, layout = self.maps.levels
@@ -67,18 +89,18 @@ class MapsForm(Fast):
             float(last[0, column]) if column >= 0 else constant
             for column, constant in zip(layout.columns, layout.constants, strict=True)
         ]
-        # Its facets lie level; of its body's cosine that of the mean normal is left.
-        starts = layout.starts
-        numbers[starts["normal"] : starts["normal"] + 2] = [0.0, 0.0]
-        differ = [numbers.pop() for _ in range(3)][::-1]
-        for number, more in enumerate(differ, starts["spread"]):
-            numbers[number] += more
-        covers, up = numbers[starts["covers"]], numbers.pop()
-        shown = covers if layout.columns[starts["covers"]] >= 0 else 1.0
-        for number in range(starts["normal"]):
-            numbers[number] *= shown * (up if number < 2 * layout.rank else 1.0)
-        numbers[starts["covers"]] = 1.0
-        flat = Layout(layout.rank, (-1,) * len(numbers), tuple(numbers))
+        starts, kept = layout.starts, self.maps.layout
+        found = dict(zip(starts, np.split(np.array(numbers), list(starts.values())[1:]), strict=True))
+        for name in ("body", "rest"):
+            # Of its body's cosine that of the mean normal is left.
+            found[name] *= found["up"][0]
+        # Its facets lie level.
+        found |= {"spread": found["spread"] + found["differ"], "normal": np.zeros(2), "covers": np.ones(1)}
+        if layout.coated:
+            wider = found["coat_differ"]
+            found |= {"coat_spread": found["coat_spread"] + 0.5 * (wider[0] + wider[2]), "coat_normal": np.zeros(2)}
+        alike = np.concatenate([found[name] for name in kept.starts if kept.starts[name] < len(kept.columns)])
+        flat = replace(kept, columns=(-1,) * len(alike), constants=tuple(alike.tolist()))
         planes = replace(self.maps, planes=np.zeros((1, 1, 0), np.float32), layout=flat, cutoff=0.0, precision="single")
         return replace(self, maps=planes)
 
@@ -109,7 +131,7 @@ def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
     """
     basis = _basis(surface, budget)
     rank, height, width = basis.size, *surface.size
-    numbers = np.empty((height * width, 3 * rank + 7), dtype=np.float32)
+    numbers = np.empty((height * width, 3 * rank + (11 if surface.coated else 7)), dtype=np.float32)
     linear = surface.uplift == "mallett-yuksel"
     analysis = surface.spectra(np.eye(3)) @ basis.analysis if linear else basis.analysis
 
@@ -121,7 +143,9 @@ def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
         numbers[rows, :rank] = body * found.through[:, None]
         numbers[rows, rank : 2 * rank] = body * found.rest[:, None]
         numbers[rows, 2 * rank : 3 * rank] = coefficients(found.facets)
-        rest = (found.edge[:, None], found.normal, found.spread, found.covers[:, None])
+        rest = [found.edge[:, None], found.normal, found.spread, found.covers[:, None]]
+        if found.coat is not None and found.coat_spread is not None and found.coat_normal is not None:
+            rest += [found.coat[:, None], found.coat_spread[:, None], found.coat_normal]
         numbers[rows, 3 * rank :] = np.concatenate(rest, axis=1)
     # Each coefficient's largest magnitude is 1: what was divided out goes into its spectrum.
     for r in range(rank):
@@ -133,7 +157,7 @@ def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
         np.concatenate([basis.synthesis.T, np.ones((1, len(surface.wavelengths_nm)))]),
         SpectralBasis.sampled(surface.wavelengths_nm),
     )
-    planes, layout = _layout(numbers.reshape(height, width, -1), rank)
+    planes, layout = _layout(numbers.reshape(height, width, -1), rank, surface.coated)
     form = MapsForm(MapPlanes(planes, layout, palette, surface.cutoff, surface.placement))
     return _halved(form, surface.isotropic, budget)
 
@@ -161,12 +185,13 @@ def _basis(surface: MapSet, budget: float) -> SpectralBasis:
     return full.truncated(next((size for size in range(least, full.size) if within(size)), full.size))
 
 
-def _layout(numbers: Float[np.ndarray, "H W T"], rank: int) -> tuple[np.ndarray, Layout]:
+def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tuple[np.ndarray, Layout]:
     """Planes of what differs among texels; numbers that are alike everywhere, or equal to others, take none."""
     columns, kept = [], []
-    starts = Layout(rank, (), ()).starts
+    starts = Layout(rank, (), (), coated).starts
     varied = (numbers != numbers[:1, :1]).any(axis=(0, 1))
     groups = [(0, rank), (rank, rank), (2 * rank, rank), (starts["edge"], 1), (starts["normal"], 2)]
+    groups += [(starts["coat_normal"], 2)] if coated else []
     for first, count in groups:
         # Those of a group lie side by side, or nowhere.
         varied[first : first + count] = varied[first : first + count].any()
@@ -179,7 +204,7 @@ def _layout(numbers: Float[np.ndarray, "H W T"], rank: int) -> tuple[np.ndarray,
             columns.append(len(kept))
             kept.append(number)
     constants = tuple(float(value) for value in numbers[0, 0])
-    return np.ascontiguousarray(numbers[..., kept]), Layout(rank, tuple(columns), constants)
+    return np.ascontiguousarray(numbers[..., kept]), Layout(rank, tuple(columns), constants, coated)
 
 
 def _halved(form: MapsForm, isotropic: bool, budget: float) -> MapsForm:

@@ -4,6 +4,11 @@ Slopes of GGX whose widths are rho and 1 are nearly those of a few of its like t
 their middles on the wide axis. For each rho, middles, shares and widths are those of least Kullback-Leibler divergence,
 over 3600 slopes that all count the same: what is left of it is a seventh (rho = 2) to a third (rho = 6) of what one
 alone leaves. At rho = 1 one alone is exact.
+
+Parts that lean hide less of each other's light than the surface does, and how much all send on depends on where the
+viewer stands: both are put right (`shadowed`, `sent_on`). Seen at 10 to 80 degrees, metals of alpha 0.49 and 0.09, 0.25
+and 0.49, and 0.16 and 0.04 are so off by ΔE94 1.00 at the mean and 2.9 at the 95th percentile, where they were by 1.38
+and 4.0; at 80 degrees by 2.7, 0.9 and 1.5 at the mean, where they were by 3.8, 1.5 and 2.8.
 """
 
 from __future__ import annotations
@@ -39,6 +44,19 @@ _WIDTHS = np.array(
 )
 #: For shaders: by rho two middles, two shares; three widths, and the logarithm of rho.
 TABLE = np.concatenate([_MIDDLES, _SHARES, _WIDTHS, _RATIOS[None]]).T
+
+
+# Height of a direction below which shadows are those there: a Gaussian about it reaches higher.
+LEAST_HEIGHT = 0.02
+# Half vectors that the viewer sees, as points of a disc: rings in Gauss' places for what ends as a root does (Jacobi's
+# polynomials in the root of 1 - r^2), and what each counts; so many on a ring.
+RINGS = np.array(
+    [
+        [0.9990034, 0.9895243, 0.9579831, 0.8905868, 0.7781586, 0.6186185, 0.4175012, 0.1877331],
+        [0.0065904, 0.0356858, 0.0908786, 0.1583992, 0.2120947, 0.2250116, 0.1822380, 0.0891016],
+    ]
+)
+ROUND = 8
 
 
 def axes_of(
@@ -84,3 +102,56 @@ def parts_of(
     seen = shares * length * np.maximum(np.einsum("npi,ni->np", normals, wo), 0.0)
     whole = seen.sum(axis=1, keepdims=True)
     return normals, alphas, np.divide(seen, whole, out=np.zeros_like(seen), where=whole > 0.0)
+
+
+def shadowed(w: Float[np.ndarray, "*#n 3"], spread: Float[np.ndarray, "*#n 3"]) -> Float[np.ndarray, "*_"]:
+    """Smith's one-sided term (Heitz 2014, eq. 43) in the frame of the facets' normal, for light as low as
+    `LEAST_HEIGHT`.
+    """
+    a, b, c = np.moveaxis(spread, -1, 0)
+    x, y, z = np.moveaxis(w, -1, 0)
+    z = np.maximum(z, LEAST_HEIGHT)
+    return 2.0 * z / (z + np.sqrt(z * z + a * x * x + 2.0 * b * x * y + c * y * y))
+
+
+def sent_on(
+    wide: Float[np.ndarray, " N"],
+    narrow: Float[np.ndarray, " N"],
+    axis: Float[np.ndarray, "N 2"],
+    wo: Float[np.ndarray, "N 3"],
+) -> Float[np.ndarray, "N 2"]:
+    """About what share facets of these alphas send on, in the frame of their normal: of 1 - fall, and of the fall.
+
+    The mean of Smith's term of the light, over half vectors as the viewer sees them (Heitz, "Sampling the GGX
+    distribution of visible normals", JCGT 7(4), 2018).
+    """
+    x = axis[:, 0] * wo[:, 0] + axis[:, 1] * wo[:, 1]
+    y = axis[:, 0] * wo[:, 1] - axis[:, 1] * wo[:, 0]
+    to = np.stack([x, y, np.maximum(wo[:, 2], 1e-4)], axis=1)
+    alphas = np.stack([wide, narrow], axis=1)
+    up = np.concatenate([alphas * to[:, :2], to[:, 2:]], axis=1)
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    across = np.hypot(up[:, 0], up[:, 1])
+    leans = across > 1e-6
+    flat = np.where(leans, across, 1.0)
+    first = np.stack(
+        [np.where(leans, -up[:, 1] / flat, 1.0), np.where(leans, up[:, 0] / flat, 0.0), 0.0 * flat], axis=1
+    )
+    second, half = np.cross(up, first), 0.5 * (1.0 + up[:, 2:])
+    total = np.zeros((len(wo), 2))
+    for radius, share in RINGS.T:
+        for turn in (np.arange(ROUND) + 0.5) * 2.0 * np.pi / ROUND:
+            along, over = radius * np.cos(turn), radius * np.sin(turn)
+            over = (1.0 - half) * np.sqrt(1.0 - along * along) + half * over
+            rest = np.sqrt(np.maximum(1.0 - along * along - over * over, 0.0))
+            h = along * first + over * second + rest * up
+            h = np.concatenate([alphas * h[:, :2], np.maximum(h[:, 2:], 1e-6)], axis=1)
+            h /= np.linalg.norm(h, axis=1, keepdims=True)
+            cosine = np.clip(np.sum(h * to, axis=1), 0.0, 1.0)
+            wi = 2.0 * cosine[:, None] * h - to
+            z = np.maximum(wi[:, 2], 0.0)
+            level = np.sum((alphas * wi[:, :2]) ** 2, axis=1)
+            seen = 2.0 * z / np.maximum(z + np.sqrt(z * z + level), 1e-12)
+            fall = (1.0 - cosine) ** 5
+            total += share / ROUND * np.stack([seen * (1.0 - fall), seen * fall], axis=1)
+    return total

@@ -1,4 +1,4 @@
-"""What a person says of files that do not say it: `--as`, `--scale`, `--maps` and `--normal-map` of an import."""
+"""What a person says of files that do not say it: `--as`, `--scale`, `--maps`, `--normal-map` ..."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ Scale = Literal["percent", "fraction"]
 MapsDrawn = Literal["texels", "mended", "mean"]
 #: Which way green points in a normal map: upwards in the picture, or downwards.
 NormalMap = Literal["opengl", "directx"]
+#: What a specular map holds: F at the normal, the colour of facets, encoded as sRGB or linear.
+SpecularMap = Literal["f0-srgb", "f0-linear"]
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Answer:
     A file that says something else is refused, and not overruled: one answer is given for many files.
 
     maps : None is "texels". normal_map : for normal maps that do not say it and do not prove it themselves.
+    specular_map : without it specular maps are kept and not rendered.
 
     Raises
     ------
@@ -34,10 +37,12 @@ class Answer:
     scale: Scale | None = None
     maps: MapsDrawn | None = None
     normal_map: NormalMap | None = None
+    specular_map: SpecularMap | None = None
 
     def __post_init__(self) -> None:
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
+        said += (("specular-map", self.specular_map, SpecularMap),)
         for field, words, known in said:
             if words is not None and words not in get_args(known):
                 raise UnknownNameError(field, str(words), get_args(known))

@@ -228,7 +228,8 @@ def test_the_manual_names_every_key():
         ('[[part]]\nshape = "sphere"\nscale = 0\n', "part 1.scale", "none of them 0"),
         ('[[part]]\nshape = "sphere"\ntranslate = [1, 2]\n', "part 1.translate", "three finite numbers"),
         ('[[part]]\nshape = "sphere"\nsubdivisions = 20\n', "part 1.subdivisions", "0 to 9"),
-        (BARE + BARE, "parts", "two parts share a name"),
+        (2 * (BARE + "name = 'ball'\n"), "parts", "two parts share a name"),
+        (BARE + BARE + '[review]\non = "sphere"\n', "review.on", "give the part that is meant a `name`"),
         (BARE + '[[light]]\nspectrum = "D66"\n', "light 1.spectrum", "nearest: D65"),
         (BARE + '[[light]]\nkind = "area"\n', "light 1.kind", "directional, point"),
         (BARE + "[[light]]\nilluminance_lux = 0\n", "light 1.illuminance_lux", "a light of no power"),
@@ -255,6 +256,20 @@ def test_a_bad_scene_says_file_key_and_what_to_do(scene, text, field, words):
     assert caught.value.field == field
     assert words in message
     assert "\n  expected: " in message or "\n  try: " in message
+
+
+def test_parts_of_one_shape_are_numbered(scene):
+    """A name that is given stands; what has none makes way, and the notes say so."""
+    found = scene(
+        BARE + BARE + '[[part]]\nshape = "plane"\nmaterial = "paint/red"\n' + BARE + "name = 'sphere 3'\n" + BARE
+    )
+    assert [part.name for part in found.parts] == ["sphere", "sphere 2", "plane", "sphere 3", "sphere 4"]
+    assert any('part 2 is called "sphere 2"' in note for note in found.notes)
+    assert scene(BARE + BARE + '[review]\non = "sphere 2"\n').reviewed_part == "sphere 2"
+    named = scene(BARE + BARE + "name = 'sphere'\n" + '[review]\non = "sphere"\n')
+    assert [part.name for part in named.parts] == ["sphere 2", "sphere"] and named.reviewed_part == "sphere"
+    chips = '[[part]]\nshape = "patches"\nmaterials = ["paint/red", "paint/red"]\n'
+    assert [part.name for part in scene(chips + chips).parts][1:3] == ["patches/2", "patches 2/1"]
 
 
 def test_an_unknown_material_says_the_nearest(scene):

@@ -15,7 +15,7 @@ from metamer.materials.svbrdf.facet_slices import facet_slices
 from metamer.materials.svbrdf.facets import facets, spread_of
 from metamer.materials.svbrdf.map_set import Placement
 from metamer.materials.svbrdf.maps import MappedSurface
-from metamer.materials.svbrdf.stretched import axes_of, parts_of
+from metamer.materials.svbrdf.stretched import axes_of, parts_of, sent_on
 from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
@@ -82,6 +82,14 @@ def varied(**others):
     return surface_of(rng.uniform(0.45, 0.8, (32, 48, 1)), metal, **(given | others))
 
 
+def coated(**others):
+    """All that under a coat that runs thin, of other bumps and roughness."""
+    rng = np.random.default_rng(8)
+    given = {"coat": TexelMap(rng.uniform(0.0, 1.0, (32, 48, 1)).astype(np.float32)), "coat_normal": waves(0.15)}
+    given["coat_roughness"] = TexelMap(rng.uniform(0.3, 0.5, (32, 48, 1)).astype(np.float32))
+    return varied(**(given | others))
+
+
 def scene_of(scenes, light, size=12, samples=1):
     scene = scenes.scene_of([(BALL, "cloth")], [light], scenes.sphere_scene().camera())
     return replace(scene, cameras=(replace(scene.camera(), width=size, height_px=size, samples=samples),))
@@ -116,10 +124,16 @@ def off(scenes, software, surface, light=TWO):
 
 
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
-@pytest.mark.parametrize("kind", ["varied", "two axes, turned", "alike everywhere", "two axes alike"])
+@pytest.mark.parametrize(
+    "kind", ["varied", "two axes, turned", "alike everywhere", "two axes alike", "coated", "coated, two axes"]
+)
 def test_gl_equals_numpy(scenes, software, hardware, filtering, kind):
     if kind == "varied":
         surface = varied(placement=Placement((3.0, 2.0), (-0.7, 0.2), ("repeat", "mirror")))
+    elif kind == "coated":
+        surface = coated()
+    elif kind == "coated, two axes":
+        surface = surface_of(np.broadcast_to([0.6, 0.4], (2, 2, 2)), 1.0, coat=ALIKE(0.8), coat_roughness=ALIKE(0.3))
     elif kind == "alike everywhere":
         surface = surface_of(0.5)
     elif kind == "two axes alike":
@@ -172,13 +186,52 @@ def test_everything_at_once_is_the_sum_over_every_texel(scenes, software):
     assert found.mean() < 0.4 and found.max() < 1.2
 
 
+@pytest.mark.parametrize("metal", [0.0, 1.0])
+@pytest.mark.parametrize("roughness", [0.35, 0.6])
+def test_a_coat_is_the_sum_over_every_texel(scenes, software, roughness, metal):
+    lacquer = {"coat": ALIKE(1.0), "coat_roughness": ALIKE(roughness)}
+    found = off(scenes, software, surface_of(0.6, metal, **lacquer))
+    assert found.mean() < 0.12 and found.max() < 0.4
+
+
+@pytest.mark.parametrize("metal", [0.0, 1.0])
+def test_a_coat_lies_over_bumps(scenes, software, metal):
+    lacquer = {"coat": ALIKE(1.0), "coat_roughness": ALIKE(0.3)}
+    found = off(scenes, software, surface_of(0.5, metal, normal=waves(0.4), **lacquer))
+    assert found.mean() < 0.4 and found.max() < 1.1
+
+
+def test_a_coat_with_maps_of_its_own_is_the_sum_over_every_texel(scenes, software):
+    found = off(scenes, software, coated(), ONE)
+    assert found.mean() < 0.3 and found.max() < 0.9
+
+
 @pytest.mark.parametrize(
-    "rough, metal, turn, most", [((0.7, 0.5), 0.0, 0.0, 0.25), ((0.5, 0.7), 1.0, 0.0, 1.2), ((0.7, 0.3), 1.0, 0.7, 2.0)]
+    "rough, metal, turn, most", [((0.7, 0.5), 0.0, 0.0, 0.25), ((0.5, 0.7), 1.0, 0.0, 0.9), ((0.7, 0.3), 1.0, 0.7, 1.6)]
 )
 def test_highlights_of_two_axes_are_as_wide_along_each(scenes, software, rough, metal, turn, most):
     # As one width, that of the same area, metals were off by 2.0 and 4.8, and paint by 0.18.
     brushed = surface_of(np.broadcast_to(rough, (2, 2, 2)), metal, turn=ALIKE(turn))
     assert off(scenes, software, brushed, ONE).mean() < most
+
+
+def test_what_facets_of_two_widths_send_on_depends_on_where_the_viewer_stands():
+    """Beside sums over all directions: as the root of the mean square says it was off by up to 7 % at 75 degrees."""
+    z, turn = np.meshgrid((np.arange(400) + 0.5) / 400, (np.arange(400) + 0.5) / 400 * 2 * np.pi)
+    wi = spherical(np.arccos(z.ravel()), turn.ravel())
+
+    def sums(alpha, wo):
+        spread = np.broadcast_to([alpha[0] ** 2, 0.0, alpha[1] ** 2], wi.shape)
+        return 2.0 * np.pi * np.mean(facets(wi, np.broadcast_to(wo, wi.shape), spread) * wi[:, 2])
+
+    for wide, narrow in ((0.49, 0.25), (0.3, 0.12)):
+        mean = np.hypot(wide, narrow) / np.sqrt(2.0)
+        for theta, phi in ((0.3, 1.0), (1.0, 0.1), (1.0, 1.5), (1.31, 0.1), (1.31, 1.5)):
+            wo = spherical(np.array([theta]), np.array([phi]))
+            axis, alphas = np.array([[1.0, 0.0]]), [np.array([each]) for each in (wide, narrow, mean)]
+            told = sent_on(*alphas[:2], axis, wo).sum() / sent_on(alphas[2], alphas[2], axis, wo).sum()
+            true = sums((wide, narrow), wo[0]) / sums((mean, mean), wo[0])
+            assert abs(told / true - 1.0) < 0.025, (wide, theta, phi)
 
 
 def test_parts_that_lean_are_the_facets_themselves_where_both_widths_are_alike():
@@ -256,10 +309,11 @@ def test_slices_are_shared_by_range():
     assert len(facet_slices(0.3, 0.3).alphas) == 1
 
 
+@pytest.mark.parametrize("made", [varied, coated], ids=["bare", "coated"])
 @pytest.mark.parametrize("kind", ["software", "hardware"])
-def test_far_away_means_are_nearer_to_many_samples(scenes, software, request, kind):
+def test_far_away_means_are_nearer_to_many_samples(scenes, software, request, kind, made):
     """Some ten texels a sample."""
-    surface = varied(placement=Placement((12.0, 6.0), (0.0, 0.0), ("repeat", "repeat")))
+    surface = made(placement=Placement((12.0, 6.0), (0.0, 0.0), ("repeat", "repeat")))
     scene, form = scene_of(scenes, ONE, size=16), {"cloth": surface.own_form(0.05)}
     truth, whole = software["linear"].render(scene, replace(scene.camera(), samples=12), form)
     found = {}
@@ -270,8 +324,9 @@ def test_far_away_means_are_nearer_to_many_samples(scenes, software, request, ki
     assert found["mipmapped"].mean() < 0.3 * found["linear"].mean(), {k: v.mean() for k, v in found.items()}
 
 
-def test_what_a_texture_is_from_afar_is_lit_too(scenes, software, hardware):
-    form = varied().own_form(0.05).average()
+@pytest.mark.parametrize("made", [varied, coated], ids=["bare", "coated"])
+def test_what_a_texture_is_from_afar_is_lit_too(scenes, software, hardware, made):
+    form = made().own_form(0.05).average()
     scene = scene_of(scenes, ONE)
     one, _ = software["linear"].render(scene, None, {"cloth": form})
     other, _ = hardware["linear"].render(scene, None, {"cloth": form})

@@ -4,7 +4,11 @@
 
 #include "angles.glsl"
 #include "surface.glsl"
+#ifdef FREE
+uniform sampler2D free;         // what of the light reaches each sample
+#else
 #include "shadows.glsl"
+#endif
 
 uniform sampler2D lit;          // 1 where the light stands above a triangle's horizon
 uniform vec4 light;             // homogeneous: direction to it and 0, or where it stands and 1
@@ -41,7 +45,11 @@ void main() {
     float arriving = irradiance / squared;
     vec3 wi = to_local(at, to_light);
     if (!(wi.z > 0.0)) return;  // nor where the light stands on the very sample
+#ifdef FREE
+    arriving *= texelFetch(free, ivec2(gl_FragCoord.xy), 0).x;
+#else
     arriving *= visibility(at.position, at.face);
+#endif
     if (arriving == 0.0) return;
     vec3 wo = to_local(at, at.to_viewer);
     io = vec4(io_angles(wi, wo), arriving);

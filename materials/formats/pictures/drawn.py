@@ -17,6 +17,7 @@ from .normal_maps import Green, is_level, mended, normals_of
 from .stand_in import Colour, Number, SurfaceMaps
 from .textures import Texture
 
+_CUT = "where the mask leaves nothing, what lies behind is seen; it casts no shadows, but of light from all around"
 _NO_NORMALS = "mend them and import it again, or take them as level with --maps mended, or do without with --maps mean"
 
 
@@ -28,7 +29,8 @@ class NotDrawn(Exception):
 class MoreMaps:
     """What has no mean, beside `SurfaceMaps`.
 
-    normal : the map, which way its green points, and what its x and y are multiplied by.
+    normal : the map, which way its green points, and what its x and y are multiplied by; coat_normal : of a clear coat,
+        OpenGL's.
     strength, direction, turn : of a stretched highlight (KHR_materials_anisotropy): how much, the direction in red and
         green, and radians beside it.
     placement : where all maps lie on the mesh. matt : nothing but the body is there. mends : bad normals lie level.
@@ -38,6 +40,8 @@ class MoreMaps:
     normal: Texture | None = None
     green: Green = "opengl"
     normal_scale: float = 1.0
+    coat_normal: Texture | None = None
+    coat_normal_scale: float = 1.0
     strength: Number = field(default_factory=lambda: Number(scale=0.0))
     direction: Texture | None = None
     turn: float = 0.0
@@ -55,8 +59,6 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
     NotDrawn : there is more to it than is drawn texel by texel.
     InputError : a normal that is none, by its row and column; a texture that cannot be decoded.
     """
-    if maps.coat.scale > 0.0:
-        raise NotDrawn("a clear coat over maps")
     notes: list[str] = []
     found = {"base": _colour(maps.base), "roughness": _number(maps.roughness), "weight": _number(maps.weight)}
     found |= {"metallic": _number(maps.metallic), "reflected": _colour(maps.reflected)}
@@ -71,19 +73,19 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
     cutoff = 0.0
     if maps.cutoff is not None:
         found["coverage"], cutoff = _number(maps.coverage), maps.cutoff
-        notes.append("where the mask leaves nothing it is drawn black: what lies behind does not show through")
+        notes.append(_CUT)
     elif maps.coverage.texture is not None or maps.coverage.scale < 1.0:
-        notes.append("what is blended is rendered opaque")
-    if more.normal is not None:
-        normal, said = normals_of(more.normal, more.green, more.normal_scale)
-        normal, mending = mended(normal) if more.mends else (normal, [])
-        notes += said + mending
-        try:
-            check_normals(normal)
-        except InputError as reason:
-            raise reason.at(hint=_NO_NORMALS) from None
-        if not is_level(normal):
-            found["normal"] = normal
+        opacity = _number(maps.coverage)
+        codes = opacity.decoded(opacity.values)
+        if ((codes == 0.0) | (codes == 1.0)).all():
+            found["coverage"], cutoff = opacity, 0.5
+            notes.append(f"what is blended is all there or not at all, so that it is a mask: {_CUT}")
+        else:
+            notes.append("what is blended is rendered opaque")
+    if maps.coat.scale > 0.0 and not more.matt:
+        found |= {"coat": _number(maps.coat), "coat_roughness": _number(maps.coat_roughness)}
+        found |= _bumps("coat_normal", more.coat_normal, "opengl", more.coat_normal_scale, more.mends, notes)
+    found |= _bumps("normal", more.normal, more.green, more.normal_scale, more.mends, notes)
     found = {name: one if name == "base" and more.spectra else _alike(one) for name, one in found.items()}
     _check_colours(found, more.spectra is not None)
     sizes = list(dict.fromkeys(one.size for one in found.values() if one.size != (1, 1)))
@@ -96,13 +98,29 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
         found |= _stretched(found["roughness"], more, size)
     if (
         more.spectra is None
-        and not {"normal", "turn"} & set(found)
+        and not {"normal", "coat_normal", "turn"} & set(found)
         and all(one.size == (1, 1) for one in found.values())
     ):
         return None, []
     surface = MappedSurface(grid, uplift=uplift, glossy=maps.glossy, cutoff=cutoff, placement=more.placement, **found)
     height, width = surface.size
     return surface, [f"{width} x {height} texels, each of which is rendered", *notes]
+
+
+def _bumps(
+    name: str, texture: Texture | None, green: Green, scale: float, mends: bool, notes: list[str]
+) -> dict[str, TexelMap]:
+    """The map of normals of that name, where there is one that is not level; what is to be said goes to `notes`."""
+    if texture is None:
+        return {}
+    normal, said = normals_of(texture, green, scale)
+    normal, mending = mended(normal) if mends else (normal, [])
+    notes += said + mending
+    try:
+        check_normals(normal, name)
+    except InputError as reason:
+        raise reason.at(hint=_NO_NORMALS) from None
+    return {} if is_level(normal) else {name: normal}
 
 
 def _colour(part: Colour) -> TexelMap:
@@ -134,8 +152,8 @@ def _check_colours(found: dict[str, TexelMap], measured: bool) -> None:
     """Numbers beyond 0 and 1, which floats may be: their mean may be none, one texel alone is. Noise of
     measurements stays.
     """
-    for name in ("base", "reflected", "roughness", "metallic", "weight"):
-        one = found[name]
+    for name in ("base", "reflected", "roughness", "metallic", "weight", "coat", "coat_roughness"):
+        one = found.get(name, TexelMap.constant(0.0))
         if name == "base" and measured:
             continue
         if one.values.dtype.kind == "f" and one.size != (1, 1):

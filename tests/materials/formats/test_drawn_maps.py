@@ -146,7 +146,8 @@ def test_roughness_metal_and_masks_are_drawn(tmp_path):
     alpha = np.maximum((1 - rough[[1, 2], [5, 6]] / 255.0) ** 2, 0.002)
     np.testing.assert_allclose(texels.spread[:, 0], alpha**2)
     np.testing.assert_allclose(texels.covers, mask[[1, 2], [5, 6]] / 255.0)
-    assert "not rendered: occlusion" in found.provenance.notes and "drawn black" in found.provenance.notes
+    assert "not rendered: occlusion" in found.provenance.notes and "what lies behind is seen" in found.provenance.notes
+    assert surface.cutout is not None
     assert found.provenance.kind == "uplifted(mallett-yuksel)"
     save(tmp_path / "w_opacity.png", rough)
     assert "opacity map is no mask" in read(albedo).provenance.notes
@@ -170,3 +171,52 @@ def test_answers_reach_the_maps_of_a_folder(tmp_path):
     save(tmp_path / "w_albedo.png", BASE)
     ((drawn,), (mean,)) = (read_sources(tmp_path, answer=Answer(maps=how)) for how in (None, "mean"))
     assert not isinstance(drawn, Rejected) and (drawn.model, mean.model) == ("maps", "lambert")
+
+
+def test_a_specular_map_is_asked_about_and_drawn_as_it_was_answered(tmp_path):
+    albedo = save(tmp_path / "dif.png", BASE)
+    save(tmp_path / "rgh.png", RNG.integers(60, 200, (32, 48)))
+    specular = RNG.integers(5, 110, (32, 48, 3)).astype(np.uint8)
+    path = save(tmp_path / "spe.png", specular)
+    asked = read(albedo)
+    assert "say it with --specular-map" in asked.provenance.notes
+    assert not rebuild(asked.model, asked.parameters).reflected.values.shape[0] > 1
+    for words, expected in (("f0-srgb", linear_from_srgb(specular / 255.0)), ("f0-linear", specular / 255.0)):
+        found = read(albedo, Answer(specular_map=words))
+        surface = rebuild(found.model, found.parameters)
+        texels = surface.texels(np.array([3]), np.array([7]))
+        np.testing.assert_allclose(texels.facets[0], expected[3, 7], rtol=1e-12)
+        np.testing.assert_allclose(texels.body[0], linear_from_srgb(BASE[3, 7] / 255.0), rtol=1e-12)
+        np.testing.assert_allclose(texels.through, 1.0 - expected[3, 7].max(), rtol=1e-12)
+        assert "so it was answered" in found.provenance.notes and "not rendered" not in found.provenance.notes
+        mean = read(albedo, Answer(maps="mean", specular_map=words))
+        colour = surface.spectra(expected.reshape(-1, 3).mean(axis=0)[None])[0]
+        np.testing.assert_allclose(mean.parameters["specular"], colour, rtol=1e-6)
+    path.rename(tmp_path / "spe_linear.png")
+    with pytest.raises(InputError, match="not what --specular-map says"):
+        read(albedo, Answer(specular_map="f0-srgb"))
+    save(tmp_path / "reflection.png", specular)
+    with pytest.raises(InputError, match="two maps of one property"):
+        read(albedo, Answer(specular_map="f0-linear"))
+
+
+def test_specular_maps_of_floats_are_linear(tmp_path):
+    albedo = save(tmp_path / "dif.png", BASE)
+    shown = RNG.uniform(0.02, 0.3, (3, 32, 48)).astype(np.float32)
+    write_exr(tmp_path / "spe.exr", {}, dict(zip("RGB", shown, strict=True)))
+    with pytest.raises(InputError, match="not what --specular-map says"):
+        read(albedo, Answer(specular_map="f0-srgb"))
+    found = read(albedo, Answer(specular_map="f0-linear"))
+    assert "no roughness map: taken as 1" in found.provenance.notes
+    texels = rebuild(found.model, found.parameters).texels(np.array([3]), np.array([7]))
+    np.testing.assert_allclose(texels.facets[0], shown[:, 3, 7], rtol=1e-6)
+
+
+def test_a_measured_set_of_four_maps(shared_data):
+    """Of a greeting card: its facets reflect 2 to 7 % at the normal, and some are tinted."""
+    found = read(shared_data / "maps" / "card_blue" / "dif.png", Answer(specular_map="f0-srgb"))
+    surface = rebuild(found.model, found.parameters)
+    facets = np.concatenate([texels.facets for _, texels in surface.blocks()])
+    assert (
+        surface.size == (256, 256) and 0.02 < np.median(facets, axis=0).min() < np.median(facets, axis=0).max() < 0.07
+    )

@@ -16,6 +16,7 @@ RNG = np.random.default_rng(3)
 BASE = RNG.integers(0, 256, (4, 6, 4)).astype(np.uint8)
 PACKED = RNG.integers(0, 256, (4, 6, 3)).astype(np.uint8)
 FULL = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}}}
+APART = {"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
 UP = np.array([[0.0, 0.0, 1.0]])
 
 
@@ -100,7 +101,10 @@ def test_samplers_say_how_a_texture_goes_on(tmp_path):
             FULL | {"normalTexture": {"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}},
             "lie apart",
         ),
-        (FULL | {"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}}}, "clear coat"),
+        (
+            FULL | {"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatTexture": APART}}},
+            "apart",
+        ),
     ],
 )
 def test_what_is_not_drawn_by_texels_is_drawn_by_its_mean_and_says_so(tmp_path, material, why):
@@ -134,6 +138,20 @@ def test_masks_cut_and_blends_do_not(tmp_path):
     assert rebuild(blended.model, blended.parameters).at(Points(up, up, uv)).any(axis=1).all()
 
 
+def test_a_blend_of_nothing_but_0_and_1_is_a_mask(tmp_path):
+    """As exporters write cut-outs; what is opaque has no holes, whatever its alpha."""
+    base = BASE.copy()
+    base[..., 3] = 255 * (RNG.uniform(size=(4, 6)) > 0.5)
+    found = read(tmp_path, FULL | {"alphaMode": "BLEND"}, (base, PACKED))
+    surface = rebuild(found.model, found.parameters)
+    assert surface.cutoff == 0.5 and surface.cutout is not None and "so that it is a mask" in found.provenance.notes
+    opaque = drawn(tmp_path, FULL, (base, PACKED))
+    assert opaque.cutout is None and "mask" not in read(tmp_path, FULL, (base, PACKED)).provenance.notes
+    faint = FULL["pbrMetallicRoughness"] | {"baseColorFactor": [1.0, 1.0, 1.0, 0.5]}
+    half = read(tmp_path, {"pbrMetallicRoughness": faint, "alphaMode": "BLEND"}, (base, PACKED))
+    assert "rendered opaque" in half.provenance.notes
+
+
 def test_highlights_are_stretched_along_their_direction(tmp_path):
     stretch = {"anisotropyStrength": 0.8, "anisotropyRotation": 0.5, "anisotropyTexture": {"index": 2}}
     direction = np.tile(np.array([255, 128, 255], np.uint8), (4, 6, 1))
@@ -146,6 +164,30 @@ def test_highlights_are_stretched_along_their_direction(tmp_path):
     along = alpha + (1 - alpha) * (0.8 * 128 / 255) ** 2
     np.testing.assert_allclose(a + c, along**2 + alpha**2, rtol=1e-5)
     np.testing.assert_allclose(0.5 * np.arctan2(2 * b, a - c), np.pi / 2 + 0.5 - np.pi, atol=0.01)
+
+
+def test_a_clear_coat_of_each_texel(tmp_path):
+    """Its weight is in red, its roughness in green; its bumps are its own, and the mesh's where it has none."""
+    coat = {"clearcoatFactor": 0.5, "clearcoatTexture": {"index": 2}, "clearcoatRoughnessTexture": {"index": 2}}
+    coat |= {"clearcoatRoughnessFactor": 0.8}
+    picture = RNG.integers(60, 256, (4, 6, 3)).astype(np.uint8)
+    normal = np.tile(np.array([128, 128, 255], np.uint8), (4, 6, 1))
+    normal[1, 2] = 200, 240, 200
+    lean = normal[1, 2] / 127.5 - 1
+    bumpy = FULL | {"normalTexture": {"index": 3}}
+    for words, expected in ((coat, np.zeros(2)), (coat | {"clearcoatNormalTexture": {"index": 3}}, lean[:2])):
+        material = bumpy | {"extensions": {"KHR_materials_clearcoat": words}}
+        found = read(tmp_path, material, (BASE, PACKED, picture, normal))
+        assert "clear" not in found.provenance.notes
+        texels = rebuild(found.model, found.parameters).texels(np.array([1]), np.array([2]))
+        np.testing.assert_allclose(texels.coat, 0.5 * picture[1, 2, 0] / 255)
+        np.testing.assert_allclose(texels.coat_spread, (0.8 * picture[1, 2, 1] / 255) ** 4)
+        np.testing.assert_allclose(texels.coat_normal[0] * np.linalg.norm(lean), expected, atol=1e-9)
+    mean = read(tmp_path, material, (BASE, PACKED, picture, normal), Answer(maps="mean"))
+    assert "bumps of the clear coat" in mean.provenance.notes
+    bare = bumpy | {"extensions": {"KHR_materials_clearcoat": coat | {"clearcoatFactor": 0.0}}}
+    without = read(tmp_path, bare, (BASE, PACKED, picture, normal))
+    assert not rebuild(without.model, without.parameters).coated
 
 
 def test_maps_of_different_sizes_are_brought_to_one(tmp_path):

@@ -87,6 +87,9 @@ CASES = {
     "stretched": ({"roughness": TexelMap(RNG.uniform(0.4, 0.8, (4, 6, 2))), "turn": TURN}, 5e-4),
     "stretched alike": ({"roughness": ALIKE(0.4, 0.7), "turn": ALIKE(0.3)}, 1e-7),
     "glossy": ({"glossy": True, "reflected": TexelMap(RNG.uniform(0.02, 0.9, (4, 6, 3)))}, 1e-4),
+    "a coat": ({"coat": ALIKE(0.6), "coat_roughness": ALIKE(0.2)}, 1e-7),
+    "a coat with maps": ({"coat": TexelMap(picture(1)), "coat_roughness": TexelMap(picture(1, 60))}, 1e-7),
+    "bumps of the coat alone": ({"coat": ALIKE(1.0), "coat_normal": LEANING, "coat_roughness": ALIKE(0.3)}, 1e-4),
     "alike everywhere but bumps": ({"base": ALIKE(0.2, 0.3, 0.4), "roughness": ALIKE(0.5), "normal": LEANING}, 1e-4),
 }
 
@@ -106,6 +109,8 @@ def test_what_is_read_again_is_the_same_surface(tmp_path, name, suffix):
             if field == "body":
                 mine, theirs = mine * one.through[:, None], theirs * other.through[:, None]
             np.testing.assert_allclose(theirs, np.broadcast_to(mine, theirs.shape), atol=within, err_msg=field)
+    for field in ("coat", "coat_spread", "coat_normal") if surface.coated else ():
+        np.testing.assert_allclose(getattr(other, field), getattr(one, field), atol=within, err_msg=field)
     there = [each.covers >= cut for each, cut in ((one, surface.cutoff), (other, found.cutoff))]
     np.testing.assert_array_equal(*there)
     assert found.placement.wrap == PLACE.wrap

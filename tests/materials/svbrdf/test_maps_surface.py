@@ -60,9 +60,10 @@ def off(surface, form, points):
     return np.array([delta_e_xyz(truth[:, 3 * k : 3 * k + 3], shown[:, 3 * k : 3 * k + 3], whites[k]) for k, _ in each])
 
 
+@pytest.mark.parametrize("coat", [{}, {"coat": ALIKE(0.7), "coat_roughness": ALIKE(0.3)}], ids=["bare", "coated"])
 @pytest.mark.parametrize("metal", [0.0, 1.0])
-def test_a_map_of_one_texel_is_the_uniform_material(metal):
-    surface = surface_of(metallic=ALIKE(metal), roughness=ALIKE(0.6))
+def test_a_map_of_one_texel_is_the_uniform_material(metal, coat):
+    surface = surface_of(metallic=ALIKE(metal), roughness=ALIKE(0.6), **coat)
     points = points_of()
     expected = surface.average().eval(points.wi, points.wo)
     np.testing.assert_allclose(surface.at(points), expected, rtol=1e-6, atol=1e-12)
@@ -82,6 +83,16 @@ HARD = {
     "16 bits": {"base": coloured(bits=16), "roughness": coloured(bits=16, channels=1)},
     "a mask": {"coverage": coloured(channels=1, seed=2), "cutoff": 0.5, "base": coloured()},
     "held and mirrored": {"base": coloured(), "placement": Placement((2.0, -0.5), (0.3, 0.1), ("clamp", "mirror"))},
+    "a coat": {"coat": ALIKE(1.0), "base": coloured(), "normal": dents()},
+    "a coat with maps": {
+        "base": coloured(),
+        "normal": dents(),
+        "coat": coloured(channels=1, seed=6),
+        "coat_roughness": coloured(channels=1, seed=7),
+        "coat_normal": dents(depth=0.2, seed=8),
+        "coverage": coloured(channels=1, seed=2),
+        "cutoff": 0.3,
+    },
     "black": {"base": ALIKE(0.0, 0.0, 0.0), "normal": dents()},
 }
 
