@@ -23,6 +23,7 @@ from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
 from ..svbrdf.maps import MappedSurface
 from ..svbrdf.texel_map import TexelMap
+from ..textures import Texture
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
@@ -30,16 +31,15 @@ from .pictures.map_names import SUFFIXES, map_name, members
 from .pictures.map_record import kept_maps
 from .pictures.normal_maps import Green, green_of
 from .pictures.stand_in import Colour, Number, SurfaceMaps, model_of
-from .pictures.textures import Texture
 from .reading_cost import Cost, cost_of_bytes, cost_of_picture
 from .spectral_base import SpectralBase, mean_of, read_spectral_base
 from .spectral_channels import is_spectral_base
 
-__all__ = ["DRAWS_MAPS", "NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
+__all__ = ["ASKS_MORE", "NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
 
 NAME = "texture maps"
 #: It asks how maps are drawn.
-DRAWS_MAPS = True
+ASKS_MORE = True
 MOST_BYTES = 256 << 20
 _COLOURED = ("albedo", "emission")
 # Of these, two in one set would leave open which one counts.
