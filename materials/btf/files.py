@@ -6,7 +6,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,6 +23,7 @@ OTHER_SIZE = "an image of another size"
 KEPT_BYTES = 64 << 20
 
 
+@runtime_checkable
 class Bytes(Protocol):
     """What holds the files, one behind the other: an array of bytes that checks what it reads."""
 

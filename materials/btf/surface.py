@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from jaxtyping import Float
@@ -12,6 +12,7 @@ from jaxtyping import Float
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ..brdf import Brdf, eval_lit
+from ..fast import Fast
 from ..points import Points
 from ..surface import Surface
 from ..svbrdf.texels import between
@@ -21,8 +22,34 @@ from .hemisphere import Hemisphere
 from .images import BtfImages
 from .registration import displacement
 
-if TYPE_CHECKING:
-    from ..fast import Fast
+
+@dataclass(frozen=True, eq=False)
+class MeanBtf(Brdf):
+    """A BTF from afar: the same three views times three lights, of the means over all texels. See `MeasuredBtf`."""
+
+    isotropic = False
+
+    views: Hemisphere
+    lights: Hemisphere
+    means: Float[np.ndarray, "V Lt J"]
+    basis: SpectralBasis
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """(L,) of the basis."""
+        return self.basis.wavelengths_nm
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        """See `Brdf.eval`."""
+        return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
+
+    def _lit(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
+        seen, from_views = self.views.shares(wo)
+        shone, from_lights = self.lights.shares(wi, falling=True)
+        found = np.einsum("nv,nl,nvlj->nj", from_views, from_lights, self.means[seen[:, :, None], shone[:, None, :]])
+        return self.basis.reconstruct(found / wi[:, 2:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,11 +118,11 @@ class MeasuredBtf(Surface):
         """Its mean over all texels, in every direction."""
         return MeanBtf(self.images.views, self.images.lights, self.means, self.images.basis)
 
-    def own_form(self, budget: float = 0.5) -> Fast:
+    def own_form(self, budget: float = 0.5) -> Fast | None:
         """See `forms.btf_form`."""
         from .forms import btf_form  # pyright: ignore[reportMissingImports]
 
-        return cast("Fast", btf_form(self.images, budget))
+        return btf_form(self.images, budget)
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> MeasuredBtf:
@@ -149,32 +176,3 @@ class MeasuredBtf(Surface):
         if not images.basis.is_sampled:
             found |= {"analysis": images.basis.analysis, "synthesis": images.basis.synthesis}
         return found | ({} if images.texel_mm is None else {"texel_mm": images.texel_mm})
-
-
-@dataclass(frozen=True, eq=False)
-class MeanBtf(Brdf):
-    """A BTF from afar: the same three views times three lights, of the means over all texels. See `MeasuredBtf`."""
-
-    isotropic = False
-
-    views: Hemisphere
-    lights: Hemisphere
-    means: Float[np.ndarray, "V Lt J"]
-    basis: SpectralBasis
-
-    @property
-    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """(L,) of the basis."""
-        return self.basis.wavelengths_nm
-
-    def eval(
-        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
-    ) -> Float[np.ndarray, "... L"]:
-        """See `Brdf.eval`."""
-        return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
-
-    def _lit(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
-        seen, from_views = self.views.shares(wo)
-        shone, from_lights = self.lights.shares(wi, falling=True)
-        found = np.einsum("nv,nl,nvlj->nj", from_views, from_lights, self.means[seen[:, :, None], shone[:, None, :]])
-        return self.basis.reconstruct(found / wi[:, 2:])

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -122,8 +123,8 @@ def is_first(path: Path) -> bool:
     return bool(found) and found[0] == path
 
 
-def directions_of(degrees: Iterable[tuple[float, float]]) -> Float[np.ndarray, "D 3"]:
-    """Unit vectors of (theta, phi) in degrees: phi from x, along u, to y, along v."""
+def directions_of(degrees: Iterable[Any]) -> Float[np.ndarray, "D 3"]:
+    """Unit vectors of pairs (theta, phi) in degrees: phi from x, along u, to y, along v."""
     theta, phi = np.radians(np.array(list(degrees), dtype=np.float64).reshape(-1, 2)).T
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
 
