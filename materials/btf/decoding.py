@@ -41,7 +41,7 @@ class Coding:
     InputError : an unknown encoding, a white that is not positive.
     """
 
-    encoding: Encoding
+    encoding: str
     white: Float[np.ndarray, " C"]
     includes_cosine: bool = True
     channels: tuple[str, ...] = ()

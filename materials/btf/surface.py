@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -16,7 +16,7 @@ from ..fast import Fast
 from ..points import Points
 from ..surface import Surface
 from ..svbrdf.texels import between
-from .decoding import Coding, Encoding
+from .decoding import Coding
 from .files import BtfFiles
 from .hemisphere import Hemisphere
 from .images import BtfImages
@@ -132,9 +132,7 @@ class MeasuredBtf(Surface):
         if "synthesis" in given:
             basis = SpectralBasis("uplifted", given["wavelengths_nm"], given["analysis"], given["synthesis"])
         channels = tuple(str(given["channels"]).split("\n")) if given.get("channels") else ()
-        coding = Coding(
-            cast(Encoding, str(given["encoding"])), given["white"], bool(given["includes_cosine"]), channels
-        )
+        coding = Coding(str(given["encoding"]), given["white"], bool(given["includes_cosine"]), channels)
         starts = np.concatenate([[0], np.cumsum(np.asarray(given["sizes"], dtype=np.int64))])
         images = BtfFiles(
             Hemisphere(np.asarray(given["views"])),
