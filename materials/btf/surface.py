@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
+from ...spectral.folding import Folding
 from ..brdf import Brdf, eval_lit
 from ..fast import Fast
 from ..points import Points
@@ -73,6 +74,8 @@ class MeasuredBtf(Surface):
     NAME: ClassVar[str] = "btf"
     uses_uv: ClassVar[bool] = True
     isotropic = False
+    # Each call goes through the images once.
+    points_at_once: ClassVar[int] = 1 << 17
 
     images: BtfImages
     means: Float[np.ndarray, "V Lt J"]
@@ -91,6 +94,15 @@ class MeasuredBtf(Surface):
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
         """See `Surface.at`. Images are taken one after the other, each once, however many points there are."""
+        return self.images.basis.reconstruct(self._coefficients(points))
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`; no spectra are made of the points."""
+        basis = self.images.basis
+        weights = folding.weights(self.wavelengths_nm)
+        return self._coefficients(points) @ (weights if basis.is_sampled else basis.synthesis.T @ weights)
+
+    def _coefficients(self, points: Points) -> Float[np.ndarray, "N J"]:
         assert points.uv is not None
         images, out = self.images, np.zeros((len(points), self.images.basis.size))
         lit = np.flatnonzero((points.wi[:, 2] > 0) & (points.wo[:, 2] > 0))
@@ -112,7 +124,7 @@ class MeasuredBtf(Surface):
                 # Beyond what was measured, a point may have one image twice.
                 np.add.at(found, point, share[rows, None] * texels)
             out[lit] = found / wi[:, 2:]
-        return images.basis.reconstruct(out)
+        return out
 
     def average(self) -> MeanBtf:
         """Its mean over all texels, in every direction."""
