@@ -100,7 +100,7 @@ class BtfFiles(BtfImages):
             one = coding.band(band) if len(numbers) > 1 else coding
             values = one.linear(data, file, grey=len(numbers) > 1)
             if values.shape[:2] != (self.height, self.width):
-                found, expected = _size(*values.shape[:2]), _size(self.height, self.width)
+                found, expected = size_words(*values.shape[:2]), size_words(self.height, self.width)
                 raise InputError(OTHER_SIZE, file=file, found=found, expected=expected)
             planes.append(one.reflected(values, cosine).astype(np.float32))
         return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)
@@ -148,5 +148,6 @@ def _degrees(direction: Float[np.ndarray, "3"]) -> tuple[float, float]:
     return round(float(theta), 4), round(float(phi) % 360.0, 4) % 360.0
 
 
-def _size(height: int, width: int) -> str:
+def size_words(height: int, width: int) -> str:
+    """The size of an image for a person."""
     return f"{width} x {height} texels"

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...spectral.errors import InputError
-from ..btf.files import OTHER_SIZE, BtfFiles
+from ..btf.files import OTHER_SIZE, BtfFiles, size_words
 from ..btf.registration import MOST_LEANING
 from .btf_names import image_name
 from .naming import printable
@@ -122,7 +122,7 @@ def surveyed(images: BtfFiles, fill: float, folder: Path) -> Survey:
     compared = images.views.directions[:, 2] >= np.cos(MOST_LEANING)
     pictures = np.zeros((shape[0], images.height, images.width), dtype=np.float32)
     damaged: dict[str, str] = {}
-    others: list[str] = []
+    sizes: dict[str, list[str]] = {}
     negative = 0
     for view, light in np.argwhere((index >= 0).all(axis=2)).tolist():
         try:
@@ -130,23 +130,26 @@ def surveyed(images: BtfFiles, fill: float, folder: Path) -> Survey:
         except InputError as reason:
             name = images.name(view, light)
             if reason.problem == OTHER_SIZE:
-                others.append(f"{name} {reason.found}")
+                sizes.setdefault(str(reason.found), []).append(name)
             else:
                 damaged[name] = reason.problem
                 index[view, light] = -1
             continue
+        sizes.setdefault(size_words(*values.shape[:2]), []).append(images.name(view, light))
         means[view, light] = values.mean(axis=(0, 1), dtype=np.float64)
         negative += int((values < 0.0).sum())
         if compared[view]:
             # As bright as it looks: highlights do not drown the rest.
             pictures[view] += np.sqrt(np.maximum(values.mean(axis=2), 0.0))
-    if others:
+    if len(sizes) > 1:
+        usual = max(sizes, key=lambda size: len(sizes[size]))
+        others = [f"{name} {size}" for size, names in sizes.items() if size != usual for name in names]
         raise InputError(
             "images of different sizes",
             file=folder,
             field="size",
             found=_listed(others),
-            expected=f"{images.width} x {images.height} texels, as {images.name(*first_of(images.index))} has",
+            expected=f"{usual}, as {len(sizes[usual])} have",
             hint="export all images in one resolution",
         )
     notes = _lacking(images, index, damaged, fill, folder)
@@ -154,12 +157,6 @@ def surveyed(images: BtfFiles, fill: float, folder: Path) -> Survey:
     for view, light in images.missing.tolist():
         means[view, light] = images.image(view, light).mean(axis=(0, 1), dtype=np.float64)
     return Survey(images, means, pictures, negative, notes)
-
-
-def first_of(index: Int[np.ndarray, "V Lt B"]) -> tuple[int, int]:
-    """The first view and light that have an image."""
-    view, light = np.argwhere((index >= 0).all(axis=2))[0].tolist()
-    return view, light
 
 
 def _lacking(

@@ -172,9 +172,11 @@ def test_directions_below_the_horizon_are_refused_by_name(tmp_path, views, light
     assert "below the horizon" in reason and ("tv095" in reason or "tl120" in reason)
 
 
-def test_images_of_different_sizes_are_refused_by_name(tmp_path):
+@pytest.mark.parametrize("view", [(60, 180), (0, 0)])
+def test_images_of_different_sizes_are_refused_by_name(tmp_path, view):
+    """Also where it is the first one that is of another size."""
     written(tmp_path / "wool")
-    written(tmp_path / "one", [(60, 180)], NINE[:1], size=(4, 5))
+    written(tmp_path / "one", [view], NINE[:1], size=(4, 5))
     other = next((tmp_path / "one").iterdir())
     target = next(path for path in (tmp_path / "wool").iterdir() if path.name.endswith(other.name[5:]))
     shutil.copy(other, target)

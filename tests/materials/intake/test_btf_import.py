@@ -49,7 +49,7 @@ def brought(source, catalogue, **more):
 
 
 @pytest.mark.parametrize("copy", [False, True])
-def test_images_stay_where_they_are_or_are_copied_when_asked(wool, tmp_path, copy):
+def test_images_stay_where_they_are_or_are_copied_when_asked(wool, tmp_path, copy, capsys):
     catalogue, said = tmp_path / "cat", []
     report = brought(wool, catalogue, copy=copy)
     assert report.count("imported") == 1 and len(report.files) == 1, report.outcomes
@@ -61,6 +61,8 @@ def test_images_stay_where_they_are_or_are_copied_when_asked(wool, tmp_path, cop
     assert (surface.image(2, 3) > 0).all()
     assert len(found.lab()) == 3 and not found.brdf().isotropic
     assert not verify_catalogue(catalogue, jobs=1).damaged
+    assert main(["catalogue", "show", "btf/wool", str(catalogue)]) == 0
+    assert ("in 25 files of" in capsys.readouterr().out) != copy
     again = brought(wool, catalogue, copy=copy, doing=lambda name, doing: said.append(doing))
     assert again.count("skipped") == 1 and not said
     # What is read again is the same bytes.
