@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..spectral.formats.answer import Answer
 
 _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
-measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, family
+measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, BTFs, family
 descriptions (.toml); known by content. Default: what ships"""
 
 
