@@ -31,6 +31,8 @@ _FARTHEST, _SHARE = 16.0, 0.2
 _SMALLEST = 16
 # Of the views in the rings compared each fourth is held out, under each third light, on so many texels each way.
 _HELD_OUT, _LIGHTS, _TEXELS = 4, 3, 48
+# What is no better than by this is chance.
+_BETTER = 0.98
 
 
 @dataclass(frozen=True)
@@ -159,14 +161,19 @@ def held_out_error(images: BtfImages, offset: float) -> tuple[float, float, floa
 
 
 def registered(images: BtfImages, pictures: Float[np.ndarray, "V H W"]) -> Registration:
-    """The registration of images, used where held-out views are predicted better with it."""
+    """The registration of images, used where held-out views are predicted better with it.
+
+    Better than without, and than by the plane as far on the other side: to shift between texels blurs, and what is
+    blurred is predicted better, wherever it lies.
+    """
     found = plane_offset(pictures, images.views.directions)
     before = held_out_error(images, 0.0) if found is not None else None
     if found is None or before is None:
         return Registration(0.0, 0.0)
-    after = held_out_error(images, found)
-    assert after is not None
-    return Registration(found if after[0] < before[0] else 0.0, found, before, after)
+    after, blurred = held_out_error(images, found), held_out_error(images, -found)
+    assert after is not None and blurred is not None
+    helps = after[0] < _BETTER * min(before[0], blurred[0])
+    return Registration(found if helps else 0.0, found, before, after)
 
 
 def _middle(size: int) -> Int[np.ndarray, " n"]:

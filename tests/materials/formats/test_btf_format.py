@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from btf_sets import NINE, written
 from metamer.materials.btf.surface import MeasuredBtf
+from metamer.materials.formats import btf as btf_format
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.source import MaterialSource, Rejected
 from metamer.materials.textures import linear_from_srgb
@@ -275,3 +276,14 @@ def test_a_number_that_is_none_is_damage(tmp_path):
     broken[0, 1] = np.nan
     write_exr(tmp_path / "wool" / "tl020_pl000_tv000_pv000.exr", {}, dict.fromkeys("RGB", broken))
     assert "1 damaged" in str(refused(tmp_path / "wool", Answer(encoding="linear", white=(1.0,))))
+
+
+def test_what_reading_takes_is_that_of_the_whole_set(tmp_path):
+    written(tmp_path / "few", NINE[:2], NINE[:2], size=(20, 20))
+    written(tmp_path / "many", size=(20, 20))
+    few, many = (btf_format.reading_cost(next((tmp_path / name).iterdir())) for name in ("few", "many"))
+    assert many.seconds == pytest.approx(few.seconds * 81 / 4) and 1 << 28 < few.bytes < many.bytes < 1 << 30
+    exr_set(tmp_path / "exr", dict.fromkeys("RGB", np.zeros((20, 20), np.float32)))
+    assert btf_format.reading_cost(next((tmp_path / "exr").iterdir())).seconds > 0
+    # Of a set of 6561 images of 256 x 256 texels, less than there is of memory.
+    assert btf_format._PROCESS_BYTES + btf_format._VIEW_BYTES * 81 * 65536 < 1e9
