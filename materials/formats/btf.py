@@ -11,14 +11,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.formats.exr import MAGIC, channel_names, samples_in
 from ...spectral.formats.spectral_exr import wavelength_of
+from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
-from ...spectral.wavelengths import validated_wavelengths
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..btf.decoding import LINEAR_UPLIFT, Coding, uplifted_basis
 from ..btf.files import BtfFiles
 from ..btf.hemisphere import Hemisphere
@@ -28,7 +30,7 @@ from ..input_file import head_of
 from ..records.material import Provenance
 from ..records.stored_files import StoredFiles
 from ..source import MaterialSource, Rejected
-from .btf_names import directions_of, image_name, is_first, members, set_folder
+from .btf_names import directions_of, image_name, is_first, members, set_folder, set_name
 from .btf_survey import Sorted, sorted_files, surveyed
 from .measured import placed
 from .naming import id_word, printable
@@ -99,8 +101,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
     if images.texel_mm is not None:
         notes.append(f"a texel is {images.texel_mm:g} mm wide: so it was answered")
-    name = image_name(path)
-    label = (name.rest if name else "") or folder.name
+    label = set_name(path)
     views, lights = len(images.views), len(images.lights)
     spectral = basis.is_sampled
     said = f"{views} views x {lights} lights x {images.width} x {images.height} texels"
@@ -147,7 +148,7 @@ def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:
 
 def _coding(found: Sorted, answer: Answer, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
     """How the images are decoded, what they are coefficients of, and notes on what says so."""
-    first = found.files[0]
+    first = next((file for file in found.files if _says(file)), found.files[0])
     head = head_of(first)
     channels, nm, kind = _channels(first, head) if head.startswith(MAGIC) else ((), None, "")
     if found.wavelengths_nm is not None:
@@ -198,13 +199,38 @@ def _coding(found: Sorted, answer: Answer, uplift: str) -> tuple[Coding, Spectra
             hint="leave --uplift out for BTFs",
         )
     basis = uplifted_basis() if nm is None else SpectralBasis.sampled(validated_wavelengths(nm))
+    ranges = [] if nm is None else _range_notes(nm, first)
     if len(white) not in (1, basis.size):
         raise InputError("not a white", field="white", found=white, expected=f"one number, or {basis.size}")
     words = {"srgb": "encoded by the curve of sRGB", "linear": "linear", "xyz": "linear X, Y and Z"}[encoding]
     shown = ", ".join(f"{number:g}" for number in white)
     notes = [f"numbers are {words}: {by}", f"a perfect diffuser is {shown}: {by_white}"]
     notes.append(f"{'the' if cosine else 'no'} cosine of the light is in them: {by_cosine}")
-    return Coding(encoding, np.array(white), cosine, channels), basis, notes
+    return Coding(encoding, np.array(white), cosine, channels), basis, notes + ranges
+
+
+def _says(path: Path) -> bool:
+    """Whether an image can say what the others are like: not where it is damaged."""
+    try:
+        head = head_of(path)
+    except InputError:
+        return False
+    if head.startswith(MAGIC):
+        return bool(channel_names(path, head))
+    return bool(head) and path.suffix.lower() != ".exr"
+
+
+def _range_notes(nm: Float[np.ndarray, " L"], path: Path) -> list[str]:
+    """What is assumed of wavelengths that were not measured; refuses those that say nothing of colours."""
+    low, high = WORKING_WAVELENGTHS_NM[[0, -1]]
+    if nm.size < 2 or nm[-1] <= low or nm[0] >= high:
+        found, expected = (
+            f"{nm.size} from {nm[0]:g} to {nm[-1]:g} nm",
+            f"two or more, some within {low:g} to {high:g} nm",
+        )
+        raise InputError("no spectrum of visible light", file=path, field="wavelengths", found=found, expected=expected)
+    note = Spectrum.sampled(nm, np.full(nm.size, 0.5)).range_note(WORKING_WAVELENGTHS_NM)
+    return [note] if note else []
 
 
 def _channels(path: Path, head: bytes) -> tuple[tuple[str, ...], np.ndarray | None, str]:

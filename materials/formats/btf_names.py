@@ -123,6 +123,17 @@ def is_first(path: Path) -> bool:
     return bool(found) and found[0] == path
 
 
+def set_name(path: Path) -> str:
+    """What a set is called: as its folder, and where several lie in one, also by what tells them apart."""
+    folder, name = set_folder(path), image_name(path)
+    others = {
+        one.rest
+        for beside in _images_in(path.parent, _changed_ns(path.parent))
+        if (one := image_name(path.parent / beside))
+    }
+    return f"{folder.name} {name.rest}".strip() if name and len(others) > 1 else folder.name
+
+
 def directions_of(degrees: Iterable[Any]) -> Float[np.ndarray, "D 3"]:
     """Unit vectors of pairs (theta, phi) in degrees: phi from x, along u, to y, along v."""
     theta, phi = np.radians(np.array(list(degrees), dtype=np.float64).reshape(-1, 2)).T

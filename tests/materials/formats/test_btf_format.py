@@ -153,6 +153,21 @@ def test_a_damaged_image_is_named_and_filled(tmp_path, content):
     assert np.isfinite(surface.means).all() and (surface.means > 0).all()
 
 
+def test_an_openexr_set_may_begin_with_a_damaged_image(tmp_path):
+    plane = np.full((2, 2), 0.2, np.float32)
+    exr_set(tmp_path / "wool", dict.fromkeys("RGB", plane), [(0, 0), (20, 0), (40, 0)])
+    (tmp_path / "wool" / "tl000_pl000_tv000_pv000.exr").write_bytes(b"")
+    answer = Answer(encoding="linear", white=(1.0,), fill=0.4)
+    assert "tl000_pl000_tv000_pv000.exr" in btf(tmp_path / "wool", answer)[0].provenance.notes
+
+
+def test_two_sets_in_a_folder_have_two_names(tmp_path):
+    for name in ("silk", "wool"):
+        written(tmp_path / "all", NINE[:1], NINE[:2], name=name + "_tl{tl:03d}_pl{pl:03d}_tv{tv:03d}_pv{pv:03d}.png")
+    found = read_sources(tmp_path / "all", "mallett-yuksel", SAID)
+    assert [one.id for one in found] == ["btf/all-silk", "btf/all-wool"]
+
+
 def test_an_image_that_stands_twice_is_refused(tmp_path):
     written(tmp_path / "wool", NINE, NINE[:2])
     first = sorted((tmp_path / "wool").iterdir())[3]
@@ -221,9 +236,13 @@ def test_one_image_a_wavelength(tmp_path):
     assert surface.wavelengths_nm.tolist() == [450.0, 550.0, 650.0] and source.provenance.kind == "measured"
     expected = np.moveaxis(codes[:, 1], 0, -1) / 255.0 / 0.5 / np.pi
     np.testing.assert_allclose(surface.images.image(0, 1), expected, rtol=1e-6)
+    assert "held" in source.provenance.notes
     path.unlink()
     reason = str(refused(tmp_path / "wool", Answer(encoding="linear", white=(0.5,))))
     assert "1 missing" in reason
+    for nm in (450, 650):
+        shutil.rmtree(tmp_path / "wool" / f"{nm}nm")
+    assert "no spectrum" in str(refused(tmp_path / "wool", Answer(encoding="linear", white=(0.5,))))
 
 
 def exr_set(folder, channels, lights=((0, 0), (60, 0))):

@@ -92,6 +92,16 @@ def test_out_of_an_archive_images_are_copied(wool, tmp_path):
     assert np.array_equal(one.image(3, 4), other.image(3, 4)) and one.data.file.suffix == ".h5"
 
 
+def test_a_refusal_names_the_archive_and_not_where_it_was_unpacked(wool, tmp_path):
+    gone, *rest = sorted(wool.rglob("*.png"))
+    with zipfile.ZipFile(tmp_path / "cloth.zip", "w") as archive:
+        for path in rest:
+            archive.write(path, path.relative_to(wool.parent))
+    (one,) = brought(tmp_path / "cloth.zip", tmp_path / "cat").outcomes
+    assert one.status == "failed" and f"{tmp_path / 'cloth.zip'}/wool: images" in one.reason, one.reason
+    assert gone.name[6:-4] in one.reason
+
+
 def test_an_image_that_changes_between_plan_and_work_is_refused_by_name(wool, tmp_path):
     changed = sorted(wool.rglob("*.png"))[7]
 
