@@ -94,8 +94,12 @@ def _changed_below(folder: Path, level: int = 0) -> Iterator[int]:
     """When names in a folder, and in those below it, last changed."""
     yield _changed_ns(folder)
     if level < _LEVELS:
-        with os.scandir(folder) as entries:
-            below = sorted(entry.path for entry in entries if entry.is_dir(follow_symlinks=False))
+        try:
+            with os.scandir(folder) as entries:
+                below = sorted(entry.path for entry in entries if entry.is_dir(follow_symlinks=False))
+        except OSError:
+            # A folder that may not be looked into has no images for whoever asks.
+            return
         for one in below:
             yield from _changed_below(Path(one), level + 1)
 

@@ -87,6 +87,22 @@ def test_a_set_that_changes_is_looked_at_again(tmp_path):
     assert len(members(first)) == 3
 
 
+def test_a_folder_that_may_not_be_looked_into_is_passed_over(tmp_path, monkeypatch):
+    import os
+
+    written(tmp_path / "wool", FEW, FEW)
+    (tmp_path / "wool" / "locked").mkdir()
+    scandir = os.scandir
+
+    def refuses(path="."):
+        if str(path).endswith("locked"):
+            raise PermissionError("locked")
+        return scandir(path)
+
+    monkeypatch.setattr(os, "scandir", refuses)
+    assert len(members(next((tmp_path / "wool").glob("*.png")))) == 4
+
+
 def test_phi_goes_from_u_to_v():
     np.testing.assert_allclose(
         directions_of([(0, 77), (90, 0), (90, 90), (30, 180)]),
