@@ -3,6 +3,7 @@
 import io
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from btf_sets import NINE, written
@@ -11,6 +12,7 @@ from metamer.materials.btf.files import BtfFiles
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats.btf_names import directions_of
+from metamer.materials.records.hdf5_tree import mapping_from, mapping_node, read_tree, write_tree
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.stored_files import StoredFiles
 from metamer.materials.textures import linear_from_srgb
@@ -107,6 +109,20 @@ def test_files_are_one_array_of_bytes_in_any_blocks(tmp_path):
         (8 << 20, len(whole)),
     ]
     assert np.asarray(joined).tobytes() == whole and isinstance(joined, StoredArray)
+
+
+def test_a_copy_is_heard_of_once_and_is_the_same_bytes(tmp_path):
+    written(tmp_path / "wool")
+    heard = []
+    names = tuple(sorted(path.name for path in (tmp_path / "wool").iterdir()))
+    stored = StoredFiles.of(tmp_path / "wool", names).sealed()
+    copied = mapping_node({"images": replace(stored, heard=heard.append)}, copy=True)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        write_tree(file, copied)
+    assert sum(heard) == stored.nbytes
+    with h5py.File(tmp_path / "a.h5") as file:
+        back = mapping_from(read_tree(file))["images"]
+    assert type(back) is StoredArray and np.asarray(back).tobytes() == np.asarray(stored).tobytes()
 
 
 @pytest.mark.parametrize("gone", [(2, 4), (0, 0), (8, 8)])

@@ -119,7 +119,7 @@ class Blocks(BtfImages):
     """Blockwise components, whose images are made when they are asked for."""
 
     def __init__(self, btf, side):
-        self.btf, self.height, self.width = btf, side, side
+        self.btf, self.height, self.width, self.made = btf, side, side, {}
         self.views = self.lights = Hemisphere(directions_of(UBO))
         self.basis = uplifted_basis()
         first = (btf.n - side) // 2
@@ -133,8 +133,10 @@ class Blocks(BtfImages):
         return codes.reshape(self.height, self.width, *codes.shape[1:])
 
     def image(self, view, light):
-        codes = self._codes(view, lambda rows: rows[light].T)
-        return (linear_from_srgb(np.maximum(codes, 0.0)) / np.pi).astype(np.float32)
+        if (view, light) not in self.made:
+            codes = self._codes(view, lambda rows: rows[light].T)
+            self.made[view, light] = (linear_from_srgb(np.maximum(codes, 0.0)) / np.pi).astype(np.float32)
+        return self.made[view, light]
 
     def both(self):
         return self, np.stack([self._codes(view, lambda rows: rows.mean((0, 1))) for view in range(81)])
