@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..spectral.formats.answer import Answer
 
 _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
-measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, family
+measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, BTFs, family
 descriptions (.toml); known by content. Default: what ships"""
 
 
@@ -77,6 +77,22 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "--specular-map",
         choices=("f0-srgb", "f0-linear"),
         help="what specular maps hold: F at the normal, encoded as sRGB or linear (default: kept, not rendered)",
+    )
+    bring.add_argument(
+        "--encoding", choices=("srgb", "linear", "xyz"), help="how numbers stand for light in the images of a BTF"
+    )
+    bring.add_argument(
+        "--white",
+        type=_white,
+        metavar="W",
+        help="linear number of a perfect white diffuser in a BTF's images, full scale 1: one, or R,G,B",
+    )
+    bring.add_argument(
+        "--includes-cosine", choices=("yes", "no"), help="whether a BTF's values fall with the cosine of the light"
+    )
+    bring.add_argument("--texel-mm", type=float, metavar="MM", help="what a texel of a BTF is wide on the sample")
+    bring.add_argument(
+        "--fill", type=float, metavar="SHARE", help="of a BTF's images that may be made of others (default: 0.01)"
     )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
@@ -138,7 +154,16 @@ def _answer(args: argparse.Namespace) -> Answer:
     if args.quantity == "emission" and args.scale is not None:
         raise UsageError("an emission has no scale: leave --scale out")
     quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
-    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map)
+    cosine = {"yes": True, "no": False}.get(args.includes_cosine)
+    of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill)
+    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs)
+
+
+def _white(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"a number, or three with commas between them, not {text!r}") from None
 
 
 def _family(text: str) -> str:

@@ -25,7 +25,15 @@ class InputFile:
 
     def with_given_name(self, text: str) -> str:
         """`text`, with the name in place of a path that only this import knows."""
-        return text if self.name == str(self.path) else text.replace(str(self.path), self.name)
+        if self.name == str(self.path):
+            return text
+        own, given = list(self.path.parts), self.name.split("/")
+        text = text.replace(str(self.path), self.name)
+        # Of its folders, too: those that the archive has as well end alike.
+        while len(own) > 1 and len(given) > 1 and own[-1] == given[-1]:
+            own.pop()
+            given.pop()
+        return text.replace(str(Path(*own)), "/".join(given)) if len(own) > 2 else text
 
 
 def head_of(path: Path) -> bytes:

@@ -33,7 +33,6 @@ LIGHT_ANGLES_DEG = (10.0, 35.0, 60.0, 80.0, 110.0)
 BACK_LIGHT_ANGLES_DEG = (125.0, 140.0)
 # Below this the pixel is dark whatever the material; the cosine's own rounding would be judged.
 _LEAST_COSINE = 0.01
-_BLOCK = 8192
 
 Form = TypeVar("Form", bound=Fast)
 
@@ -96,8 +95,8 @@ class SphereProtocol:
     def original_xyz(self, surface: Surface, folding: Folding) -> Float[np.ndarray, "M N 3"]:
         """`references` under lights and an observer of any kind; the scale of `folding` is pi."""
         xyz = np.empty((len(self.wi), 3 * len(folding.lights)))
-        for start in range(0, len(xyz), _BLOCK):
-            rows = slice(start, start + _BLOCK)
+        for start in range(0, len(xyz), surface.points_at_once):
+            rows = slice(start, start + surface.points_at_once)
             xyz[rows] = surface.xyz(self.points.chosen(rows), folding) * self.wi[rows, 2:]
         return _by_light(xyz)
 

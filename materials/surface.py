@@ -23,12 +23,14 @@ class Surface(abc.ABC):
     isotropic : True where turning both directions about the normal changes nothing.
     bispectral : what also leaves at other wavelengths than it came in (`fluorescent`); None where nothing does.
     uses_uv : whether it has to know where on its texture a point is.
+    points_at_once : as many as it is best asked for in one call, of points of which nothing large is held.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
     isotropic: bool
     bispectral: Bispectral | None = None
     uses_uv: ClassVar[bool] = False
+    points_at_once: ClassVar[int] = 8192
 
     def own_form(self, budget: float = 0.5) -> Surface | None:
         """The fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted.

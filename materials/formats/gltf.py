@@ -21,6 +21,7 @@ from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
 from ..svbrdf.map_set import Placement
+from ..textures import Texture
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import Node, compact
@@ -31,11 +32,10 @@ from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
 from .pictures.emitted import emission_of
 from .pictures.map_record import kept_maps
 from .pictures.stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
-from .pictures.textures import Texture
 
 NAME = "glTF materials"
 #: It asks how maps are drawn.
-DRAWS_MAPS = True
+ASKS_MORE = True
 SUFFIXES = (".gltf", ".glb")
 # Text beyond this does not fit into an attribute of HDF5.
 _LONGEST_TEXT = 32000

@@ -9,10 +9,10 @@ from typing import Any
 from ...spectral.errors import InputError
 from ..svbrdf.map_set import Placement
 from ..svbrdf.texels import Wrap
+from ..textures import Texture
 from .gltf_container import GltfFile, named_by_backslashes
 from .gltf_json import Node
 from .pictures.drawn import NotDrawn
-from .pictures.textures import Texture
 
 # Textures of colours are in sRGB; all others hold numbers.
 _SRGB = ("baseColorTexture", "emissiveTexture", "diffuseTexture", "specularGlossinessTexture")

@@ -18,11 +18,11 @@ from ...spectral.errors import InputError
 from ...spectral.formats.answer import Answer
 from ..svbrdf.maps import MappedSurface
 from ..svbrdf.texel_map import TexelMap
+from ..textures import Texture
 from .naming import printable
 from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
 from .pictures.normal_maps import Green, green_of
 from .pictures.stand_in import Colour, Number, SurfaceMaps, model_of
-from .pictures.textures import Texture
 from .spectral_base import SpectralBase, mean_of
 
 

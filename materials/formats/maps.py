@@ -18,21 +18,21 @@ from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
+from ..textures import Texture
 from .map_surface import surface_of
 from .measured import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.map_names import SUFFIXES, map_name, members
 from .pictures.map_record import kept_maps
-from .pictures.textures import Texture
 from .reading_cost import Cost, cost_of_bytes, cost_of_picture
 from .spectral_base import read_spectral_base
 from .spectral_channels import is_spectral_base
 
-__all__ = ["DRAWS_MAPS", "NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
+__all__ = ["ASKS_MORE", "NAME", "SUFFIXES", "companions", "read_sources", "recognises"]
 
 NAME = "texture maps"
 #: It asks how maps are drawn.
-DRAWS_MAPS = True
+ASKS_MORE = True
 MOST_BYTES = 256 << 20
 _COLOURED = ("albedo", "emission")
 # Of these, two in one set would leave open which one counts.

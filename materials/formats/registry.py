@@ -19,6 +19,7 @@ FORMATS = (
     "merl",
     "rgl",
     "cornell",
+    "btf",
     "bispectral",
     "texture_exr",
     "gltf",
@@ -37,7 +38,7 @@ class Format(Protocol):
     they are not read as sources of their own; `label(path) -> str`, for one that stands for several formats; and
     `guessed(path) -> bool`, true where little speaks for the format: found in a folder, such a file that turns out to
     be of no use is passed over, not refused. One whose files may leave open what was measured has `ASKS = True`, and
-    `read_sources(path, uplift, answer)`.
+    `read_sources(path, uplift, answer)`; one that asks other things than that has `ASKS_MORE = True`, and the same.
     """
 
     NAME: str

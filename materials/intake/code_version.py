@@ -24,6 +24,8 @@ _FIT, _COLOUR = "materials/intake/work", "materials/records/record_colour"
 _ALL_MODELS = "materials/analytic/__init__"
 # What gives numbers. Of most, releases of one series mend faults alone; colour-science holds tables.
 _LIBRARIES = (("numpy", 2), ("scipy", 2), ("tensorly", 2), ("colour-science", None))
+# What decodes pictures, where a fit does so itself.
+_PICTURES, _DECODERS = "materials/textures", (("pillow", 2), ("OpenEXR", 2))
 _READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
 # Parsing all sources would take ten times as long. A test holds this to the parser.
 _IMPORT = re.compile(rb"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
@@ -37,8 +39,10 @@ def code_hash(model: str, root: Path = _ROOT) -> str:
 
     root : the folder that holds the packages.
     """
-    digest = hashlib.sha256("|".join(_library(*row) for row in _LIBRARIES).encode())
-    for module in modules_of(model, root):
+    modules = modules_of(model, root)
+    libraries = (*_LIBRARIES, *(_DECODERS if _PICTURES in modules else ()))
+    digest = hashlib.sha256("|".join(_library(*row) for row in libraries).encode())
+    for module in modules:
         digest.update(f"|{module}|".encode() + hashlib.sha256(_source(root, module) or b"").digest())
     return digest.hexdigest()
 

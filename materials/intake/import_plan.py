@@ -13,7 +13,7 @@ from typing import Literal
 from ...spectral.errors import InputError
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.memory import gigabytes
-from ..formats.registry import Format, guessed, label, not_a_source, recognised_files
+from ..formats.registry import Format, companions, guessed, label, not_a_source, recognised_files
 from ..input_file import InputFile
 from ..records.models import quantity_of
 from ..records.record_head import SCHEMA
@@ -159,7 +159,8 @@ def _file(
             refused = PlannedMaterial(file.name, "failed", str(refusal))
             return PlannedFile(file.name, label(reader, file.path), (refused,))
         if cost.seconds > TOLD_S:
-            size = gigabytes(file.path.stat().st_size)
+            parts = (file.path, *companions(reader, file.path))
+            size = gigabytes(sum(part.stat().st_size for part in parts if part.is_file()))
             doing(file.name, Doing(f"reading {size}, about {in_words(cost.seconds)}"))
         look = known.look(file, reader, words)
         reading, loads, lasts = _read(file, reader, settings, say)

@@ -59,7 +59,7 @@ def read_with(reader: Any, path: Path, uplift: str, answer: Answer = NO_ANSWER) 
         if getattr(reader, "ASKS", False):
             yield from reader.read_sources(path, uplift, answer)
             return
-        more = (answer,) if getattr(reader, "DRAWS_MAPS", False) else ()
+        more = (answer,) if getattr(reader, "ASKS_MORE", False) else ()
         for material in reader.read_sources(path, uplift, *more):
             if isinstance(material, MaterialSource) and not answer.allows(said := _surface(material.model)):
                 refusal = contradiction(answer, said, f"the format ({reader.NAME})", file=path, field=material.id)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...spectral.errors import InputError
 from .stored_array import StoredArray, blocks_of, chunks_of, digests_of
+from .stored_files import StoredFiles
 
 # HDF5 cannot compress a scalar, and a few numbers only grow.
 _WORTH_COMPRESSING = 256
@@ -84,10 +85,18 @@ def _array_node(name: str, value: Any) -> Node:
 def _large_node(array: StoredArray | np.ndarray, copy: bool) -> Node:
     if isinstance(array, StoredArray) and not array.digests:
         array = array.sealed()
+    if copy and isinstance(array, StoredFiles):
+        # Copied in other blocks, which are hashed first; whoever listens hears of the copying alone.
+        unheard = replace(array, heard=lambda read: None).joined()
+        array = replace(array.joined(), digests=digests_of(unheard))
     digests = Node(value=np.frombuffer(digests_of(array), np.uint8).reshape(-1, 32))
     if copy or not isinstance(array, StoredArray):
         values = Node({_IN_BLOCKS: len(blocks_of(array.shape, array.dtype))}, value=array)
         return Node(children={"values": values, "digests": digests})
+    if isinstance(array, StoredFiles):
+        names = Node(value=np.frombuffer("\0".join(array.names).encode("utf-8", "surrogateescape"), np.uint8))
+        sizes = Node(value=np.array(array.sizes, dtype=np.int64))
+        return Node({"folder": str(array.file.absolute())}, {"names": names, "sizes": sizes, "digests": digests})
     where = {"file": str(array.file.absolute()), "file_size": array.file_size, "place": array.place}
     shape = " ".join(map(str, array.shape))
     return Node({**where, "shape": shape, "dtype": array.dtype.str}, {"digests": digests})
@@ -95,6 +104,9 @@ def _large_node(array: StoredArray | np.ndarray, copy: bool) -> Node:
 
 def _large_from(node: Node) -> StoredArray:
     said, digests = node.attributes, node["digests"].array.tobytes()
+    if "names" in node.children:
+        names = tuple(node["names"].array.tobytes().decode("utf-8", "surrogateescape").split("\0"))
+        return StoredFiles.of(Path(said["folder"]), names, digests, tuple(node["sizes"].array.tolist()))
     if "values" not in node.children:
         shape = tuple(map(int, said["shape"].split()))
         return StoredArray(

@@ -49,6 +49,7 @@ MEASURED = {
     "rgl": Measured("measured.rgl", "RglBrdf"),
     "spectral_texture": Measured("svbrdf.texture", "SpectralTexture"),
     "maps": Measured("svbrdf.maps", "MappedSurface"),
+    "btf": Measured("btf.surface", "MeasuredBtf", reads_files=True),
     "fluorescent_lambert": Measured("fluorescent", "FluorescentLambert", "bispectral"),
 }
 

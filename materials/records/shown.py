@@ -14,6 +14,7 @@ from .material import MaterialRecord
 from .record_colour import radiance_factor_45_0
 from .stated_colours import recomputed_colours
 from .stored_array import StoredArray
+from .stored_files import StoredFiles
 from .trial_table import trial_table
 
 # Of an error, a table of trials shows these.
@@ -103,7 +104,9 @@ def shown_values(values: Mapping[str, Any], left_out: Sequence[str] = ()) -> dic
     """
     found = {}
     for name, value in values.items():
-        if isinstance(value, StoredArray) and name not in left_out:
+        if isinstance(value, StoredFiles) and name not in left_out:
+            found[name] = f"{_words(value, '')}, in {len(value.names)} files of {value.file}"
+        elif isinstance(value, StoredArray) and name not in left_out:
             found[name] = f"{_words(value, '')}, in {value.file}"
         elif name not in left_out:
             array = np.asarray(value)

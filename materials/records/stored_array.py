@@ -61,7 +61,7 @@ class StoredArray:
     def __post_init__(self) -> None:
         object.__setattr__(self, "dtype", np.dtype(self.dtype))
         wrong = not self.shape or min(self.shape) < 0 or self.dtype.kind not in "fiub"
-        if wrong or (self.digests and len(self.digests) != _DIGEST * len(blocks_of(self.shape, self.dtype))):
+        if wrong or (self.digests and len(self.digests) != _DIGEST * len(self.blocks())):
             found = f"{self.dtype} {self.shape}, {len(self.digests)} bytes of digests"
             raise InputError("not an array that can be stored", file=self.file, field=str(self.place), found=found)
 
@@ -81,6 +81,10 @@ class StoredArray:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         """The whole of it, in memory."""
         return np.asarray(self.read(), dtype=dtype)
+
+    def blocks(self) -> list[Block]:
+        """What is read, and held to its digest, at once: see `blocks_of`."""
+        return blocks_of(self.shape, self.dtype)
 
     def read(self, rows: slice = slice(None)) -> np.ndarray:
         """Rows of the first axis, all by default, as an array of their own; raises what `chunks` does."""
@@ -103,16 +107,15 @@ class StoredArray:
         first, last, _ = rows.indices(len(self))
         with ExitStack() as stack:
             read = self._opened(stack)
-            for number, where in enumerate(blocks_of(self.shape, self.dtype)):
-                if where[0].start < last and where[0].stop > first:
-                    try:
-                        block = np.ascontiguousarray(read(where))
-                    except (OSError, ValueError, RuntimeError) as reason:
-                        raise self._unreadable(reason, _words(where)) from None
-                    if self.digests and _digest(block) != self.digests[_DIGEST * number : _DIGEST * (number + 1)]:
-                        raise self._changed(f"other numbers in {_words(where)}")
-                    self.heard(block.nbytes)
-                    yield where, block
+            for number, where in self._touched(first, last):
+                try:
+                    block = np.ascontiguousarray(read(where))
+                except (OSError, ValueError, RuntimeError) as reason:
+                    raise self._unreadable(reason, _words(where)).at(file=self._place_of(where)) from None
+                if self.digests and _digest(block) != self.digests[_DIGEST * number : _DIGEST * (number + 1)]:
+                    raise self._changed(f"other numbers in {_words(where)}").at(file=self._place_of(where))
+                self.heard(block.nbytes)
+                yield where, block
 
     def sealed(self, also: Callable[[memoryview], None] = lambda data: None) -> StoredArray:
         """This array with its digests, from reading all of it once; one that has them is compared with them.
@@ -157,8 +160,7 @@ class StoredArray:
                 raise self._changed(f"{values.dtype} {values.shape}", f"{self.dtype} {self.shape}")
             return values.__getitem__
         except FileNotFoundError:
-            expected = "the file that large arrays were left in"
-            raise InputError("no such file", file=self.file, expected=expected, hint=_AGAIN) from None
+            raise self._gone(self.file) from None
         except (OSError, KeyError, ValueError, AttributeError, RuntimeError) as reason:
             raise self._unreadable(reason) from None
 
@@ -184,6 +186,20 @@ class StoredArray:
         file.seek(int(self.place) + int(first) * self.dtype.itemsize)
         data = file.read(math.prod(shape) * self.dtype.itemsize)
         return np.frombuffer(data, self.dtype).reshape(shape)
+
+    def _touched(self, first: int, last: int) -> Iterator[tuple[int, Block]]:
+        """The blocks that have some of these rows of the first axis, with their numbers."""
+        for number, where in enumerate(self.blocks()):
+            if where[0].start < last and where[0].stop > first:
+                yield number, where
+
+    def _place_of(self, where: Block) -> Path:
+        """The file that a block lies in."""
+        return self.file
+
+    def _gone(self, path: Path) -> InputError:
+        expected = "the file that large arrays were left in"
+        return InputError("no such file", file=path, expected=expected, hint=_AGAIN)
 
     def _unreadable(self, reason: Exception, where: str = "the array") -> InputError:
         # What libraries raise may have no words.

@@ -1,4 +1,4 @@
-"""What a person says of files that do not say it: `--as`, `--scale`, `--maps`, `--normal-map` ..."""
+"""What a person says of files that do not say it: `--as`, `--scale`, `--maps`, `--encoding`, ... of an import."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ MapsDrawn = Literal["texels", "mended", "mean"]
 NormalMap = Literal["opengl", "directx"]
 #: What a specular map holds: F at the normal, the colour of facets, encoded as sRGB or linear.
 SpecularMap = Literal["f0-srgb", "f0-linear"]
+#: How numbers of images stand for light: by the curve of sRGB, linearly, linearly as X, Y and Z of CIE 1931.
+ImageEncoding = Literal["srgb", "linear", "xyz"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,10 @@ class Answer:
 
     maps : None is "texels". normal_map : for normal maps that do not say it and do not prove it themselves.
     specular_map : without it specular maps are kept and not rendered.
+
+    Of the images of a BTF: encoding; white, the linear number of a perfect diffuser lit and seen straight on, 1 at full
+    scale, one or one a colour; includes_cosine, whether values fall with the cosine of the light; texel_mm; fill, the
+    share of images that may be made of their neighbours.
 
     Raises
     ------
@@ -38,11 +44,17 @@ class Answer:
     maps: MapsDrawn | None = None
     normal_map: NormalMap | None = None
     specular_map: SpecularMap | None = None
+    encoding: ImageEncoding | None = None
+    white: tuple[float, ...] | None = None
+    includes_cosine: bool | None = None
+    texel_mm: float | None = None
+    fill: float | None = None
 
     def __post_init__(self) -> None:
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
         said += (("specular-map", self.specular_map, SpecularMap),)
+        said += (("encoding", self.encoding, ImageEncoding),)
         for field, words, known in said:
             if words is not None and words not in get_args(known):
                 raise UnknownNameError(field, str(words), get_args(known))
@@ -54,6 +66,12 @@ class Answer:
                 expected="no scale: spectral power is taken as it stands",
                 hint="leave --scale out",
             )
+        positive = (("white", self.white or ()), ("texel-mm", () if self.texel_mm is None else (self.texel_mm,)))
+        for field, numbers in positive:
+            if not all(0.0 < number < float("inf") for number in numbers):
+                raise InputError("not a positive number", field=field, found=numbers, expected="numbers above 0")
+        if self.fill is not None and not 0.0 <= self.fill < 1.0:
+            raise InputError("not a share", field="fill", found=self.fill, expected="from 0 to below 1")
 
     def allows(self, quantity: str) -> bool:
         """Whether a file that says `quantity` says nothing else than this answer does.

@@ -34,8 +34,11 @@ from metamer.materials.formats import registry
 from metamer.materials.source import Rejected
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats import reading
+from metamer.spectral.formats.answer import Answer
 
 SECONDS_A_FILE = 10.0
+# What is asked of images that do not say it.
+ANSWER = Answer(encoding="linear", white=(1.0,), includes_cosine=True)
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
 BYTES = 3 << 30
 # Whole copies of large files are few: to write them takes longer than to read them.
@@ -144,7 +147,8 @@ def read(reader: str, path: Path) -> str:
     try:
         for companion in getattr(module, "companions", lambda path: ())(path):
             Path(companion).exists()
-        found = list(module.read_sources(path, "mallett-yuksel"))
+        answer = [ANSWER] if getattr(module, "ASKS_MORE", False) else []
+        found = list(module.read_sources(path, "mallett-yuksel", *answer))
     except InputError as reason:
         _words(reason)
         return "refused" if known else "not recognised"

@@ -126,6 +126,14 @@ def seeds() -> dict[str, dict[str, bytes]]:
         "merl": {"a.binary": _merl()},
         "rgl": {"a.bsdf": _written(write_tensors, _tensors())},
         "cornell": {"a.brdf": SCATTERED.encode()},
+        "btf": {
+            f"tl000 pl000 tv000 pv000.{kind}": content
+            for kind, content in (
+                ("png", _picture("PNG")),
+                ("jpg", _picture("JPEG")),
+                ("exr", charts["reflective.exr"]),
+            )
+        },
         "bispectral": {"a.exr": _written(write_exr, attributes, shifted | diagonal)},
         "texture_exr": charts,
         "gltf": {"a.gltf": json.dumps(_gltf()).encode(), "b.glb": _glb()},

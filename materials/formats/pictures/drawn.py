@@ -13,9 +13,9 @@ from ...svbrdf.map_set import DIELECTRIC_F0, WHOLE, Placement, check_normals
 from ...svbrdf.maps import MappedSurface
 from ...svbrdf.texel_map import TexelMap
 from ...svbrdf.texels import look_up
+from ...textures import Texture
 from .normal_maps import Green, is_level, mended, normals_of
 from .stand_in import Colour, Number, SurfaceMaps
-from .textures import Texture
 
 _CUT = "where the mask leaves nothing, what lies behind is seen; it casts no shadows, but of light from all around"
 _NO_NORMALS = "mend them and import it again, or take them as level with --maps mended, or do without with --maps mean"

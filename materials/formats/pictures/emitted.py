@@ -11,8 +11,8 @@ from ....spectral.observers import observer
 from ....spectral.stated import EFFICACY
 from ....spectral.upsampling import upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...textures import blocks
 from .stand_in import Colour
-from .textures import blocks
 
 UNITS = "W.m^-2.sr^-1.nm^-1"
 

@@ -23,7 +23,7 @@ from jaxtyping import Float
 from ....spectral.errors import InputError, UnknownNameError
 from ....spectral.upsampling import PRIMARIES, upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from .textures import Encoding, Texture
+from ...textures import Encoding, Texture
 
 _PREFIX = "maps."
 

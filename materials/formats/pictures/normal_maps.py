@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ....spectral.errors import InputError
 from ...svbrdf.texel_map import TexelMap
-from .textures import Texture
+from ...textures import Texture
 
 Green = Literal["opengl", "directx"]
 

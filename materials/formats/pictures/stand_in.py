@@ -14,7 +14,7 @@ from jaxtyping import Float
 from ....spectral.errors import InputError
 from ....spectral.upsampling import upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from .textures import Texture, blocks
+from ...textures import Texture, blocks
 
 #: Of glTF's dielectrics, whose refractive index is 1.5.
 DIELECTRIC_F0 = 0.04

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from metamer.materials.formats import gltf
-from metamer.materials.formats.pictures.textures import linear_from_srgb
 from metamer.materials.points import Points
 from metamer.materials.records.models import rebuild
 from metamer.materials.source import Rejected
+from metamer.materials.textures import linear_from_srgb
 from metamer.spectral.formats.answer import NO_ANSWER, Answer
 from PIL import Image
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from metamer.materials.formats import maps
 from metamer.materials.formats.pictures.map_names import map_name
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
-from metamer.materials.formats.pictures.textures import Texture, linear_from_srgb
 from metamer.materials.records.models import rebuild
 from metamer.materials.source import MaterialSource, Rejected
+from metamer.materials.textures import Texture, linear_from_srgb
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.answer import NO_ANSWER, Answer
 from metamer.spectral.formats.exr import write_exr

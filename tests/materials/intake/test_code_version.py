@@ -79,7 +79,7 @@ def test_the_fit_counts_for_every_surface(changed, module):
 @pytest.mark.parametrize(
     ("module", "models"),
     [
-        ("spectral/upsampling", {"maps", "merl", "rgl"}),
+        ("spectral/upsampling", {"btf", "maps", "merl", "rgl"}),
         ("materials/fluorescent", {"fluorescent_lambert"}),
         ("materials/measured/kriging", {"scattered"}),
         ("materials/measured/rgl_measurement", {"rgl"}),
@@ -121,15 +121,20 @@ def test_every_library_that_a_fit_imports_is_known():
     known = {name for name, _ in code_version._LIBRARIES} - {"colour-science"} | {"colour"}
     # What checks shapes gives no numbers; what stores them stores their bits.
     plain = {"jaxtyping", "h5py"}
+    decoders = {"PIL", "OpenEXR"}
     found = set()
     for model in ALL:
-        for module in modules_of(model):
+        modules = modules_of(model)
+        # Theirs count where pictures are decoded.
+        assert (code_version._PICTURES in modules) == (model == "btf")
+        for module in modules:
             for node in ast.walk(ast.parse((ROOT / f"{module}.py").read_bytes())):
                 if isinstance(node, ast.ImportFrom) and not node.level:
                     found.add(node.module.partition(".")[0])
                 elif isinstance(node, ast.Import):
                     found |= {name.name.partition(".")[0] for name in node.names}
-    assert found - set(sys.stdlib_module_names) - plain <= known
+    assert found - set(sys.stdlib_module_names) - plain - decoders <= known
+    assert [name for name, _ in code_version._DECODERS] == ["pillow", "OpenEXR"]
 
 
 @pytest.mark.parametrize("model", ["lambert", "scattered", "rgl", "fluorescent_lambert"])

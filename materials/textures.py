@@ -16,10 +16,10 @@ from typing import Literal, NoReturn
 import numpy as np
 from jaxtyping import Float
 
-from ....spectral.errors import InputError
-from ....spectral.formats.exr import MAGIC as EXR_MAGIC
-from ....spectral.formats.exr import read_picture
-from ....spectral.private_folder import private_folder
+from ..spectral.errors import InputError
+from ..spectral.formats.exr import MAGIC as EXR_MAGIC
+from ..spectral.formats.exr import read_picture
+from ..spectral.private_folder import private_folder
 
 Encoding = Literal["sRGB", "linear"]
 

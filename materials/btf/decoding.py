@@ -1,0 +1,147 @@
+"""From the bytes of an image to what its texels reflect."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.formats.exr import MAGIC, read_picture
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.private_folder import private_folder
+from ...spectral.upsampling import upsampling, xyz_from_rgb
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..textures import MOST_TEXELS, Texture
+
+#: How an image's numbers stand for light: the curve of sRGB; linearly; linearly, as X, Y and Z of CIE 1931.
+Encoding = Literal["srgb", "linear", "xyz"]
+#: The one way of making spectra that keeps sums of images sums of spectra, so that three coefficients hold them.
+LINEAR_UPLIFT = "mallett-yuksel"
+
+
+@dataclass(frozen=True, eq=False)
+class Coding:
+    """How images are decoded.
+
+    encoding : see `Encoding`.
+    white : (1,) or (C,) linear number of a perfect diffuser lit and seen straight on; 1 is full scale.
+    includes_cosine : whether what was measured falls with cos(theta_i), as in a photograph.
+    channels : names of an OpenEXR image's channels, in the order of wavelengths, or red, green and blue; none in other
+        images, which are red, green and blue, or where each is of one wavelength, grey.
+
+    Raises
+    ------
+    InputError : an unknown encoding, a white that is not positive.
+    """
+
+    encoding: str
+    white: Float[np.ndarray, " C"]
+    includes_cosine: bool = True
+    channels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.encoding not in get_args(Encoding):
+            raise UnknownNameError("encoding", self.encoding, get_args(Encoding))
+        white = np.atleast_1d(np.asarray(self.white, dtype=np.float64))
+        object.__setattr__(self, "white", white)
+        if white.ndim != 1 or not (np.isfinite(white).all() and (white > 0.0).all()):
+            raise InputError("not a white", field="white", found=white.tolist(), expected="positive numbers")
+
+    def linear(self, data: bytes, file: Path, grey: bool = False) -> Float[np.ndarray, "H W C"]:
+        """Linear numbers of an image as they stand, red, green and blue where they are colours; float64.
+
+        file : for messages. grey : the image is of one wavelength, and C is 1.
+
+        Raises
+        ------
+        InputError : not an image that is read, cut short, not finite; floats that are said to be encoded.
+        """
+        found = self._of_exr(data, file) if data.startswith(MAGIC) else self._of_codes(data, file, grey)
+        if self.encoding == "xyz" and not grey:
+            found = found @ np.linalg.inv(xyz_from_rgb()).T
+        return found
+
+    def _of_codes(self, data: bytes, file: Path, grey: bool) -> Float[np.ndarray, "H W C"]:
+        texture = Texture("image", data, "sRGB" if self.encoding == "srgb" else "linear", file, "image")
+        if texture.floating and self.encoding == "srgb":
+            raise _encoded_floats(file)
+        values = texture.linear(slice(0, texture.size[0]))
+        if not grey:
+            return values
+        if (values != values[..., :1]).any():
+            expected = "grey, as one wavelength is"
+            raise InputError(
+                "an image in colour", file=file, field="image", found="red, green, blue", expected=expected
+            )
+        return values[..., :1]
+
+    def _of_exr(self, data: bytes, file: Path) -> Float[np.ndarray, "H W C"]:
+        if self.encoding == "srgb":
+            raise _encoded_floats(file)
+        with private_folder() as folder:
+            # OpenEXR reads files alone, and a record holds bytes.
+            copy = folder / "image.exr"
+            copy.write_bytes(data)
+            try:
+                picture = read_picture(copy, MOST_TEXELS)
+            except InputError as reason:
+                raise reason.at(file=file) from None
+        lacking = [name for name in self.channels if name not in picture.channels]
+        if lacking or not self.channels:
+            found, expected = ", ".join(list(picture.channels)[:6]), f"channels {', '.join(self.channels[:6])}"
+            raise InputError("channels unlike those of the other images", file=file, found=found, expected=expected)
+        planes = [picture.channels[name].astype(np.float64) for name in self.channels]
+        if len({plane.shape for plane in planes}) > 1 or not all(np.isfinite(plane).all() for plane in planes):
+            expected = "finite numbers, channels of one size"
+            raise InputError("not an image", file=file, found="other channels", expected=expected)
+        return np.stack(planes, axis=-1)
+
+    def reflected(self, linear: Float[np.ndarray, "H W C"], cosine: float) -> Float[np.ndarray, "H W C"]:
+        """f_r cos(theta_i), 1/sr, of linear numbers; `cosine` is that of the light."""
+        return linear * ((1.0 if self.includes_cosine else cosine) / (np.pi * self.white))
+
+    def band(self, number: int) -> Coding:
+        """The coding of one wavelength alone."""
+        return replace(self, white=self.white[min(number, len(self.white) - 1)][None])
+
+
+def uplifted_basis() -> SpectralBasis:
+    """Linear red, green and blue as coefficients of spectra: what three numbers stand for, by `LINEAR_UPLIFT`.
+
+    Mallett and Yuksel 2019: three spectra whose sum is 1. The analysis gives the colour under D65 of any spectrum, so
+    that coefficients of what was uplifted come back.
+    """
+    spectra = upsampling(LINEAR_UPLIFT).corners.T
+    colours = np.linalg.solve(xyz_from_rgb(), observer("1931_2").weights(illuminant("D65"), WORKING_WAVELENGTHS_NM)).T
+    # The table's rounding moves colours by some 1e-5.
+    analysis = colours @ np.linalg.inv(spectra.T @ colours)
+    return SpectralBasis("uplifted", WORKING_WAVELENGTHS_NM, analysis, spectra)
+
+
+def is_grey(data: bytes) -> bool:
+    """Whether an image that is no OpenEXR has but one colour channel."""
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data)) as picture:
+            return picture.mode in ("1", "L", "LA", "I", "F") or picture.mode.startswith("I;16")
+    except Exception:  # what is no image says so when it is decoded
+        return False
+
+
+def _encoded_floats(file: Path) -> InputError:
+    return InputError(
+        "floats are linear, and not sRGB",
+        file=file,
+        field="encoding",
+        found="srgb",
+        expected="linear, or xyz",
+        hint="say --encoding linear, or xyz where red, green and blue hold X, Y and Z",
+    )

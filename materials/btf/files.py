@@ -1,0 +1,153 @@
+"""The images of a BTF in their files: read and decoded one by one, each held to its digest."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
+from .decoding import Coding
+from .hemisphere import Hemisphere
+from .images import BtfImages
+
+#: What is wrong with an image that is not as large as the others.
+OTHER_SIZE = "an image of another size"
+#: Decoded images that are kept, bytes.
+KEPT_BYTES = 64 << 20
+
+
+@runtime_checkable
+class Bytes(Protocol):
+    """What holds the files, one behind the other: an array of bytes that checks what it reads."""
+
+    @property
+    def file(self) -> Path:
+        """The folder, or the file, that they lie in."""
+        ...
+
+    def read(self, rows: slice) -> np.ndarray:
+        """Some of the bytes; raises `InputError` where they are not what they were."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class BtfFiles(BtfImages):
+    """Images in files. See `BtfImages` for what they are together.
+
+    data : the bytes of all files; starts : (n + 1,) where each begins, and where the last ends.
+    index : (V,Lt,B) the file of each view and light, for each of B wavelengths where an image holds one, else B is 1;
+        -1 where there is none: it is made of those around it.
+
+    Raises
+    ------
+    InputError : an index that does not fit; when an image is read, a file that is gone, is not what it was, is of
+        another size or cannot be decoded.
+    """
+
+    views: Hemisphere
+    lights: Hemisphere
+    height: int
+    width: int
+    basis: SpectralBasis
+    data: Bytes
+    starts: Int[np.ndarray, " n1"]
+    index: Int[np.ndarray, "V Lt B"]
+    coding: Coding
+    texel_mm: float | None = None
+    offset: float = 0.0
+    kept_bytes: int = KEPT_BYTES
+    _kept: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict, repr=False)
+
+    def __post_init__(self) -> None:
+        shape, expected = self.index.shape, (len(self.views), len(self.lights))
+        if self.index.ndim != 3 or shape[:2] != expected or self.index.max(initial=-1) >= len(self.starts) - 1:
+            raise InputError("files do not fit their directions", field="index", found=shape, expected=str(expected))
+
+    def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        """See `BtfImages.image`; the last ones are kept. What is returned is shared: it is not to be written to."""
+        key = (int(view), int(light))
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        found = self._filled(*key) if (self.index[key] < 0).any() else self._read(*key)
+        found.setflags(write=False)
+        size = max(1, found.nbytes)
+        while self._kept and size * (len(self._kept) + 1) > self.kept_bytes:
+            self._kept.popitem(last=False)
+        if size <= self.kept_bytes:
+            self._kept[key] = found
+        return found
+
+    @cached_property
+    def missing(self) -> Int[np.ndarray, "K 2"]:
+        """(K,2) views and lights of images that are made of those around them."""
+        return np.argwhere((self.index < 0).any(axis=2))
+
+    def _read(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        cosine = float(self.lights.directions[light, 2])
+        planes, coding, numbers = [], self.coding, self.index[view, light].tolist()
+        file = self.data.file / self.name(view, light)
+        for band, number in enumerate(numbers):
+            first, last = int(self.starts[number]), int(self.starts[number + 1])
+            data = np.asarray(self.data.read(slice(first, last))).tobytes()
+            one = coding.band(band) if len(numbers) > 1 else coding
+            values = one.linear(data, file, grey=len(numbers) > 1)
+            if values.shape[:2] != (self.height, self.width):
+                found, expected = size_words(*values.shape[:2]), size_words(self.height, self.width)
+                raise InputError(OTHER_SIZE, file=file, found=found, expected=expected)
+            planes.append(one.reflected(values, cosine).astype(np.float32))
+        return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)
+
+    def name(self, view: int, light: int) -> str:
+        """The name of an image's file in its folder; its directions, where the files were copied."""
+        names: tuple[str, ...] = getattr(self.data, "names", ())
+        number = int(self.index[view, light, 0])
+        return names[number] if 0 <= number < len(names) else self.words(view, light)
+
+    def words(self, view: int, light: int) -> str:
+        """The directions of an image, in degrees, as names of files have them."""
+        found = [*_degrees(self.lights.directions[light]), *_degrees(self.views.directions[view])]
+        return " ".join(f"{name}{angle:03.4g}" for name, angle in zip(("tl", "pl", "tv", "pv"), found, strict=True))
+
+    def _filled(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        """Of the lights around it, seen from there; where there are none, of the views around it in that light."""
+        here = np.asarray((self.index >= 0).all(axis=2))
+        if here[view].any():
+            some = np.flatnonzero(here[view])
+            around = Hemisphere(self.lights.directions[some])
+            index, share = around.shares(self.lights.directions[light][None], falling=True)
+            pairs = [(view, int(one)) for one in some[index[0]]]
+        else:
+            some = np.flatnonzero(here[:, light])
+            if not len(some):
+                raise InputError("an image without any neighbour", field=f"view {view}, light {light}")
+            index, share = Hemisphere(self.views.directions[some]).shares(self.views.directions[view][None])
+            pairs = [(int(one), light) for one in some[index[0]]]
+        found = np.zeros((self.height, self.width, self.basis.size))
+        for pair, part in zip(pairs, share[0].tolist(), strict=True):
+            if part:
+                found += part * self.image(*pair)
+        return found.astype(np.float32)
+
+    def with_offset(self, offset: float) -> BtfFiles:
+        """The same images, registered by another plane."""
+        return replace(self, offset=offset)
+
+
+def _degrees(direction: Float[np.ndarray, "3"]) -> tuple[float, float]:
+    """theta and phi."""
+    theta = np.degrees(np.arctan2(np.hypot(direction[0], direction[1]), direction[2]))
+    phi = np.degrees(np.arctan2(direction[1], direction[0])) if theta > 1e-6 else 0.0
+    return round(float(theta), 4), round(float(phi) % 360.0, 4) % 360.0
+
+
+def size_words(height: int, width: int) -> str:
+    """The size of an image for a person."""
+    return f"{width} x {height} texels"

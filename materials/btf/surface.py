@@ -1,0 +1,188 @@
+"""A BTF as a surface: the original that fast forms stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
+from ...spectral.folding import Folding
+from ..brdf import Brdf, eval_lit
+from ..fast import Fast
+from ..points import Points
+from ..surface import Surface
+from ..svbrdf.texels import between
+from .decoding import Coding
+from .files import BtfFiles
+from .hemisphere import Hemisphere
+from .images import BtfImages
+from .registration import displacement
+
+
+@dataclass(frozen=True, eq=False)
+class MeanBtf(Brdf):
+    """A BTF from afar: the same three views times three lights, of the means over all texels. See `MeasuredBtf`."""
+
+    isotropic = False
+
+    views: Hemisphere
+    lights: Hemisphere
+    means: Float[np.ndarray, "V Lt J"]
+    basis: SpectralBasis
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """(L,) of the basis."""
+        return self.basis.wavelengths_nm
+
+    def eval(
+        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
+    ) -> Float[np.ndarray, "... L"]:
+        """See `Brdf.eval`."""
+        return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
+
+    def _lit(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
+        seen, from_views = self.views.shares(wo)
+        shone, from_lights = self.lights.shares(wi, falling=True)
+        found = np.einsum("nv,nl,nvlj->nj", from_views, from_lights, self.means[seen[:, :, None], shone[:, None, :]])
+        return self.basis.reconstruct(found / wi[:, 2:])
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredBtf(Surface):
+    """f_r of three views times three lights around each pair of directions (Meseth, Mueller and Klein 2003, eq. 4).
+
+    f_r cos(theta_i) is what was measured and what is mixed; it is divided by the cosine at the end. Lower than any
+    light that was measured, f_r is held; farther out than any view, values are. Between texels it is linear, and every
+    view is shifted by what its `offset` displaces it, so that all show the surface where it is.
+
+    Parameters
+    ----------
+    images : the measurement.
+    means : (V,Lt,J) of each image, the mean over its texels.
+
+    Raises
+    ------
+    InputError : means of another shape.
+    """
+
+    NAME: ClassVar[str] = "btf"
+    uses_uv: ClassVar[bool] = True
+    isotropic = False
+    # Each call goes through the images once.
+    points_at_once: ClassVar[int] = 1 << 17
+
+    images: BtfImages
+    means: Float[np.ndarray, "V Lt J"]
+
+    def __post_init__(self) -> None:
+        expected = (len(self.images.views), len(self.images.lights), self.images.basis.size)
+        if self.means.shape != expected:
+            raise InputError(
+                "means do not fit the images", field="means", found=self.means.shape, expected=str(expected)
+            )
+
+    @property
+    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """(L,) of the images' basis."""
+        return self.images.basis.wavelengths_nm
+
+    def at(self, points: Points) -> Float[np.ndarray, "N L"]:
+        """See `Surface.at`. Images are taken one after the other, each once, however many points there are."""
+        return self.images.basis.reconstruct(self._coefficients(points))
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`; no spectra are made of the points."""
+        basis = self.images.basis
+        weights = folding.weights(self.wavelengths_nm)
+        return self._coefficients(points) @ (weights if basis.is_sampled else basis.synthesis.T @ weights)
+
+    def _coefficients(self, points: Points) -> Float[np.ndarray, "N J"]:
+        assert points.uv is not None
+        images, out = self.images, np.zeros((len(points), self.images.basis.size))
+        lit = np.flatnonzero((points.wi[:, 2] > 0) & (points.wo[:, 2] > 0))
+        if len(lit):
+            wi, wo, uv = points.wi[lit], points.wo[lit], points.uv[lit]
+            seen, from_views = images.views.shares(wo)
+            shone, from_lights = images.lights.shares(wi, falling=True)
+            pair = (seen[:, :, None] * len(images.lights) + shone[:, None, :]).ravel()
+            share = (from_views[:, :, None] * from_lights[:, None, :]).ravel()
+            found = np.zeros((len(lit), images.basis.size))
+            moved = displacement(images.views.directions, images.offset) / (images.width, -images.height)
+            order = np.argsort(pair, kind="stable")
+            order = order[share[order] > 0.0]
+            for rows in np.split(order, np.flatnonzero(np.diff(pair[order])) + 1):
+                view, light = divmod(int(pair[rows[0]]), len(images.lights))
+                point = rows // 9
+                row, column, part = between(uv[point] + moved[view], images.height, images.width)
+                texels = np.einsum("nk,nkj->nj", part, images.image(view, light)[row, column].astype(np.float64))
+                # Beyond what was measured, a point may have one image twice.
+                np.add.at(found, point, share[rows, None] * texels)
+            out[lit] = found / wi[:, 2:]
+        return out
+
+    def average(self) -> MeanBtf:
+        """Its mean over all texels, in every direction."""
+        return MeanBtf(self.images.views, self.images.lights, self.means, self.images.basis)
+
+    def own_form(self, budget: float = 0.5) -> Fast | None:
+        """See `forms.btf_form`."""
+        from .forms import btf_form  # pyright: ignore[reportMissingImports]
+
+        return btf_form(self.images, budget)
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> MeasuredBtf:
+        """The surface whose `parameters()` these are."""
+        given = parameters
+        basis = SpectralBasis.sampled(given["wavelengths_nm"])
+        if "synthesis" in given:
+            basis = SpectralBasis("uplifted", given["wavelengths_nm"], given["analysis"], given["synthesis"])
+        channels = tuple(str(given["channels"]).split("\n")) if given.get("channels") else ()
+        coding = Coding(str(given["encoding"]), given["white"], bool(given["includes_cosine"]), channels)
+        starts = np.concatenate([[0], np.cumsum(np.asarray(given["sizes"], dtype=np.int64))])
+        images = BtfFiles(
+            Hemisphere(np.asarray(given["views"])),
+            Hemisphere(np.asarray(given["lights"])),
+            int(given["height"]),
+            int(given["width"]),
+            basis,
+            given["images"],
+            starts,
+            np.asarray(given["index"], dtype=np.int64),
+            coding,
+            float(given["texel_mm"]) if "texel_mm" in given else None,
+            float(given["offset"]),
+        )
+        return cls(images, np.asarray(given["means"], dtype=np.float64))
+
+    def parameters(self) -> dict[str, Any]:
+        """What rebuilds this surface; its images must be in files."""
+        images = self.images
+        if not isinstance(images, BtfFiles):
+            raise InputError("a BTF that is in no files", field="images", expected="images that were imported")
+        coding = images.coding
+        found: dict[str, Any] = {
+            "wavelengths_nm": images.basis.wavelengths_nm,
+            "images": images.data,
+            "sizes": np.diff(images.starts),
+            "index": images.index,
+            "views": images.views.directions,
+            "lights": images.lights.directions,
+            "means": np.asarray(self.means, dtype=np.float32),
+            "height": images.height,
+            "width": images.width,
+            "encoding": coding.encoding,
+            "white": coding.white,
+            "includes_cosine": coding.includes_cosine,
+            "channels": "\n".join(coding.channels),
+            "offset": images.offset,
+        }
+        if not images.basis.is_sampled:
+            found |= {"analysis": images.basis.analysis, "synthesis": images.basis.synthesis}
+        return found | ({} if images.texel_mm is None else {"texel_mm": images.texel_mm})
