@@ -2,7 +2,8 @@
 // lighting.environment.bright_light. Needs octahedral.glsl.
 
 uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
-uniform sampler2D faces;        // of every triangle of the window: its number in the scene; 1 where its back is seen
+uniform sampler2D faces;        // of every triangle of the window: its number in the scene + 1, negative where its back
+                                // is seen, and its normal on the viewer's side
 uniform isampler2D nodes;       // of every triangle of the scene: the vertices that its parts have
 uniform isampler2D sites_of;    // of every vertex its site in front and behind, -1 inside of solids
 uniform sampler2D sites;        // of every site: codes of its map, four a texel
@@ -25,6 +26,7 @@ struct Hiding {
     vec4 lost[BENT];            // of all light but the narrow parts', lux and its moments in axes of the world
     vec4 whole;                 // all of that, lux
 #endif
+    vec3 facet;                 // the triangle's own normal
     float dark;                 // weight of the corners that lie in a solid: nothing is free
 };
 
@@ -34,8 +36,8 @@ int node(int face, int a, int b) {
 }
 
 Hiding hiding_at(int number, ivec2 sample_at) {
-    vec2 face = texelFetch(faces, ivec2((number - 1) % ROW_LENGTH, (number - 1) / ROW_LENGTH), 0).xy;
-    int triangle = int(face.x), k = division.z;
+    vec4 face = texelFetch(faces, ivec2((number - 1) % ROW_LENGTH, (number - 1) / ROW_LENGTH), 0);
+    int triangle = int(abs(face.x)) - 1, k = division.z;
     vec2 place = texelFetch(standing, sample_at, 0).xy * float(k);
     int b = clamp(int(floor(place.y)), 0, k - 1);
     int a = clamp(int(floor(place.x)), 0, k - 1 - b);
@@ -46,6 +48,7 @@ Hiding hiding_at(int number, ivec2 sample_at) {
     vec3 weights = upper ? vec3(part.x + part.y - 1.0, 1.0 - part.y, 1.0 - part.x)
         : vec3(1.0 - part.x - part.y, part.x, part.y);
     Hiding at;
+    at.facet = face.yzw;
     at.dark = 0.0;
     for (int k = 0; k < MAP_QUADS; ++k) at.codes[k] = vec4(0.0);
 #ifndef PANEL
@@ -54,7 +57,7 @@ Hiding hiding_at(int number, ivec2 sample_at) {
 #endif
     for (int c = 0; c < 3; ++c) {
         ivec2 both = texelFetch(sites_of, ivec2(corners[c] % ROW_LENGTH, corners[c] / ROW_LENGTH), 0).xy;
-        int site = face.y > 0.5 ? both.y : both.x;
+        int site = face.x < 0.0 ? both.y : both.x;
         if (site < 0) {
             at.dark += weights[c];
             continue;
@@ -124,6 +127,17 @@ float free_share(float angle, float lambda) {
     float c = -lambda / (24.0 * (lambda + 0.3460));
     float theta = clamp(angle, -0.5 * PI, 0.5 * PI);
     return 0.5 + 0.5 * error_function(theta, k, c) / error_function(0.5 * PI, k, c);
+}
+
+// What a Gaussian's light upon a surface is proportional to, above a line `to` below its axis.
+float sent_above(float to, float axis) {
+    return exp(-0.5 * to * to) / sqrt(2.0 * PI) + axis * (0.5 + 0.5 * error_function(to * sqrt(0.5), 1.0, 0.0));
+}
+
+// The share of a Gaussian's light that comes from above the triangle's plane, lighting.visibility.own_horizon.
+float share_above(float facet, float shading, float lambda) {
+    float axis = max(shading * sqrt(lambda), -2.0), edge = axis + min((facet - shading) * sqrt(lambda), 0.0);
+    return clamp(sent_above(edge, axis) / sent_above(axis, axis), 0.0, 1.0);
 }
 
 float bright_under(vec3 to, float lambda, vec4 bright) {
