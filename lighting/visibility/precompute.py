@@ -16,6 +16,7 @@ from ..scene import Scene
 from . import compression, octahedral
 from .before import Before
 from .compression import Basis
+from .finer import far_apart, middle_sites, most_middles
 from .occluders import Occluders
 from .refinement import refined
 from .sites import Sites, nothing_hides, pieces_of, scaled_triangles, sites
@@ -110,7 +111,7 @@ def computed_visibility(
     ----------
     jobs : processes at most: fewer where there is little to do, or no memory for more of them. The result is the same,
         bit for bit, where BLAS works in one thread, as commands have it (`processes.one_thread`).
-    progress : called with (sites done, sites in all, what is done) after each tile.
+    progress : called with (sites done, sites in all at most, what is done) after each tile.
     before : what may hide anything, where that is not all of the scene.
 
     Returns
@@ -131,16 +132,19 @@ def computed_visibility(
     jobs = cost.with_jobs(jobs).jobs
     triangles = scaled_triangles(scene).astype(np.float32)
     divided = bool((refinement.divisions > 1).any())
-    where = sites(fine, pieces_of(fine) if divided else found, Occluders(triangles))
+    occluders = Occluders(triangles)
+    where = sites(fine, pieces_of(fine) if divided else found, occluders)
     if before is not None:
         triangles = scaled_triangles(scene, before).astype(np.float32)
     total = len(where)
+    # How many middles there will be is known when all vertices are: until then, as many as there may be.
+    whole = total + most_middles(refinement)
     some = min(total, max(_FEW, total // 4), _TRAINING)
     training = np.unique(np.linspace(0, total - 1, some).astype(np.int64))
     known: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
         known.append(one)
-        progress(sum(len(each.distances) for each in known), total, "visibility")
+        progress(sum(len(each.distances) for each in known), whole, "visibility")
     distances = np.concatenate([one.distances for one in known])
     weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
     basis = compression.fitted_basis(values, weights)
@@ -156,16 +160,35 @@ def computed_visibility(
         tile = rest[at : at + len(coded)]
         codes[tile] = coded
         free, at = free and tile_free, at + len(tile)
-        progress(len(training) + at, total, "visibility")
+        progress(len(training) + at, whole, "visibility")
     if free:
+        progress(whole, whole, "visibility")
         return None
+    facing = np.concatenate([mesh.normals for mesh in meshes])[order]
+    fronts, backs = where.fronts[order], where.backs[order]
+    pairs = far_apart(refinement, facing, fronts, backs, codes)
+    if len(pairs):
+        finer = middle_sites(scene, found, refinement, fronts, pairs, occluders)
+        more, done, number = [], 0, len(finer.sites)
+        for coded, _ in _in_tiles(triangles, finer.sites, np.arange(len(finer.sites)), basis, jobs):
+            more.append(coded.astype(np.float16))
+            done += len(coded)
+            progress(total + (whole - total) * done // (number + 1), whole, "visibility")
+        codes = np.concatenate([codes, *more])
+        refinement, facing = finer.refinement, np.concatenate([facing, finer.facing])
+        fronts, backs = (
+            np.concatenate([one, np.where(other >= 0, other + total, -1)])
+            for one, other in ((fronts, finer.sites.fronts), (backs, finer.sites.backs))
+        )
+    progress(whole, whole, "visibility")
     return SceneVisibility(
         basis.mean,
         basis.axes,
         *compression.packed(codes.astype(np.float32)),
-        octahedral.in_two(np.concatenate([mesh.normals for mesh in meshes])[order]),
-        where.fronts[order].astype(np.int32),
-        where.backs[order].astype(np.int32),
+        octahedral.in_two(facing),
+        fronts.astype(np.int32),
+        backs.astype(np.int32),
+        pairs.astype(np.int32),
         refinement,
     )
 

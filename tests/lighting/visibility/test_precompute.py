@@ -77,8 +77,8 @@ def test_no_tile_holds_more_rays_than_memory_is_reckoned_for(scene, monkeypatch)
     most = []
     traced = precompute.traced
     monkeypatch.setattr(precompute, "traced", lambda s, n, o: most.append(len(s)) or traced(s, n, o))
-    computed_visibility(scene)
-    assert max(most) <= precompute._TILE and sum(most) == 642 + 162
+    found = computed_visibility(scene)
+    assert max(most) <= precompute._TILE and sum(most) == 642 + 162 + len(found.middles) == len(found.whole)
 
 
 def test_cost_is_known_before_the_work(scene):
