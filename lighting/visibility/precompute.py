@@ -13,13 +13,15 @@ from jaxtyping import Float, Int
 from ...spectral.memory import available_bytes, check_room, gigabytes
 from ...spectral.processes import in_order
 from ..scene import Scene
-from . import compression, octahedral
+from . import compression, octahedral, thinning
 from .before import Before
 from .compression import Basis
 from .finer import far_apart, middle_sites, most_middles
 from .occluders import Occluders
+from .pieces import Pieces
 from .refinement import refined
 from .sites import Sites, nothing_hides, pieces_of, scaled_triangles, sites
+from .thinning import Surroundings
 from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
@@ -125,6 +127,15 @@ def computed_visibility(
     found = pieces_of(scene)
     if nothing_hides(found):
         return None
+    try:
+        return _computed(scene, found, jobs, progress, before)
+    finally:
+        _worker.clear()
+
+
+def _computed(
+    scene: Scene, found: tuple[Pieces, ...], jobs: int, progress: Progress, before: Before | None
+) -> SceneVisibility | None:
     fine, refinement, order = refined(scene)
     meshes = [part.mesh for part in fine.parts]
     cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
@@ -141,26 +152,36 @@ def computed_visibility(
     whole = total + most_middles(refinement)
     some = min(total, max(_FEW, total // 4), _TRAINING)
     training = np.unique(np.linspace(0, total - 1, some).astype(np.int64))
-    known: list[Traced] = []
+    first: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
-        known.append(one)
-        progress(sum(len(each.distances) for each in known), whole, "visibility")
-    distances = np.concatenate([one.distances for one in known])
+        first.append(one)
+        progress(sum(len(each.distances) for each in first), whole, "visibility")
+    distances = np.concatenate([one.distances for one in first])
     weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
     basis = compression.fitted_basis(values, weights)
 
     codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
-    free = all(one.all_free for one in known)
+    free = all(one.all_free for one in first)
     codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
-    del known, distances, weights, values
+    del first, distances, weights, values
 
-    rest = np.setdiff1d(np.arange(total), training)
-    at = 0
-    for coded, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
-        tile = rest[at : at + len(coded)]
-        codes[tile] = coded
-        free, at = free and tile_free, at + len(tile)
-        progress(len(training) + at, whole, "visibility")
+    done = len(training)
+
+    def trace(which: Int[np.ndarray, " m"]) -> None:
+        """Work out the codes of some sites."""
+        nonlocal free, done
+        at = 0
+        for coded, tile_free in _in_tiles(triangles, where, which, basis, jobs if len(which) > _A_PROCESS else 1):
+            codes[which[at : at + len(coded)]] = coded
+            free, at, done = free and tile_free, at + len(coded), done + len(coded)
+            progress(done, whole, "visibility")
+
+    known = training
+    if total > thinning.WHOLE:
+        known = thinning.thinned(Surroundings(where.starts, where.normals), codes, training, trace)
+    # Nothing is taken for nothing before every site says so.
+    if free or total <= thinning.WHOLE:
+        trace(np.setdiff1d(np.arange(total), known))
     if free:
         progress(whole, whole, "visibility")
         return None
@@ -211,19 +232,18 @@ def _in_tiles(
     tiles = [which[tile] for tile in _tiles(len(which))]
     tasks = ((where.starts[tile], where.normals[tile]) for tile in tiles)
     start = _start_worker, (triangles, basis)
-    try:
-        with closing(in_order(_tile, tasks, min(jobs, len(tiles)), start)) as results:
-            yield from results
-    finally:
-        _worker.clear()
+    with closing(in_order(_tile, tasks, min(jobs, len(tiles)), start)) as results:
+        yield from results
 
 
-# What a process holds: set once by `_start_worker`, since triangles are many and the same for every tile.
+# What a process holds: set by `_start_worker`, since triangles are many and the same for every tile.
 _worker: dict = {}
 
 
 def _start_worker(triangles: Float[np.ndarray, "F 3 3"], basis: Basis | None) -> None:
-    _worker.update(occluders=Occluders(triangles), basis=basis)
+    if _worker.get("triangles") is not triangles:
+        _worker.update(triangles=triangles, occluders=Occluders(triangles))
+    _worker["basis"] = basis
 
 
 def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
