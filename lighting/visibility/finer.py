@@ -87,22 +87,21 @@ def middle_sites(
 
     found, occluders : of the scene, which has radius 1 in the coordinates of `occluders`.
     """
-    whole, given = corners_of(scene, found), refinement.corners.ravel()
+    whole = corners_of(scene, found)
     finer, pieces, of = refinement.cut(fronts, pairs)
     places, normals = np.zeros((len(fronts) + len(pairs), 3)), np.zeros((len(fronts) + len(pairs), 3))
-    places[given], normals[given] = whole.triangles.reshape(-1, 3), whole.normals
+    places[whole.vertex], normals[: len(whole.normals)] = whole.triangles.reshape(-1, 3), whole.normals
     places[len(fronts) :] = places[pairs].mean(axis=1)
     normals[len(fronts) :] = unit(normals[pairs].sum(axis=1))
     triangles = places[pieces]
     around = Corners(
         triangles,
         pieces.ravel(),
-        normals[pieces.ravel()],
+        normals,
         angles(triangles).ravel(),
         whole.face_normals[of],
         whole.part[of],
         whole.solid[of],
-        len(places),
     )
     all_sites = sites_at(around, occluders)
     front, back = all_sites.fronts[len(fronts) :], all_sites.backs[len(fronts) :]

@@ -1,4 +1,8 @@
-"""From a scene to its visibility: all sites traced, tile by tile, by several processes where wanted."""
+"""From a scene to its visibility: sites traced, tile by tile, by several processes where wanted.
+
+Those of all vertices, or in large scenes of enough of them (`thinning`); then further ones where that is too few
+(`finer`).
+"""
 
 from __future__ import annotations
 
@@ -26,13 +30,14 @@ from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
-#: CPU seconds a vertex: 0.9 to 1.1 ms were measured on one core of a small machine, and 1.8 ms a vertex of a sheet.
+#: CPU seconds a vertex, at most: 0.9 to 1.2 ms were measured on one core of a small machine, 1.8 ms a vertex of a
+#: sheet, and 0.2 ms of a large smooth shape.
 SECONDS_A_VERTEX = 2.0e-3
 #: Work that takes longer than this is announced.
 SAID_FROM_SECONDS = 10.0
 #: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
 #: and of a process itself.
-BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
+BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 700, 300, 250_000_000
 # Sites that are traced together: some 30 MB of rays.
 _TILE = 128
 # Sites that make a further process worth its start.
@@ -96,7 +101,7 @@ class VisibilityCost:
 
 
 def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
-    """What `computed_visibility` costs; some vertices may turn out to be one site."""
+    """What `computed_visibility` costs at most; some vertices may turn out to be one site, or foretold."""
     meshes = [part.mesh for part in refined(scene)[0].parts]
     return VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
 
@@ -107,7 +112,7 @@ def computed_visibility(
     progress: Progress = lambda done, total, what: None,
     before: Before | None = None,
 ) -> SceneVisibility | None:
-    """Trace the visibility of all vertices of a scene against all of its parts.
+    """Find the visibility of all vertices of a scene, against all of its parts, and between them where it takes more.
 
     Parameters
     ----------

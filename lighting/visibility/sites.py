@@ -54,18 +54,17 @@ class Sites:
 class Corners:
     """All that sites are found from: F triangles, scaled as `Sites` are, and what their corners have.
 
-    vertex, angles (3F,), normals (3F, 3) : of corners, triangle by triangle. face_normals (F, 3), part, solid (F,) : of
-    triangles. vertices : how many numbers of vertices there are.
+    vertex, angles (3F,) : of corners, triangle by triangle. normals (V, 3) : of vertices. face_normals (F, 3), part,
+    solid (F,) : of triangles.
     """
 
     triangles: Float[np.ndarray, "F 3 3"]
     vertex: Int[np.ndarray, " corners"]
-    normals: Float[np.ndarray, "corners 3"]
+    normals: Float[np.ndarray, "V 3"]
     angles: Float[np.ndarray, " corners"]
     face_normals: Float[np.ndarray, "F 3"]
     part: Int[np.ndarray, " F"]
     solid: Bool[np.ndarray, " F"]
-    vertices: int
 
 
 def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
@@ -96,19 +95,17 @@ def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Site
 def corners_of(scene: Scene, found: tuple[Pieces, ...]) -> Corners:
     """Those of a scene."""
     offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in scene.parts)])
-    normals = np.concatenate([part.mesh.normals for part in scene.parts])
     vertex = np.concatenate(
         [part.mesh.faces + offset for part, offset in zip(scene.parts, offsets, strict=False)]
     ).ravel()
     return Corners(
         scaled_triangles(scene),
         vertex,
-        normals[vertex],
+        np.concatenate([part.mesh.normals for part in scene.parts]),
         np.concatenate([corner_angles(part.mesh) for part in scene.parts]).ravel(),
         np.concatenate([part.mesh.face_normals for part in scene.parts]),
         np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts]),
         np.concatenate([each.solid[each.of_face] for each in found]),
-        int(offsets[-1]),
     )
 
 
@@ -117,9 +114,9 @@ def sites_at(corners: Corners, occluders: Occluders) -> Sites:
     triangles, vertex, angles, face_normals = corners.triangles, corners.vertex, corners.angles, corners.face_normals
     # One row a corner: sheets sort before solids.
     places = triangles.reshape(-1, 3)
-    rows = np.column_stack([np.repeat(corners.solid, 3), np.repeat(corners.part, 3), places, corners.normals])
+    rows = np.column_stack([np.repeat(corners.solid, 3), np.repeat(corners.part, 3), places, corners.normals[vertex]])
     kinds, site = welded(rows.astype(np.float64))
-    fronts = np.full(corners.vertices, -1, dtype=np.int64)
+    fronts = np.full(len(corners.normals), -1, dtype=np.int64)
     # Where a vertex is shared by a sheet and a solid, it counts as the sheet's, which has both sides.
     order = np.argsort(-site, kind="stable")
     fronts[vertex[order]] = site[order]

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import KDTree
 
+from ..vectors import welded
 from .tracing import MAP
 
 #: Scenes of at most so many sites are traced whole: some seconds.
@@ -139,7 +140,7 @@ def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) ->
     tree, found = KDTree(around.places[few]), np.zeros(len(which), dtype=bool)
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
-        near = tree.query(around.places[some], min(_LOOKED_AT, len(few)))[1].reshape(len(some), -1)
+        near = _nearest(tree, around.places[some], _LOOKED_AT)[1]
         offset = around.places[few[near]] - around.places[some][:, None]
         rise = np.einsum("nki,ni->nk", offset, around.normals[some])
         found[start : start + _BLOCK] = (rise > _SINE * np.linalg.norm(offset, axis=2) + 1e-6).any(axis=1)
@@ -148,13 +149,12 @@ def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) ->
 
 def _one_a_cell(both: Float[np.ndarray, "n 6"], width: float) -> Int[np.ndarray, " m"]:
     """The first site of each cell that has any."""
-    cells = np.floor(both / width).astype(np.int64)
-    return np.sort(np.unique(cells, axis=0, return_index=True)[1])
+    return np.sort(np.unique(welded(np.floor(both / width))[1], return_index=True)[1])
 
 
 def _nearest(
-    tree: KDTree, asked: Float[np.ndarray, "m 6"], count: int
+    tree: KDTree, asked: Float[np.ndarray, "m d"], count: int
 ) -> tuple[Float[np.ndarray, "m c"], Int[np.ndarray, "m c"]]:
     """How far off the nearest in a tree are, and which these are."""
-    far, near = tree.query(asked, np.arange(1, min(count, tree.n) + 1))
+    far, near = (np.asarray(each).reshape(len(asked), -1) for each in tree.query(asked, min(count, tree.n)))
     return far, near
