@@ -162,11 +162,11 @@ def _left(
 
     # Of each part what it would give, where it stands, and what of it is free: the higher of two horizons counts.
     given = bright.on_surfaces(frame[:, 2])[..., None] * amplitude
-    bent = bends(np.einsum("nij,pj->npi", frame, axis))[..., : lux.shape[1]]
+    bent = bends(axis @ np.swapaxes(frame, 1, 2))[..., : lux.shape[1]].swapaxes(1, 2)
     above = share_above(samples.facet @ axis.T, frame[:, 2] @ axis.T, sharpness)
     free = free_share(other, sharpness)
     left = np.minimum(free, above)
-    others = lux - np.einsum("npk,npb->nbk", given[:, :narrow], bent[:, :narrow])
+    others = lux - bent[..., :narrow] @ given[:, :narrow]
     lost, whole = hidden.between(visibility.sites(vertices, samples.back), weights, lux.shape[1])
     lost, whole = lost[..., layer.fields], whole[:, layer.fields]
     some = lost[:, 0] > 0.0
@@ -174,10 +174,10 @@ def _left(
     lost = (lost if lux.shape[1] == 1 else turned(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
     others = others - lost - others * dark[:, None, None]
     # Vertices do not know of the triangle's own plane what it hides of the wider parts; there is no more than is left.
-    below = np.einsum("np,npk,npb->nbk", (free - left)[:, narrow:], given[:, narrow:], bent[:, narrow:])
+    below = bent[..., narrow:] @ ((free - left)[..., None] * given)[:, narrow:]
     most = np.minimum(np.maximum(others[:, 0], 0.0), below[:, 0])
     below *= np.where(most > 0.0, most / np.where(most > 0.0, below[:, 0], 1.0), 0.0)[:, None]
-    lux = others - below + np.einsum("np,npk,npb->nbk", left[:, :narrow], given[:, :narrow], bent[:, :narrow])
+    lux = others - below + bent[..., :narrow] @ (left[..., None] * given)[:, :narrow]
     if not count:
         return lux, seen
 

@@ -79,7 +79,7 @@ class VisibilityCost:
         """For a person."""
         return (
             f"{self.triangles:,} triangles, {self.vertices:,} vertices, {gigabytes(self.memory_bytes)} of memory and "
-            f"{max(1.0, self.seconds):.0f} s"
+            f"at most {max(1.0, self.seconds):.0f} s"
         )
 
     def with_jobs(self, most: int) -> VisibilityCost:
