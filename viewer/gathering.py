@@ -12,6 +12,7 @@ from ..lighting.environment.gathering import GatheredLight, turned
 from ..lighting.environment.panel import GatheredPanel
 from ..lighting.visibility.compression import straight
 from ..lighting.visibility.free_share import free_share
+from ..lighting.visibility.own_horizon import share_above
 from ..materials.environment_form import Lobes, bends
 from ..materials.points import Points
 from ..materials.terms import Terms
@@ -28,7 +29,8 @@ class SeenSamples:
 
     pixel (N,) : in a tile. points : as a material is asked, where the light stands left out. frame (N, 3, 3) : rows
     tangent, bitangent and normal, world. face (N,) : triangle of the scene; weights (N, 3) : of its corners.
-    back (N,) : where its normals look away from the viewer. position (N, 3) : in radii about the scene's centre; needed
+    back (N,) : where its normals look away from the viewer. facet (N, 3) : unit normal of that triangle, world, on the
+    viewer's side. position (N, 3) : in radii about the scene's centre; needed
     for lights that are near.
     """
 
@@ -38,11 +40,12 @@ class SeenSamples:
     face: Int[np.ndarray, " N"]
     weights: Float[np.ndarray, "N 3"]
     back: Bool[np.ndarray, " N"]
+    facet: Float[np.ndarray, "N 3"]
     position: Float[np.ndarray, "N 3"] | None = None
 
     def chosen(self, which: Int[np.ndarray, " K"] | slice) -> SeenSamples:
         """Some of them."""
-        arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which])
+        arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which], self.facet[which])
         position = None if self.position is None else self.position[which]
         return SeenSamples(self.pixel[which], self.points.chosen(which), *arrays, position)
 
@@ -108,7 +111,10 @@ def _of_panel(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gather
     distance = visibility.signed_distances(vertices, weights, directions, samples.back)
     own, other = distance[:, :count], distance[:, count:]
 
-    hidden = 1.0 - free_share(other, sharpness)
+    above = share_above(
+        np.einsum("npi,ni->np", cells, samples.facet), np.einsum("npi,ni->np", cells, frame[:, 2]), sharpness
+    )
+    hidden = 1.0 - np.minimum(free_share(other, sharpness), above)
     local = np.einsum("nij,npj->npi", frame, cells)
     given = angles * np.maximum(local[..., 2], 0.0)
     whole = given.sum(axis=1)
@@ -143,28 +149,35 @@ def _left(
     What lobes see: of each bright part the share that is free about the axis of their product (Wang et al. 2009,
     eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else the share about their
     own. What surfaces receive: of each narrow bright part the share that is free about its axis; of all else what the
-    vertices around lose, as a share of what they would have, since pixels may have other normals.
+    vertices around lose, as a share of what they would have, since pixels may have other normals. Of all bright parts
+    what the triangle's own plane hides is taken off too (`own_horizon`).
     """
     visibility, frame = shadows.visibility, samples.frame
     hidden, narrow, count = shadows.hidden, bright.narrow, lobes.sharpness.shape[1]
     vertices, weights = visibility.located(samples.face, samples.weights)
     axis, sharpness, amplitude = bright.parts.axis, bright.parts.sharpness, bright.parts.amplitude[:, layer.fields]
     codes, dark = visibility.mixed(vertices, weights, samples.back)
-    needed = len(axis) if count else narrow
-    bent_distances = codes @ hidden.axes[:needed].T + hidden.mean[:needed]
+    bent_distances = codes @ hidden.axes.T + hidden.mean
     other = straight(np.where(dark[:, None] > 0.0, -1.0, bent_distances))
 
-    # Of each narrow part what it would give, where it stands.
-    given = bright.on_surfaces(frame[:, 2], narrow)[..., None] * amplitude[:narrow]
-    bent = bends(np.einsum("nij,pj->npi", frame, axis[:narrow]))[..., : lux.shape[1]]
-    free = free_share(other[:, :narrow], sharpness[:narrow])
-    others = lux - np.einsum("npk,npb->nbk", given, bent)
+    # Of each part what it would give, where it stands, and what of it is free: the higher of two horizons counts.
+    given = bright.on_surfaces(frame[:, 2])[..., None] * amplitude
+    bent = bends(axis @ np.swapaxes(frame, 1, 2))[..., : lux.shape[1]].swapaxes(1, 2)
+    above = share_above(samples.facet @ axis.T, frame[:, 2] @ axis.T, sharpness)
+    free = free_share(other, sharpness)
+    left = np.minimum(free, above)
+    others = lux - bent[..., :narrow] @ given[:, :narrow]
     lost, whole = hidden.between(visibility.sites(vertices, samples.back), weights, lux.shape[1])
     lost, whole = lost[..., layer.fields], whole[:, layer.fields]
     some = lost[:, 0] > 0.0
     share = np.maximum(others[:, 0], 0.0) * some / np.where(some, np.maximum(whole, lost[:, 0]), 1.0)
     lost = (lost if lux.shape[1] == 1 else turned(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
-    lux = others - lost - others * dark[:, None, None] + np.einsum("np,npk,npb->nbk", free, given, bent)
+    others = others - lost - others * dark[:, None, None]
+    # Vertices do not know of the triangle's own plane what it hides of the wider parts; there is no more than is left.
+    below = bent[..., narrow:] @ ((free - left)[..., None] * given)[:, narrow:]
+    most = np.minimum(np.maximum(others[:, 0], 0.0), below[:, 0])
+    below *= np.where(most > 0.0, most / np.where(most > 0.0, below[:, 0], 1.0), 0.0)[:, None]
+    lux = others - below + bent[..., :narrow] @ (left[..., None] * given)[:, :narrow]
     if not count:
         return lux, seen
 

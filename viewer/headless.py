@@ -131,14 +131,18 @@ class GLRenderer(Renderer):
     def _standing(
         self, owner: Owner, view: View, seen: moderngl.Texture, table: moderngl.Texture, triangles: WindowTriangles
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """The weights of the second and third corner at every sample, and each triangle's number and side."""
+        """The weights of the second and third corner at every sample; each triangle's number + 1, negative where its
+        back is seen, and its normal on the viewer's side.
+        """
         scratch = Owner(self.context)
         try:
             weights, _ = self._passes.uv(scratch, triangles.weights[:, :, 1:], seen, table)
             kept = owner.texture(weights.size, 2, weights.read())
         finally:
             scratch.release()
-        faces = np.stack([triangles.parent, view.side[triangles.parent] < 0.0], axis=1).astype(np.float32)
+        side = view.side[triangles.parent]
+        normals = view.scene.face_normals[triangles.parent] * side[:, None]
+        faces = np.column_stack([side * (triangles.parent + 1), normals]).astype(np.float32)
         return kept, owner.table(faces, ROW_LENGTH)
 
     def _discard(self, tile: GLTile) -> None:

@@ -152,21 +152,36 @@ def hidden_tables(
 
 
 def divisions(visibility: SceneVisibility) -> list[tuple[int, int, int, int]]:
-    """By part: its first triangle, where its nodes begin, parts along a side, nodes of a triangle."""
+    """By part: its first triangle, where its nodes begin, parts along a side, numbers of a triangle."""
     refinement, start, found = visibility.refinement, 0, []
     for number, k in enumerate(refinement.divisions.tolist()):
         first, last = refinement.first[number : number + 2].tolist()
-        count = (k + 1) * (k + 2) // 2
+        count = (k + 1) * (k + 2) // 2 if k > 1 else 4
         found.append((first, start, k, count))
         start += (last - first) * count
     return found
 
 
 def _nodes(visibility: SceneVisibility) -> np.ndarray:
-    """The vertices of all triangles, part by part; an undivided triangle has its corners."""
-    refinement = visibility.refinement
-    parts = []
+    """The vertices of all triangles, part by part. An undivided triangle has its corners, and where in this table its
+    first cut stands, -1 where it has none; a cut (`Halving`) its corner, its middle, and where the next ones stand.
+    """
+    refinement, halving, parts = visibility.refinement, visibility.refinement.halving, []
+    last, start, _, count = divisions(visibility)[-1]
+    cuts = start + int(refinement.first[-1] - last) * count
     for number, k in enumerate(refinement.divisions.tolist()):
-        first, last = refinement.first[number : number + 2].tolist()
-        parts.append((refinement.nodes[number] if k > 1 else refinement.corners[first:last]).ravel())
+        if k > 1:
+            parts.append(refinement.nodes[number].ravel())
+            continue
+        some = slice(*refinement.first[number : number + 2].tolist())
+        roots = np.full(some.stop - some.start, -1) if halving is None else halving.roots[some]
+        parts.append(np.column_stack([refinement.corners[some], _placed(roots, cuts)]).ravel())
+    if halving is not None:
+        table = np.column_stack([halving.opposite, halving.middle, _placed(halving.halves, cuts)])
+        parts.append(table.ravel())
     return np.concatenate(parts).astype(np.int32)
+
+
+def _placed(cuts: np.ndarray, start: int) -> np.ndarray:
+    """Where cuts stand in a table that has four numbers each from `start`."""
+    return np.where(cuts >= 0, start + 4 * cuts, -1)

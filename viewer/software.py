@@ -76,8 +76,10 @@ class SoftwareRenderer(Renderer):
         # Textures are filtered where there are spans, whatever of.
         spans = {} if self.filtering == "mipmapped" else None
         points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
+        side = view.side[face]
+        facet = view.scene.face_normals[face] * side[:, None]
         samples = SeenSamples(
-            surface.pixel, points, surface.frame, face, surface.weights, view.side[face] < 0.0, surface.position
+            surface.pixel, points, surface.frame, face, surface.weights, side < 0.0, facet, surface.position
         )
         for part in range(len(first_face) - 1):
             yield samples.chosen(np.flatnonzero(part_of == part))

@@ -134,7 +134,7 @@ def seen_points(parts: Sequence[Part], views: Sequence[Camera], across: int) -> 
     visibility = computed_visibility(scene)
     if visibility is None:
         raise RuntimeError("nothing hides anything here")
-    seconds = 1000.0 * (time.process_time() - begun) / len(visibility.fronts)
+    seconds = 1000.0 * (time.process_time() - begun) / visibility.vertices
     tracer = Tracer(scene)
     rays = [replace(view, width=across, height_px=across, samples=1).rays() for view in views]
     origins, directions = (

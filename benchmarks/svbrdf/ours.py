@@ -36,12 +36,12 @@ def gathered_by(
     """What an environment form gathers under each of the light's spectra, a number for each of its own."""
     count, rank, fields = len(points), form.palette.rank, slice(0, len(light.spectra))
     shadows, faces, weights = None, np.zeros(count, dtype=np.int64), np.full((count, 3), 1.0 / 3.0)
-    back = np.zeros(count, dtype=bool)
+    back, facet = np.zeros(count, dtype=bool), points.normals
     if hiding is not None:
         shadows, faces, weights = _shadows(hiding.visibility, light), hiding.faces, hiding.weights
-        back = hiding.back
+        back, facet = hiding.back, hiding.geometric
     frames = np.swapaxes(points.world_from_local, 1, 2)
-    seen = SeenSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back)
+    seen = SeenSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back, facet)
     # Of colours nothing is asked but how many there are: terms come in fours.
     colours = np.zeros((1, -(-rank // 4) * 4 * len(light.spectra), 3))
     layer = SpreadLayer(0, light, fields, form, _gathered(light), light.world_from_map, 1.0, colours, shadows)

@@ -64,8 +64,8 @@ class SyntheticBtf:
 
     @property
     def offset(self) -> float:
-        """Texels by which the surface lies below the measured plane on the mean: `BtfImages.offset`."""
-        return self.height_of_plane - self.relief.mean_height
+        """Texels by which the surface stands above the measured plane on the mean: `BtfImages.offset`."""
+        return self.relief.mean_height - self.height_of_plane
 
     def dyed(self, dyes: Spectrum) -> SyntheticBtf:
         """The same sample with other dyes; a `Transport` of the one is one of the other."""

@@ -127,4 +127,6 @@ def _read(file: Path, scene: Scene) -> SceneVisibility | None:
             raise ValueError("not what was written")
     if content.pop(_NOTHING_HIDES):
         return None
-    return SceneVisibility(**content, refinement=refined(scene)[1])
+    middles = content["middles"]
+    fronts = content["fronts"][: len(content["fronts"]) - len(middles)]
+    return SceneVisibility(**content, refinement=refined(scene)[1].cut(fronts, middles)[0])

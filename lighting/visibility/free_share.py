@@ -54,10 +54,15 @@ def free_share(
     k = np.sqrt(0.5 * lambda_ * (lambda_ + 0.2098) / (lambda_ + 1.2041))
     c = -lambda_ / (24.0 * (lambda_ + 0.3460))
 
-    def error_function(theta: Float[np.ndarray, "*m"]) -> Float[np.ndarray, "*o"]:
-        # Beyond 6 it is 1 to the last digit, and the cube would only grow.
-        x = np.clip(k * (theta + c * theta**3), -6.0, 6.0)
-        return np.tanh(x * (1.12838 + 0.10277 * x * x))
+    def below(theta: Float[np.ndarray, "*m"]) -> Float[np.ndarray, "*o"]:
+        return error_function(k * (theta + c * theta**3))
 
     theta = np.clip(angles, -0.5 * np.pi, 0.5 * np.pi)
-    return 0.5 + 0.5 * error_function(theta) / error_function(np.full_like(theta, 0.5 * np.pi))
+    return 0.5 + 0.5 * below(theta) / below(np.full_like(theta, 0.5 * np.pi))
+
+
+def error_function(x: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """erf(x) to 4e-4, as shaders have it."""
+    # Beyond 6 it is 1 to the last digit, and the cube would only grow.
+    x = np.clip(x, -6.0, 6.0)
+    return np.tanh(x * (1.12838 + 0.10277 * x * x))

@@ -21,7 +21,7 @@ from ...spectral.memory import gigabytes
 
 #: Names the most that the folder may hold, in gigabytes (1e9 bytes); 0 keeps nothing.
 LIMIT_VARIABLE = "METAMER_CACHE_GB"
-#: Without it: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex).
+#: Without it: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex; at most a hundred).
 DEFAULT_GB = 1.0
 _SUFFIX = ".npz"
 

@@ -112,7 +112,7 @@ def measured(scene: Scene, points: int = 1500, seed: int = 0) -> VisibilityMeasu
     seconds = time.process_time() - begun
     if visibility is None:
         return None
-    count = len(visibility.fronts)
+    count = visibility.vertices
     hard = truth(scene, points, 96, seed)
     soft = truth(scene, min(points, 400), octahedral.directions(_SKY), seed + 1)
     return VisibilityMeasure(

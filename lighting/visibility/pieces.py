@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from ..mesh import Mesh
 from ..vectors import dot, welded
@@ -78,6 +78,10 @@ def pieces(mesh: Mesh) -> Pieces:
 
 def corner_angles(mesh: Mesh) -> np.ndarray:
     """(F, 3) angles of the triangles at their corners, radians."""
-    corners = mesh.vertices[mesh.faces]
+    return angles(mesh.vertices[mesh.faces])
+
+
+def angles(corners: Float[np.ndarray, "F 3 3"]) -> np.ndarray:
+    """(F, 3) angles of triangles at their corners, radians."""
     along, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     return np.arctan2(np.linalg.norm(np.cross(along, back), axis=-1), dot(along, back))

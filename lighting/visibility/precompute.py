@@ -1,4 +1,8 @@
-"""From a scene to its visibility: all sites traced, tile by tile, by several processes where wanted."""
+"""From a scene to its visibility: sites traced, tile by tile, by several processes where wanted.
+
+Those of all vertices, or in large scenes of enough of them (`thinning`); then further ones where that is too few
+(`finer`).
+"""
 
 from __future__ import annotations
 
@@ -13,23 +17,27 @@ from jaxtyping import Float, Int
 from ...spectral.memory import available_bytes, check_room, gigabytes
 from ...spectral.processes import in_order
 from ..scene import Scene
-from . import compression, octahedral
+from . import compression, octahedral, thinning
 from .before import Before
 from .compression import Basis
+from .finer import far_apart, middle_sites, most_middles
 from .occluders import Occluders
+from .pieces import Pieces
 from .refinement import refined
 from .sites import Sites, nothing_hides, pieces_of, scaled_triangles, sites
+from .thinning import Surroundings
 from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
-#: CPU seconds a vertex: 0.9 to 1.1 ms were measured on one core of a small machine, and 1.8 ms a vertex of a sheet.
+#: CPU seconds a vertex, at most: 0.9 to 1.2 ms were measured on one core of a small machine, 1.8 ms a vertex of a
+#: sheet, and 0.2 ms of a large smooth shape.
 SECONDS_A_VERTEX = 2.0e-3
 #: Work that takes longer than this is announced.
 SAID_FROM_SECONDS = 10.0
 #: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
 #: and of a process itself.
-BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 600, 300, 250_000_000
+BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 700, 300, 250_000_000
 # Sites that are traced together: some 30 MB of rays.
 _TILE = 128
 # Sites that make a further process worth its start.
@@ -71,7 +79,7 @@ class VisibilityCost:
         """For a person."""
         return (
             f"{self.triangles:,} triangles, {self.vertices:,} vertices, {gigabytes(self.memory_bytes)} of memory and "
-            f"{max(1.0, self.seconds):.0f} s"
+            f"at most {max(1.0, self.seconds):.0f} s"
         )
 
     def with_jobs(self, most: int) -> VisibilityCost:
@@ -93,7 +101,7 @@ class VisibilityCost:
 
 
 def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
-    """What `computed_visibility` costs; some vertices may turn out to be one site."""
+    """What `computed_visibility` costs at most; some vertices may turn out to be one site, or foretold."""
     meshes = [part.mesh for part in refined(scene)[0].parts]
     return VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
 
@@ -104,13 +112,13 @@ def computed_visibility(
     progress: Progress = lambda done, total, what: None,
     before: Before | None = None,
 ) -> SceneVisibility | None:
-    """Trace the visibility of all vertices of a scene against all of its parts.
+    """Find the visibility of all vertices of a scene, against all of its parts, and between them where it takes more.
 
     Parameters
     ----------
     jobs : processes at most: fewer where there is little to do, or no memory for more of them. The result is the same,
         bit for bit, where BLAS works in one thread, as commands have it (`processes.one_thread`).
-    progress : called with (sites done, sites in all, what is done) after each tile.
+    progress : called with (sites done, sites in all at most, what is done) after each tile.
     before : what may hide anything, where that is not all of the scene.
 
     Returns
@@ -124,6 +132,15 @@ def computed_visibility(
     found = pieces_of(scene)
     if nothing_hides(found):
         return None
+    try:
+        return _computed(scene, found, jobs, progress, before)
+    finally:
+        _worker.clear()
+
+
+def _computed(
+    scene: Scene, found: tuple[Pieces, ...], jobs: int, progress: Progress, before: Before | None
+) -> SceneVisibility | None:
     fine, refinement, order = refined(scene)
     meshes = [part.mesh for part in fine.parts]
     cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
@@ -131,41 +148,73 @@ def computed_visibility(
     jobs = cost.with_jobs(jobs).jobs
     triangles = scaled_triangles(scene).astype(np.float32)
     divided = bool((refinement.divisions > 1).any())
-    where = sites(fine, pieces_of(fine) if divided else found, Occluders(triangles))
+    occluders = Occluders(triangles)
+    where = sites(fine, pieces_of(fine) if divided else found, occluders)
     if before is not None:
         triangles = scaled_triangles(scene, before).astype(np.float32)
     total = len(where)
+    # How many middles there will be is known when all vertices are: until then, as many as there may be.
+    whole = total + most_middles(refinement)
     some = min(total, max(_FEW, total // 4), _TRAINING)
     training = np.unique(np.linspace(0, total - 1, some).astype(np.int64))
-    known: list[Traced] = []
+    first: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
-        known.append(one)
-        progress(sum(len(each.distances) for each in known), total, "visibility")
-    distances = np.concatenate([one.distances for one in known])
+        first.append(one)
+        progress(sum(len(each.distances) for each in first), whole, "visibility")
+    distances = np.concatenate([one.distances for one in first])
     weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
     basis = compression.fitted_basis(values, weights)
 
     codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
-    free = all(one.all_free for one in known)
+    free = all(one.all_free for one in first)
     codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
-    del known, distances, weights, values
+    del first, distances, weights, values
 
-    rest = np.setdiff1d(np.arange(total), training)
-    at = 0
-    for coded, tile_free in _in_tiles(triangles, where, rest, basis, jobs):
-        tile = rest[at : at + len(coded)]
-        codes[tile] = coded
-        free, at = free and tile_free, at + len(tile)
-        progress(len(training) + at, total, "visibility")
+    done = len(training)
+
+    def trace(which: Int[np.ndarray, " m"]) -> None:
+        """Work out the codes of some sites."""
+        nonlocal free, done
+        at = 0
+        for coded, tile_free in _in_tiles(triangles, where, which, basis, jobs if len(which) > _A_PROCESS else 1):
+            codes[which[at : at + len(coded)]] = coded
+            free, at, done = free and tile_free, at + len(coded), done + len(coded)
+            progress(done, whole, "visibility")
+
+    known = training
+    if total > thinning.WHOLE:
+        known = thinning.thinned(Surroundings(where.starts, where.normals), codes, training, trace)
+    # Nothing is taken for nothing before every site says so.
+    if free or total <= thinning.WHOLE:
+        trace(np.setdiff1d(np.arange(total), known))
     if free:
+        progress(whole, whole, "visibility")
         return None
+    facing = np.concatenate([mesh.normals for mesh in meshes])[order]
+    fronts, backs = where.fronts[order], where.backs[order]
+    pairs = far_apart(refinement, facing, fronts, backs, codes)
+    if len(pairs):
+        finer = middle_sites(scene, found, refinement, fronts, pairs, occluders)
+        more, done, number = [], 0, len(finer.sites)
+        for coded, _ in _in_tiles(triangles, finer.sites, np.arange(len(finer.sites)), basis, jobs):
+            more.append(coded.astype(np.float16))
+            done += len(coded)
+            progress(total + (whole - total) * done // (number + 1), whole, "visibility")
+        codes = np.concatenate([codes, *more])
+        refinement, facing = finer.refinement, np.concatenate([facing, finer.facing])
+        fronts, backs = (
+            np.concatenate([one, np.where(other >= 0, other + total, -1)])
+            for one, other in ((fronts, finer.sites.fronts), (backs, finer.sites.backs))
+        )
+    progress(whole, whole, "visibility")
     return SceneVisibility(
         basis.mean,
         basis.axes,
         *compression.packed(codes.astype(np.float32)),
-        octahedral.in_two(np.concatenate([mesh.normals for mesh in meshes])[order]),
-        where.fronts[order].astype(np.int32),
-        where.backs[order].astype(np.int32),
+        octahedral.in_two(facing),
+        fronts.astype(np.int32),
+        backs.astype(np.int32),
+        pairs.astype(np.int32),
         refinement,
     )
 
@@ -188,19 +237,18 @@ def _in_tiles(
     tiles = [which[tile] for tile in _tiles(len(which))]
     tasks = ((where.starts[tile], where.normals[tile]) for tile in tiles)
     start = _start_worker, (triangles, basis)
-    try:
-        with closing(in_order(_tile, tasks, min(jobs, len(tiles)), start)) as results:
-            yield from results
-    finally:
-        _worker.clear()
+    with closing(in_order(_tile, tasks, min(jobs, len(tiles)), start)) as results:
+        yield from results
 
 
-# What a process holds: set once by `_start_worker`, since triangles are many and the same for every tile.
+# What a process holds: set by `_start_worker`, since triangles are many and the same for every tile.
 _worker: dict = {}
 
 
 def _start_worker(triangles: Float[np.ndarray, "F 3 3"], basis: Basis | None) -> None:
-    _worker.update(occluders=Occluders(triangles), basis=basis)
+    if _worker.get("triangles") is not triangles:
+        _worker.update(triangles=triangles, occluders=Occluders(triangles))
+    _worker["basis"] = basis
 
 
 def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:

@@ -2,7 +2,8 @@
 
 All triangles of a part are divided alike, into k^2 smaller ones each, so that triangles that share an edge share the
 vertices on it and nothing jumps there. A part of many small triangles and a few large ones is therefore left as it is
-where dividing all would make too many.
+where dividing all would make too many. Triangles of parts that are not divided may be cut further, one by one, where
+visibility changes much along their edges (`halving`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from jaxtyping import Float, Int
 from ..mesh import Mesh
 from ..scene import Scene
 from ..vectors import unit, welded
+from .halving import Halving, halved
 
 #: The longest edge that there should be, in radii of the scene; how many vertices a part may have after dividing.
 LONGEST_EDGE, MOST_VERTICES = 0.03, 4096
@@ -32,12 +34,31 @@ class Refinement:
     divisions (P,) : k of each part.
     nodes : of each part (triangles, (k + 1)(k + 2) / 2) vertices: column b (k + 1) - b (b - 1) / 2 + a is the one with
         weights (k - a - b, a, b) / k. Empty where k is 1.
+    halving : cuts of triangles of parts where k is 1; None where there are none.
     """
 
     corners: Int[np.ndarray, "F 3"]
     first: Int[np.ndarray, " parts_and_1"]
     divisions: Int[np.ndarray, " parts"]
     nodes: tuple[Int[np.ndarray, "_ _"], ...]
+    halving: Halving | None = None
+
+    @property
+    def undivided(self) -> Int[np.ndarray, " n"]:
+        """The triangles of parts where k is 1."""
+        return np.flatnonzero(np.repeat(self.divisions == 1, np.diff(self.first)))
+
+    def cut(
+        self, fronts: Int[np.ndarray, " V"], pairs: Int[np.ndarray, "A 2"]
+    ) -> tuple[Refinement, Int[np.ndarray, "L 3"], Int[np.ndarray, " L"]]:
+        """The same with triangles cut in the middles of pairs of vertices, which are numbered from V; see `halved`."""
+        if not len(pairs):
+            return self, self.corners[:0], self.first[:0]
+        faces = self.undivided
+        found, pieces, of = halved(self.corners[faces], fronts.astype(np.int64), pairs.astype(np.int64))
+        roots = np.full(len(self.corners), -1)
+        roots[faces] = found.roots
+        return replace(self, halving=replace(found, roots=roots)), pieces, faces[of]
 
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
@@ -62,7 +83,7 @@ class Refinement:
             numbers[here] = self.nodes[which][(faces[here] - self.first[which])[:, None], columns]
             corner = np.where(upper, v + w - 1.0, 1.0 - v - w)
             found[here] = np.stack([corner, np.where(upper, 1.0 - w, v), np.where(upper, 1.0 - v, w)], axis=1)
-        return numbers, found
+        return (numbers, found) if self.halving is None else self.halving.located(faces, numbers, found)
 
 
 def refined(scene: Scene) -> tuple[Scene, Refinement, Int[np.ndarray, " V"]]:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ..scene import Scene
 from ..vectors import dot, unit, welded
@@ -50,6 +50,23 @@ class Sites:
         return len(self.starts)
 
 
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """All that sites are found from: F triangles, scaled as `Sites` are, and what their corners have.
+
+    vertex, angles (3F,) : of corners, triangle by triangle. normals (V, 3) : of vertices. face_normals (F, 3), part,
+    solid (F,) : of triangles.
+    """
+
+    triangles: Float[np.ndarray, "F 3 3"]
+    vertex: Int[np.ndarray, " corners"]
+    normals: Float[np.ndarray, "V 3"]
+    angles: Float[np.ndarray, " corners"]
+    face_normals: Float[np.ndarray, "F 3"]
+    part: Int[np.ndarray, " F"]
+    solid: Bool[np.ndarray, " F"]
+
+
 def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
     """All triangles of a scene, or what of them is `before` a light, moved and scaled so that the scene has radius 1
     about the origin.
@@ -72,22 +89,34 @@ def pieces_of(scene: Scene) -> tuple[Pieces, ...]:
 
 def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Sites:
     """The sites of a scene; `found` and `occluders` are those of the scene."""
-    triangles = scaled_triangles(scene)
+    return sites_at(corners_of(scene, found), occluders)
+
+
+def corners_of(scene: Scene, found: tuple[Pieces, ...]) -> Corners:
+    """Those of a scene."""
     offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in scene.parts)])
-    normals = np.concatenate([part.mesh.normals for part in scene.parts])
-    face_normals = np.concatenate([part.mesh.face_normals for part in scene.parts])
-    angles = np.concatenate([corner_angles(part.mesh) for part in scene.parts]).ravel()
     vertex = np.concatenate(
         [part.mesh.faces + offset for part, offset in zip(scene.parts, offsets, strict=False)]
     ).ravel()
-    of_part = np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts])
-    solid = np.concatenate([each.solid[each.of_face] for each in found])
+    return Corners(
+        scaled_triangles(scene),
+        vertex,
+        np.concatenate([part.mesh.normals for part in scene.parts]),
+        np.concatenate([corner_angles(part.mesh) for part in scene.parts]).ravel(),
+        np.concatenate([part.mesh.face_normals for part in scene.parts]),
+        np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts]),
+        np.concatenate([each.solid[each.of_face] for each in found]),
+    )
 
+
+def sites_at(corners: Corners, occluders: Occluders) -> Sites:
+    """The sites of these corners."""
+    triangles, vertex, angles, face_normals = corners.triangles, corners.vertex, corners.angles, corners.face_normals
     # One row a corner: sheets sort before solids.
     places = triangles.reshape(-1, 3)
-    rows = np.column_stack([np.repeat(solid, 3), np.repeat(of_part, 3), places, normals[vertex]])
+    rows = np.column_stack([np.repeat(corners.solid, 3), np.repeat(corners.part, 3), places, corners.normals[vertex]])
     kinds, site = welded(rows.astype(np.float64))
-    fronts = np.full(offsets[-1], -1, dtype=np.int64)
+    fronts = np.full(len(corners.normals), -1, dtype=np.int64)
     # Where a vertex is shared by a sheet and a solid, it counts as the sheet's, which has both sides.
     order = np.argsort(-site, kind="stable")
     fronts[vertex[order]] = site[order]

@@ -34,7 +34,8 @@ class SceneVisibility:
     facing (V, 2) : vertex normals, `octahedral.in_two`.
     fronts (V,), backs (V,) : the site of each vertex on the side that its normal looks to, and on the other one: -1
         inside of solids, where everything is hidden, and for a vertex that no triangle uses.
-    refinement : further vertices inside of large triangles.
+    middles (A, 2) : pairs of vertices between which visibility changes much: the last A of the V lie in their middles.
+    refinement : further vertices inside of large triangles, and the triangles that middles cut.
     """
 
     mean: Float[np.ndarray, " texels"]
@@ -45,13 +46,19 @@ class SceneVisibility:
     facing: Int[np.ndarray, "V 2"]
     fronts: Int[np.ndarray, " V"]
     backs: Int[np.ndarray, " V"]
+    middles: Int[np.ndarray, "A 2"]
     refinement: Refinement
 
     @property
+    def vertices(self) -> int:
+        """Vertices of the meshes, those of divided triangles with them; middles are not counted, only paid for."""
+        return len(self.fronts) - len(self.middles)
+
+    @property
     def bytes_a_vertex(self) -> float:
-        """What is stored for each vertex; mean and axes, the same for all, come to less than 0.3 MB."""
-        held = (self.whole, self.halves, self.facing, self.fronts, self.backs)
-        return sum(array.nbytes for array in held) / len(self.fronts)
+        """What is stored, middles and all, by `vertices`; mean and axes, the same for all, come to less than 0.3 MB."""
+        held = (self.whole, self.halves, self.facing, self.fronts, self.backs, self.middles)
+        return sum(array.nbytes for array in held) / self.vertices
 
     @property
     def site_normals(self) -> Float[np.ndarray, "S 3"]:

@@ -43,26 +43,26 @@ class BtfImages(abc.ABC):
         """f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, not registered."""
 
     def registered(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """The image moved back by what `offset` displaces it, to the nearest texel, so that nothing is blurred."""
-        across, down = displaced(self.views.directions[view], self.offset)
-        return np.roll(self.image(view, light), (-down, -across), axis=(0, 1))
+        """The image moved back by what `offset` displaces it, linear between texels."""
+        image = self.image(view, light)
+        if self.offset == 0.0:
+            return image
+        across, down = displacement(self.views.directions[view], self.offset)
+        column, row = int(np.floor(across)), int(np.floor(down))
+        right, below = np.float32(across - column), np.float32(down - row)
+        found = np.roll(image, (-row, -column), axis=(0, 1))
+        if right:
+            found = found + right * (np.roll(found, -1, axis=1) - found)
+        return found + below * (np.roll(found, -1, axis=0) - found) if below else found
 
 
-def displaced(view: Float[np.ndarray, "3"], offset: float) -> tuple[int, int]:
-    """Columns and rows, to the nearest whole one, by which a view shows the surface's texels beside where they are.
+def displacement(views: Float[np.ndarray, "*n 3"], offset: float) -> Float[np.ndarray, "*n 2"]:
+    """Columns and rows by which views show the surface's texels beside where they are.
 
-    Raises
-    ------
-    InputError : a displaced view from the horizon.
+    -h0 tan(theta) (cos phi, -sin phi); a view at the horizon is taken as at 85 degrees.
     """
-    if offset == 0.0:
-        return 0, 0
-    if view[2] <= 0.0:
-        found = view.round(6).tolist()
-        raise InputError("a view from the horizon cannot be registered", field="views", found=found, expected="z > 0")
-    # Half a texel goes the same way whatever rounding made of it.
-    across, down = (int(np.floor(offset * sine / view[2] + 0.5 + 1e-9)) for sine in (view[0], -view[1]))
-    return -across, -down
+    upright = np.maximum(views[..., 2:], np.cos(np.radians(85.0)))
+    return offset * views[..., :2] / upright * (-1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """How far the sample's surface lies from the plane that was measured: a plane sweep over the views.
 
-Images of a BTF are rectified to one plane. Where the sample's surface lies h0 texels below it, what is seen along the
-view (theta, phi) is displaced by h0 tan(theta) along the view, and three views do not show the same thread at a texel.
+Images of a BTF are rectified to one plane. Where the sample's surface stands h0 texels above it, what is seen from
+(theta, phi) is displaced by h0 tan(theta) away from the viewer, and three views do not show the same thread at a texel.
 All views are shifted back for each of many h0, and the one counts at which they agree best: the plane sweep of stereo
 vision (Collins 1996), with one plane for the whole sample. Light is averaged out first: shadows move with it.
 """
@@ -17,7 +17,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from .hemisphere import Hemisphere
-from .images import BtfImages
+from .images import BtfImages, displacement
 
 #: Views that lean more than this, radians, are too foreshortened to be compared, with what rounding leaves.
 MOST_LEANING = np.radians(60.0) + 1e-6
@@ -57,18 +57,9 @@ class Registration:
         held = "held-out views dE94 {:.2f}, {:.2f}, {:.2f} (mean, p95, p99) without".format(*self.before)
         held += " and {:.2f}, {:.2f}, {:.2f} with it".format(*self.after)
         if self.offset:
-            where = "below" if self.offset > 0 else "above"
+            where = "above" if self.offset > 0 else "below"
             return f"registered: the surface lies {abs(self.offset):.2f} texels {where} the measured plane; {held}"
         return f"not registered: a plane at {self.found:.2f} texels is of no use; {held}"
-
-
-def displacement(views: Float[np.ndarray, "V 3"], offset: float) -> Float[np.ndarray, "V 2"]:
-    """Columns and rows by which an image of each view is displaced: h0 tan(theta) (cos phi, -sin phi).
-
-    The surface's texel (column, row) shows at (column, row) plus this. A view at the horizon is taken as at 85 degrees.
-    """
-    upright = np.maximum(views[:, 2], np.cos(np.radians(85.0)))
-    return offset * views[:, :2] / upright[:, None] * (1.0, -1.0)
 
 
 def plane_offset(pictures: Float[np.ndarray, "V H W"], views: Float[np.ndarray, "V 3"]) -> float | None:

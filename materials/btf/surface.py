@@ -20,8 +20,7 @@ from ..svbrdf.texels import between
 from .decoding import Coding
 from .files import BtfFiles
 from .hemisphere import Hemisphere
-from .images import BtfImages
-from .registration import displacement
+from .images import BtfImages, displacement
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +130,8 @@ class MeasuredBtf(Surface):
         return MeanBtf(self.images.views, self.images.lights, self.means, self.images.basis)
 
     def own_form(self, budget: float = 0.5) -> Fast | None:
-        """See `forms.btf_form`."""
-        from .forms import btf_form  # pyright: ignore[reportMissingImports]
+        """See `form.btf_form`."""
+        from .form import btf_form
 
         return btf_form(self.images, budget)
 

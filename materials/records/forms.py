@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from ..btf.form import BtfForm
 from ..factored.pack import FactoredBrdf
 from ..fast import Fast
 from ..svbrdf.maps_form import MapsForm
 from ..svbrdf.texture_form import TextureForm
 
-FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm)}
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm, BtfForm)}

@@ -10,6 +10,7 @@ from metamer.lighting.environment import bright_light, latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.reference import reference_images
+from metamer.lighting.visibility import finer, refinement
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
@@ -94,6 +95,24 @@ def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
         open_sky = replace(scene, parts=scene.parts[-1:])
         alone, _ = SoftwareRenderer().render(open_sky, scene.camera(), surfaces)
         assert (twin[seen, 1] < 0.8 * alone[seen, 1]).mean() > 0.02
+
+
+@pytest.mark.parametrize("shape", [shapes.speed_shape(3), shapes.cloth(10)])
+def test_gl_equals_numpy_where_triangles_are_cut_between_their_vertices(scenes, gl, shape, monkeypatch):
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 10)
+    monkeypatch.setattr(finer, "APART", 0.02)
+    shade = shapes.sphere(1, 0.31).placed(translate=(0.3, 1.1, 0.4))
+    camera = Camera("near", (0.5, 2.0, 5.0), (0, 0, 0), vertical_fov_deg=28, width=32, height_px=32, samples=1)
+    scene = scenes.scene_of([(shape, "gloss"), (shade, "matt")], [scenes.sun((-0.5, 0.8, 0.3), 400.0)], camera)
+    scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))
+    surfaces = dict(scenes.SURFACES)
+    numpy = SoftwareRenderer()
+    twin, coverage = numpy.render(scene, None, surfaces)
+    assert len(numpy._shadows(scene.spread_lights[0], scene).visibility.middles) > 20
+    drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
+    seen = coverage == 1.0
+    apart = delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white())
+    assert apart.max() < 0.1 and seen.sum() > 150
 
 
 def test_shadows_under_a_sky_are_the_references(scenes):

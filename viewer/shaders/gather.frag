@@ -75,27 +75,31 @@ void main() {
         Hiding hiding = hiding_at(number, at);
 #ifdef PANEL
         look_at_cells(hiding);
-        hide_cells(to_world, lux);
+        hide_cells(hiding, to_world, lux);
 #else
         float angles[MOST_BRIGHT];
-        vec4 parts[BENT];
-        for (int b = 0; b < BENT; ++b) parts[b] = vec4(0.0);
-        for (int j = 0; j < narrow; ++j) {
+        vec4 parts[BENT], below[BENT], left[BENT];
+        for (int b = 0; b < BENT; ++b) parts[b] = below[b] = vec4(0.0);
+        for (int j = 0; j < bright; ++j) {
+            float above = share_above(dot(hiding.facet, bright_axes[j].xyz), dot(to_world[2], bright_axes[j].xyz),
+                bright_axes[j].w);
+            // A wider part is looked up where the triangle's own plane hides some of it, or lobes ask for it.
+            if (j >= narrow && above >= 1.0 && lobes == 0) continue;
             angles[j] = part_distance(hiding, j);
             vec4 given = bright_on(to_world[2], j) * bright_amplitudes[j];
-            float share = free_share(angles[j], bright_axes[j].w);
+            float free = free_share(angles[j], bright_axes[j].w), share = min(free, above);
             vec3 p = bright_axes[j].xyz * to_world;
             float bent[9] = float[9](1.0, p.x, p.y, p.z, p.x * p.y, p.y * p.z, p.x * p.z, p.x * p.x - p.y * p.y,
                 3.0 * p.z * p.z - 1.0);
-            for (int b = 0; b < BENT; ++b) {
+            if (j < narrow) for (int b = 0; b < BENT; ++b) {
                 lux[b] -= bent[b] * given;
                 parts[b] += share * bent[b] * given;
-            }
+            } else for (int b = 0; b < BENT; ++b) below[b] += (free - share) * bent[b] * given;
         }
-        vec4 left[BENT];
         left_of(lux, hiding, to_world, left);
-        for (int b = 0; b < BENT; ++b) lux[b] = left[b] + parts[b];
-        if (lobes > 0) for (int j = narrow; j < bright; ++j) angles[j] = part_distance(hiding, j);
+        vec4 most = min(max(left[0], 0.0), below[0]), taken;
+        for (int k = 0; k < 4; ++k) taken[k] = most[k] > 0.0 ? most[k] / below[0][k] : 0.0;
+        for (int b = 0; b < BENT; ++b) lux[b] = left[b] - taken * below[b] + parts[b];
 #endif
 #endif
         for (int b = 0; b < moments; ++b) add(here, LOBES + b, lux[b] / PI, total);

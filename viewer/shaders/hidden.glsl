@@ -2,12 +2,14 @@
 // lighting.environment.bright_light. Needs octahedral.glsl.
 
 uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
-uniform sampler2D faces;        // of every triangle of the window: its number in the scene; 1 where its back is seen
-uniform isampler2D nodes;       // of every triangle of the scene: the vertices that its parts have
+uniform sampler2D faces;        // of every triangle of the window: its number in the scene + 1, negative where its back
+                                // is seen, and its normal on the viewer's side
+uniform isampler2D nodes;       // of every triangle of the scene: the vertices that its parts have; of one that has no
+                                // parts where its first cut stands, and of cuts what light_tables._nodes says
 uniform isampler2D sites_of;    // of every vertex its site in front and behind, -1 inside of solids
 uniform sampler2D sites;        // of every site: codes of its map, four a texel
 uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps a texel, one four beside the other; mean last
-uniform ivec4 division;         // of the part: first triangle, where its nodes begin, parts a side, nodes a triangle
+uniform ivec4 division;         // of the part: first triangle, where its nodes begin, parts a side, numbers a triangle
 uniform int map_quads;          // fours of codes: a number that compilers do not unroll
 #ifndef PANEL
 // Of environments alone: softboxes have cells, see panel_hidden.glsl.
@@ -28,27 +30,48 @@ struct Hiding {
     vec4 lost[BENT];            // of all light but the narrow parts', lux and its moments in axes of the world
     vec4 whole;                 // all of that, lux
 #endif
+    vec3 facet;                 // the triangle's own normal
     float dark;                 // weight of the corners that lie in a solid: nothing is free
 };
 
-int node(int face, int a, int b) {
-    int number = division.y + (face - division.x) * division.w + b * (division.z + 1) - b * (b - 1) / 2 + a;
-    return texelFetch(nodes, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0).x;
+int node(int number) { return texelFetch(nodes, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0).x; }
+
+// Three vertices near a point, by the weights of its triangle's second and third corner; twin of Refinement.located.
+void locate(int triangle, vec2 place, out int corners[3], out float weights[3]) {
+    int first = division.y + (triangle - division.x) * division.w, side = division.z;
+    if (side > 1) {
+        place *= float(side);
+        int b = clamp(int(floor(place.y)), 0, side - 1);
+        int a = clamp(int(floor(place.x)), 0, side - 1 - b);
+        vec2 part = place - vec2(a, b);
+        bool upper = part.x + part.y > 1.0;
+        int row = first + b * (side + 1) - b * (b - 1) / 2 + a, above = row + side + 1 - b;
+        corners = int[3](upper ? above + 1 : row, row + 1, above);
+        for (int c = 0; c < 3; ++c) corners[c] = node(corners[c]);
+        weights = upper ? float[3](part.x + part.y - 1.0, 1.0 - part.y, 1.0 - part.x)
+            : float[3](1.0 - part.x - part.y, part.x, part.y);
+        return;
+    }
+    for (int c = 0; c < 3; ++c) corners[c] = node(first + c);
+    weights = float[3](1.0 - place.x - place.y, place.x, place.y);
+    for (int cut = node(first + 3); cut >= 0;) {
+        int c = node(cut), p = (c + 1) % 3, q = (c + 2) % 3;
+        float near = weights[p], far = weights[q];
+        bool nearer = near >= far;
+        corners[nearer ? q : p] = node(cut + 1);
+        weights[p] = nearer ? near - far : 2.0 * near;
+        weights[q] = nearer ? 2.0 * far : far - near;
+        cut = node(cut + (nearer ? 2 : 3));
+    }
 }
 
 Hiding hiding_at(int number, ivec2 sample_at) {
-    vec2 face = texelFetch(faces, ivec2((number - 1) % ROW_LENGTH, (number - 1) / ROW_LENGTH), 0).xy;
-    int triangle = int(face.x), k = division.z;
-    vec2 place = texelFetch(standing, sample_at, 0).xy * float(k);
-    int b = clamp(int(floor(place.y)), 0, k - 1);
-    int a = clamp(int(floor(place.x)), 0, k - 1 - b);
-    vec2 part = place - vec2(a, b);
-    bool upper = part.x + part.y > 1.0;
-    int corners[3] = int[3](node(triangle, upper ? a + 1 : a, upper ? b + 1 : b), node(triangle, a + 1, b),
-        node(triangle, a, b + 1));
-    vec3 weights = upper ? vec3(part.x + part.y - 1.0, 1.0 - part.y, 1.0 - part.x)
-        : vec3(1.0 - part.x - part.y, part.x, part.y);
+    vec4 face = texelFetch(faces, ivec2((number - 1) % ROW_LENGTH, (number - 1) / ROW_LENGTH), 0);
+    int corners[3];
+    float weights[3];
+    locate(int(abs(face.x)) - 1, texelFetch(standing, sample_at, 0).xy, corners, weights);
     Hiding at;
+    at.facet = face.yzw;
     at.dark = 0.0;
     for (int k = 0; k < MAP_QUADS; ++k) at.codes[k] = vec4(0.0);
 #ifndef PANEL
@@ -57,7 +80,7 @@ Hiding hiding_at(int number, ivec2 sample_at) {
 #endif
     for (int c = 0; c < 3; ++c) {
         ivec2 both = texelFetch(sites_of, ivec2(corners[c] % ROW_LENGTH, corners[c] / ROW_LENGTH), 0).xy;
-        int site = face.y > 0.5 ? both.y : both.x;
+        int site = face.x < 0.0 ? both.y : both.x;
         if (site < 0) {
             at.dark += weights[c];
             continue;
@@ -108,6 +131,17 @@ float free_share(float angle, float lambda) {
     float c = -lambda / (24.0 * (lambda + 0.3460));
     float theta = clamp(angle, -0.5 * PI, 0.5 * PI);
     return 0.5 + 0.5 * error_function(theta, k, c) / error_function(0.5 * PI, k, c);
+}
+
+// What a Gaussian's light upon a surface is proportional to, above a line `to` below its axis.
+float sent_above(float to, float axis) {
+    return exp(-0.5 * to * to) / sqrt(2.0 * PI) + axis * (0.5 + 0.5 * error_function(to * sqrt(0.5), 1.0, 0.0));
+}
+
+// The share of a Gaussian's light that comes from above the triangle's plane, lighting.visibility.own_horizon.
+float share_above(float facet, float shading, float lambda) {
+    float axis = max(shading * sqrt(lambda), -2.0), edge = axis + min((facet - shading) * sqrt(lambda), 0.0);
+    return clamp(sent_above(edge, axis) / sent_above(axis, axis), 0.0, 1.0);
 }
 
 #ifndef PANEL

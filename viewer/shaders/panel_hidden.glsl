@@ -17,12 +17,13 @@ void look_at_cells(Hiding hiding) {
 }
 
 // Takes off illuminance and its moments what is hidden of them.
-void hide_cells(mat3 to_world, inout vec4 lux[BENT]) {
+void hide_cells(Hiding hiding, mat3 to_world, inout vec4 lux[BENT]) {
     float given = 0.0, hidden[BENT], free = 0.0;
     for (int b = 0; b < BENT; ++b) hidden[b] = 0.0;
     for (int j = 0; j < PANEL_CELLS; ++j) {
-        float share = free_share(cell_distance[j], cell_sharpness[j]);
         vec3 p = cell_to[j] * to_world;
+        float share = min(free_share(cell_distance[j], cell_sharpness[j]),
+            share_above(dot(hiding.facet, cell_to[j]), p.z, cell_sharpness[j]));
         float bent[9] = float[9](1.0, p.x, p.y, p.z, p.x * p.y, p.y * p.z, p.x * p.z, p.x * p.x - p.y * p.y,
             3.0 * p.z * p.z - 1.0);
         float weight = cell_angle[j] * max(p.z, 0.0);

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.lighting.shapes import plane, speed_shape, sphere
-from metamer.lighting.visibility import precompute
+from metamer.lighting.visibility import precompute, thinning
 from metamer.lighting.visibility.precompute import VisibilityCost, computed_visibility, visibility_cost
 from metamer.spectral import memory
 from metamer.spectral.errors import InputError
@@ -30,21 +30,23 @@ import sys
 sys.path.insert(0, {folder!r})
 from conftest import scene_of
 from metamer.lighting.shapes import cloth, speed_shape
-from metamer.lighting.visibility import precompute, refinement
+from metamer.lighting.visibility import precompute, refinement, thinning
 from metamer.spectral.fingerprint import fingerprint
 
 precompute._TRAINING, precompute._TILE, precompute._A_PROCESS, refinement.MOST_VERTICES = 150, 40, 40, 100
+thinning.WHOLE = {whole}
 scene = scene_of.__wrapped__()(speed_shape(2), cloth(8).placed(translate=(0.0, -1.0, 0.0)))
 for jobs in (1, 2):
     found = precompute.computed_visibility(scene, jobs)
-    print(fingerprint(found.mean, found.axes, found.whole, found.halves, found.steps, found.facing))
+    print(fingerprint(found.mean, found.axes, found.whole, found.halves, found.steps, found.facing, found.middles))
 """
 
 
-def test_several_processes_give_the_same_bytes(tmp_path):
+@pytest.mark.parametrize("whole", [thinning.WHOLE, 50])
+def test_several_processes_give_the_same_bytes(tmp_path, whole):
     """Each works with one thread of BLAS; so does the command."""
     script = tmp_path / "same.py"
-    script.write_text(SAME.format(folder=str(Path(__file__).parent)), encoding="utf-8")
+    script.write_text(SAME.format(folder=str(Path(__file__).parent), whole=whole), encoding="utf-8")
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -77,8 +79,8 @@ def test_no_tile_holds_more_rays_than_memory_is_reckoned_for(scene, monkeypatch)
     most = []
     traced = precompute.traced
     monkeypatch.setattr(precompute, "traced", lambda s, n, o: most.append(len(s)) or traced(s, n, o))
-    computed_visibility(scene)
-    assert max(most) <= precompute._TILE and sum(most) == 642 + 162
+    found = computed_visibility(scene)
+    assert max(most) <= precompute._TILE and sum(most) == 642 + 162 + len(found.middles) == len(found.whole)
 
 
 def test_cost_is_known_before_the_work(scene):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from btf_sets import NINE, UBO, held
 from metamer.materials.btf.images import BtfImages, HeldImages
-from metamer.materials.btf.registration import displacement
 from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.points import Points
@@ -84,9 +83,9 @@ def test_registered_views_show_the_same_texel(offset):
 
 
 def test_a_view_is_displaced_along_its_azimuth():
-    """At 45 degrees, by h0: a view from the right sees what lies deeper farther right, one from above farther up."""
+    """At 45 degrees, by h0: from the right what stands higher is seen farther left, from the picture's top farther down."""
     moved = displacement(directions_of([(45, 0), (45, 90), (0, 0)]), 3.0)
-    np.testing.assert_allclose(moved, [[3, 0], [0, -3], [0, 0]], atol=1e-9)
+    np.testing.assert_allclose(moved, [[-3, 0], [0, 3], [0, 0]], atol=1e-9)
 
 
 def test_light_that_grazes_is_held_as_f_r():

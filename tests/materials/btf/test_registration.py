@@ -5,8 +5,8 @@ import pytest
 from btf_sets import UBO, held
 from metamer.materials.btf.decoding import uplifted_basis
 from metamer.materials.btf.hemisphere import Hemisphere
-from metamer.materials.btf.images import BtfImages, HeldImages
-from metamer.materials.btf.registration import displacement, held_out_error, plane_offset, registered
+from metamer.materials.btf.images import BtfImages, HeldImages, displacement
+from metamer.materials.btf.registration import held_out_error, plane_offset, registered
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.textures import linear_from_srgb
 from scipy.ndimage import gaussian_filter
