@@ -50,12 +50,15 @@ def gathered_by(
 
 @lru_cache(maxsize=32)
 def slices_of(surface: GlossySurface) -> ViewSlices:
-    """Its environment form, a term for each of its spectra."""
+    """Its environment form, a term for each of its spectra, as bright as those are: black ones are left out."""
+    bright = surface.spectra.mean(axis=1)
 
     def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        return surface.terms(wi, wo) / wi[:, 2:]
+        return bright * surface.terms(wi, wo) / wi[:, 2:]
 
-    return ViewSlices(*mixtures(sampled, len(surface.spectra), _isotropic(surface)), Palette.of(surface.spectra))
+    directions, sharpness, value = mixtures(sampled, len(bright), _isotropic(surface))
+    value = value / np.where(bright > 0.0, bright, 1.0)
+    return ViewSlices(directions, sharpness, value, Palette.of(surface.spectra))
 
 
 def _isotropic(surface: GlossySurface) -> bool:

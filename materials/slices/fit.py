@@ -21,6 +21,7 @@ from ..protocol import LIGHTS
 from ..surface import Surface
 from .error import references, with_error
 from .mixture import Mixture
+from .nearest import Wanted
 from .quadrature import BLOCK, PLAIN, STRETCHED, Grids, slice_directions
 from .smooth import smooth_part
 from .view_slices import ViewSlices, polar_angles
@@ -34,8 +35,9 @@ COUNTS = (4, 8, LOBES)
 _HIGHLIGHTS, _WORTH = 4.0, 0.9
 # Viewers of isotropic materials, and of others by polar angle and azimuth.
 _POLAR, _TURNED = 24, (16, 16)
-# Rounds of the first slice, of each that starts as its neighbour, and of shares alone.
-_FIRST_ROUNDS, _ROUNDS, _SHARING_ROUNDS = 60, 10, 8
+# Rounds of the first slice, and of each that starts as its neighbour; and steps, at most, that bring both nearer.
+_FIRST_ROUNDS, _ROUNDS = 60, 3
+_FIRST_STEPS, _STEPS = 60, 6
 # Gaussians are placed by this power of what comes from a direction, since tails show beside a sun.
 _TEMPER = 0.9
 # Directions from which less than this share of all comes do not move a Gaussian.
@@ -95,9 +97,10 @@ def mixtures(
     """Directions, sharpness and values of slices (`ViewSlices`) of whatever f_r `sampled` gives in `size` numbers.
 
     Each slice is integrated over `slice_directions`. Its smooth part, polynomials of the second degree (`smooth`), is
-    the bent cosine's. What else comes from each direction, the mean of its numbers' magnitudes, is shared between
-    Gaussians and cosine by expectation and maximisation, and the numbers with it: so the integral of a slice is exact,
-    whatever the Gaussians do.
+    the bent cosine's. Where else something comes from, by the mean of its numbers' magnitudes, Gaussians are placed by
+    expectation and maximisation, and brought near to it by least squares of what is seen (`nearest`), as the numbers
+    are: so the numbers should be as bright as they are seen. The integral of a slice is exact, whatever the Gaussians
+    do.
     """
     return _mixtures(partial(_slice, sampled, _grids(isotropic)), size, isotropic, lobes)
 
@@ -139,10 +142,10 @@ def _mixtures(
         mixture: Mixture | None = None
         for t, theta in enumerate(polar):
             to, angles, values = slice_at(float(theta), float(azimuth))
-            weights = to[:, 2] * angles
             smooth = smooth_part(to, angles, values)
-            values = values - bends(to) @ smooth
-            density = _magnitude(values) * to[:, 2]
+            there = _magnitude(values) * to[:, 2]
+            values = (values - bends(to) @ smooth) * to[:, 2:]
+            density = _magnitude(values)
             power = density * angles
             drawn = density**_TEMPER * angles
             counts = drawn > _COUNTS * drawn.sum()
@@ -150,12 +153,13 @@ def _mixtures(
                 mixture = _first(to, power, lobes)
             else:
                 mixture = _begun(mixture, theta - polar[t - 1], azimuth, to[counts], drawn[counts])
+            found = np.zeros((lobes + 1, size))
             if counts.any():
                 mixture = mixture.refined(to[counts], drawn[counts], _ROUNDS if t else _FIRST_ROUNDS)
-                mixture = mixture.shared(to, power, _SHARING_ROUNDS)
+                wanted = Wanted.of(to, angles, _mean(values), there)
+                mixture = wanted.nearest(mixture, _STEPS if t else _FIRST_STEPS)
+                found = wanted.spectra(mixture, values)
             directions[t, a], sharpness[t, a] = mixture.axes, mixture.sharpness
-            # This way round it takes OpenBLAS a hundredth of the time.
-            found = (values.T @ (mixture.responsibilities(to) * weights).T).T
             spectra[t, a, :lobes], spectra[t, a, lobes:] = found[:-1], np.pi * smooth
             spectra[t, a, lobes] += found[-1]
     return directions, sharpness, spectra
@@ -181,7 +185,12 @@ def _matt(slice_at: SliceAt) -> Float[np.ndarray, " C"] | None:
 
 def _magnitude(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
     """Mean of the magnitudes in each row; without a copy where none is negative."""
-    return (np.abs(values) if values.min() < 0.0 else values) @ np.full(values.shape[1], 1.0 / values.shape[1])
+    return _mean(np.abs(values) if values.min() < 0.0 else values)
+
+
+def _mean(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
+    """Of each row; faster than numpy's."""
+    return values @ np.full(values.shape[1], 1.0 / values.shape[1])
 
 
 def _in_few(

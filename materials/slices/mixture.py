@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 # A mean resultant length that is no closer to 1 than rounding of directions leaves; a sharpness of 2e9.
 _LONGEST = 1.0 - 1.0e-9
-# Sharpness is no lower: such a Gaussian is even over the sphere, which is nothing that a hemisphere's slice is made of.
-_BLUNTEST = 0.5
-# Exponent beyond which a Gaussian is as good as nothing.
-_FARTHEST = -300.0
+#: Sharpness is no lower: such a Gaussian is even over the sphere, and no hemisphere's slice is made of such.
+BLUNTEST = 0.5
+#: Exponent beyond which a Gaussian is as good as nothing.
+FARTHEST = -300.0
 # Of the whole: no part's share is less, so that none dies.
 _LEAST = 1.0e-6
 
@@ -28,22 +28,6 @@ class Mixture:
     sharpness: Float[np.ndarray, " Q"]
     shares: Float[np.ndarray, "_"]
 
-    def responsibilities(self, directions: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "Q1 S"]:
-        """(Q+1, S) which part of what comes from each direction, above the horizon, is whose; they add up to 1."""
-        lobes, rest = self._densities(np.ascontiguousarray(directions.T))
-        found = np.concatenate([lobes, rest[None]])
-        return found / found.sum(axis=0)
-
-    def shared(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], rounds: int) -> Mixture:
-        """The same Gaussians with the shares that suit `power` (S,), not negative, some of it above 0."""
-        whole = power.sum()
-        lobes, rest = replace(self, shares=np.ones_like(self.shares))._densities(np.ascontiguousarray(directions.T))
-        parts = np.concatenate([lobes, rest[None]])
-        shares = self.shares * (whole / self.shares.sum())
-        for _ in range(rounds):
-            shares = np.maximum(shares * (parts @ (power / (shares @ parts))), _LEAST * whole)
-        return replace(self, shares=shares)
-
     def refined(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], rounds: int) -> Mixture:
         """After so many rounds of expectation and maximisation (Banerjee et al. 2005, with their eq. 4.4 for the
         sharpness); power (S,) is what comes from each direction, not negative, some of it above 0.
@@ -52,7 +36,7 @@ class Mixture:
         """
         found, least, to = self, _LEAST * power.sum(), np.ascontiguousarray(directions.T)
         for _ in range(rounds):
-            weight, rest = found._densities(to)
+            weight, rest = found.densities(to)
             of_whole = power / (weight.sum(axis=0) + rest)
             weight *= of_whole
             shares = np.maximum(np.append(weight.sum(axis=1), rest @ of_whole), least)
@@ -60,27 +44,27 @@ class Mixture:
             length = np.linalg.norm(moment, axis=1)
             axes = np.where(length[:, None] > 0.0, moment / np.where(length > 0.0, length, 1.0)[:, None], found.axes)
             mean = np.clip(length / shares[:-1], 0.0, _LONGEST)
-            sharpness = np.maximum(mean * (3.0 - mean**2) / (1.0 - mean**2), _BLUNTEST)
+            sharpness = np.maximum(mean * (3.0 - mean**2) / (1.0 - mean**2), BLUNTEST)
             found = Mixture(axes, sharpness, shares)
         return found
 
     def likelihood(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"]) -> float:
         """Mean logarithm of its density where `power` (S,), not negative, some of it above 0, comes from."""
-        lobes, rest = self._densities(np.ascontiguousarray(directions.T))
+        lobes, rest = self.densities(np.ascontiguousarray(directions.T))
         return float(np.log(lobes.sum(axis=0) + rest) @ power / power.sum())
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> Mixture:
         """Its Gaussians turned about the point."""
         return replace(self, axes=self.axes @ rotation.T)
 
-    def _densities(self, to: Float[np.ndarray, "3 S"]) -> tuple[Float[np.ndarray, "Q S"], Float[np.ndarray, " S"]]:
+    def densities(self, to: Float[np.ndarray, "3 S"]) -> tuple[Float[np.ndarray, "Q S"], Float[np.ndarray, " S"]]:
         """What each Gaussian sends from each direction, and what the cosine does, which is above 0 everywhere."""
         norm = self.sharpness / (2.0 * np.pi * -np.expm1(-2.0 * self.sharpness))
         lobes = self.axes @ to
         lobes -= 1.0
         lobes *= self.sharpness[:, None]
         # Numbers below 1e-308 would be nothing but slow.
-        np.maximum(lobes, _FARTHEST, out=lobes)
+        np.maximum(lobes, FARTHEST, out=lobes)
         np.exp(lobes, out=lobes)
         lobes *= (self.shares[:-1] * norm)[:, None]
         return lobes, (self.shares[-1] / np.pi) * to[2]

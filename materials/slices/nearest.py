@@ -1,0 +1,189 @@
+"""Gaussians brought as near to a slice as they come: damped least squares of what would be seen of the difference.
+
+Expectation and maximisation finds where Gaussians are needed, and leaves their sum off by tenths of what a slice sends
+far from the mirror direction, where a lamp beside a highlight shows it. What is seen of a difference: L* follows the
+cube root of Y, so that under a small lamp, wherever it stands, L* is off by the difference over the 2/3rd power of what
+the slice sends there. Squares are divided by the 4/3rd power, of a little more, since no light is a lamp alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from .mixture import BLUNTEST, FARTHEST, Mixture
+
+# What is seen of a difference, by the power of what is there; and what is there at least, of the slice's mean.
+_SEEN, _ELSEWHERE = 4.0 / 3.0, 0.1
+# What is as far as this cosine below the horizon counts as what is as far above.
+_BELOW = 0.5
+# Directions count that have more than this share of all that could be seen.
+_COUNTS = 1.0e-7
+# What the sum of all may be off: that counts as the same share of every direction's would.
+_WHOLE = 1.0
+# Damping of the first step, of the diagonal; what it is multiplied with after a step that was worse, and one that was
+# better; its bounds; and the longest step, of a logarithm or of a Gaussian's own width.
+_DAMPING, _WORSE, _BETTER, _BOUNDS, _LONGEST = 1.0e-2, 8.0, 0.25, (1.0e-7, 1.0e6), 0.7
+# Less than this, of the squares that are left, is no progress.
+_PROGRESS = 1.0e-3
+# What parts that say nearly the same are held together by, of the mean diagonal: in steps, and in spectra.
+_STEP_RIDGE, _RIDGE = 1.0e-9, 1.0e-5
+# A derivative that is less, of the largest, is none.
+_NOTHING = 1.0e-30
+# Of the whole: no part's share is less.
+_LEAST = 1.0e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """What parts of a mixture shall add up to, of S directions: f_r cos(theta_i), what is smooth taken off.
+
+    directions (S,3), density (S,) : what comes from there, of either sign, and nothing from below the horizon, where
+    Gaussians reach. weights (S,) : of its squares. energy : its integral; square : what the whole's square counts.
+    chosen, angles (A,) : which of all directions come first here, and the solid angles of all.
+    """
+
+    directions: Float[np.ndarray, "S 3"]
+    density: Float[np.ndarray, " S"]
+    weights: Float[np.ndarray, " S"]
+    chosen: Bool[np.ndarray, " _"]
+    angles: Float[np.ndarray, " _"]
+    energy: float
+    square: float
+
+    @classmethod
+    def of(
+        cls,
+        directions: Float[np.ndarray, "A 3"],
+        angles: Float[np.ndarray, " A"],
+        density: Float[np.ndarray, " A"],
+        there: Float[np.ndarray, " A"],
+    ) -> Wanted:
+        """density : as above, at A directions of solid angles `angles`; there (A,) : what comes from there in all, not
+        negative, some of it above 0.
+        """
+        mean = there @ angles / np.pi
+        weights = angles / (there + _ELSEWHERE * mean) ** _SEEN
+        counts = weights * there**2
+        whole = counts.sum()
+        chosen = counts > _COUNTS * whole
+        square = float(_WHOLE * whole / (there @ angles) ** 2)
+        below = chosen & (directions[:, 2] < _BELOW)
+        return cls(
+            np.concatenate([directions[chosen], directions[below] * (1.0, 1.0, -1.0)]),
+            np.append(density[chosen], np.zeros(below.sum())),
+            np.append(weights[chosen], weights[below]),
+            *(chosen, angles, float(density @ angles), square),
+        )
+
+    def nearest(self, mixture: Mixture, rounds: int) -> Mixture:
+        """The mixture after at most so many steps (Levenberg 1944, Marquardt 1963), none of which is worse."""
+        found, damping = mixture, _DAMPING
+        parts = _Parts.of(found, self.directions)
+        off = self._off(parts)
+        normal, slope = self._normal(parts, off)
+        for _ in range(rounds):
+            diagonal = np.diag(normal)
+            ridge = damping * diagonal + _STEP_RIDGE * diagonal.max()
+            step = np.clip(np.linalg.solve(normal + np.diag(ridge), -slope), -_LONGEST, _LONGEST)
+            other = _Parts.of(_stepped(found, parts, step), self.directions)
+            left = self._off(other)
+            before, after = self._squares(off), self._squares(left)
+            if not after < before:
+                damping = min(damping * _WORSE, _BOUNDS[1])
+                continue
+            found, parts, off, damping = other.mixture, other, left, max(damping * _BETTER, _BOUNDS[0])
+            if before - after < _PROGRESS * before:
+                break
+            normal, slope = self._normal(parts, off)
+        return found
+
+    def spectra(self, mixture: Mixture, values: Float[np.ndarray, "A C"]) -> Float[np.ndarray, "Q1 C"]:
+        """What each part sends in all, in C numbers whose mean is `density`: least squares for each of them, and their
+        integrals exactly.
+        """
+        parts = _Parts.of(mixture, self.directions)
+        each = np.concatenate([parts.lobes, parts.rest[None]])
+        each[each < _NOTHING * each.max()] = 0.0
+        # In units of the shares, so that the ridge holds all alike to one multiple of the mixture.
+        weighted = each * self.weights
+        normal = weighted @ each.T + self.square * np.outer(mixture.shares, mixture.shares)
+        energy = self.angles @ values
+        above = weighted[:, : int(self.chosen.sum())] @ values[self.chosen]
+        right = above + self.square * np.outer(mixture.shares, energy)
+        multiple = right.sum(axis=0) / normal.sum()
+        ridge = _RIDGE * np.trace(normal) / len(normal)
+        found = (
+            np.linalg.solve(normal + ridge * np.eye(len(normal)), right + ridge * multiple) * mixture.shares[:, None]
+        )
+        return found + np.outer(mixture.shares / mixture.shares.sum(), energy - found.sum(axis=0))
+
+    def _off(self, parts: _Parts) -> tuple[Float[np.ndarray, " S"], float]:
+        """What is too much: by direction, and in all."""
+        return parts.lobes.sum(axis=0) + parts.rest - self.density, float(parts.mixture.shares.sum()) - self.energy
+
+    def _squares(self, off: tuple[Float[np.ndarray, " S"], float]) -> float:
+        return float(self.weights @ off[0] ** 2) + self.square * off[1] ** 2
+
+    def _normal(
+        self, parts: _Parts, off: tuple[Float[np.ndarray, " S"], float]
+    ) -> tuple[Float[np.ndarray, "P P"], Float[np.ndarray, " P"]]:
+        """Gauss and Newton's matrix, and half the slope, by all that `_stepped` changes."""
+        by, all_of = parts.derivatives(self.directions)
+        weighted = by * self.weights
+        normal = weighted @ by.T + self.square * np.outer(all_of, all_of)
+        return normal, weighted @ off[0] + self.square * off[1] * all_of
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """A mixture at S directions: what each Gaussian sends from there, its cosines to it, and what the cosine sends.
+
+    sides (2,Q,3) : two axes at right angles to each Gaussian's.
+    """
+
+    mixture: Mixture
+    lobes: Float[np.ndarray, "Q S"]
+    cosines: Float[np.ndarray, "Q S"]
+    rest: Float[np.ndarray, " S"]
+    sides: Float[np.ndarray, "2 Q 3"]
+
+    @classmethod
+    def of(cls, mixture: Mixture, directions: Float[np.ndarray, "S 3"]) -> _Parts:
+        lobes, rest = mixture.densities(np.ascontiguousarray(directions.T))
+        axes = mixture.axes
+        # Any that is not along the axis will do: the world's that is farthest from it.
+        least = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
+        one = np.cross(axes, least)
+        one /= np.linalg.norm(one, axis=1)[:, None]
+        return cls(mixture, lobes, axes @ directions.T, rest, np.stack([one, np.cross(axes, one)]))
+
+    def derivatives(
+        self, directions: Float[np.ndarray, "S 3"]
+    ) -> tuple[Float[np.ndarray, "P S"], Float[np.ndarray, " P"]]:
+        """By the logarithms of sharpness, by both sides in units of the width, and by the logarithms of all shares; of
+        what comes from each direction, and of the sum.
+        """
+        sharpness, shares = self.mixture.sharpness, self.mixture.shares
+        # Of lambda / (1 - exp(-2 lambda)), what a Gaussian is normalised with.
+        norm = 1.0 - 2.0 * sharpness / np.expm1(2.0 * np.minimum(sharpness, -FARTHEST))
+        by_sharpness = self.lobes * (sharpness[:, None] * (self.cosines - 1.0) + norm[:, None])
+        by_sides = [np.sqrt(sharpness)[:, None] * self.lobes * (side @ directions.T) for side in self.sides]
+        by = np.concatenate([by_sharpness, *by_sides, self.lobes, self.rest[None]])
+        # Products of what is next to nothing are below 1e-308, which is a hundred times as slow.
+        by[np.abs(by) < _NOTHING * np.abs(by).max()] = 0.0
+        return by, np.concatenate([np.zeros(3 * len(sharpness)), shares])
+
+
+def _stepped(mixture: Mixture, parts: _Parts, step: Float[np.ndarray, " P"]) -> Mixture:
+    """Another mixture; the step is in what `_Parts.derivatives` are by."""
+    count = len(mixture.sharpness)
+    widths = 1.0 / np.sqrt(mixture.sharpness)
+    sides = step[count : 3 * count].reshape(2, count) * widths
+    axes = mixture.axes + np.einsum("kq,kqj->qj", sides, parts.sides)
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    shares = mixture.shares * np.exp(step[3 * count :])
+    sharpness = np.maximum(mixture.sharpness * np.exp(step[:count]), BLUNTEST)
+    return Mixture(axes, sharpness, np.maximum(shares, _LEAST * shares.sum()))
