@@ -1,13 +1,12 @@
 """A BTF as a surface: what was measured comes back, and what lies between is mixed."""
 
-import sys
-import types
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from btf_sets import NINE, UBO, held
-from metamer.materials.btf.images import BtfImages, HeldImages
+from metamer.materials.btf import form
+from metamer.materials.btf.images import BtfImages, HeldImages, displacement
 from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.points import Points
@@ -83,7 +82,7 @@ def test_registered_views_show_the_same_texel(offset):
 
 
 def test_a_view_is_displaced_along_its_azimuth():
-    """At 45 degrees, by h0: from the right what stands higher is seen farther left, from the picture's top farther down."""
+    """At 45 degrees, by h0: from the right, what stands high is seen farther left, and from above farther down."""
     moved = displacement(directions_of([(45, 0), (45, 90), (0, 0)]), 3.0)
     np.testing.assert_allclose(moved, [[-3, 0], [0, 3], [0, 0]], atol=1e-9)
 
@@ -159,9 +158,7 @@ def test_the_average_is_the_mean_over_texels():
 
 def test_its_own_form_is_asked_with_its_images_and_the_budget(monkeypatch):
     asked = []
-    forms = types.ModuleType("metamer.materials.btf.forms")
-    forms.btf_form = lambda images, budget: asked.append((images, budget))
-    monkeypatch.setitem(sys.modules, "metamer.materials.btf.forms", forms)
+    monkeypatch.setattr(form, "btf_form", lambda images, budget: asked.append((images, budget)))
     images = held()
     surface(images).own_form(0.3)
     assert asked == [(images, 0.3)]

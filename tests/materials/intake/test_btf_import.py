@@ -1,15 +1,14 @@
 """BTFs in a catalogue: left where they are, copied, out of archives; changed, gone, and looked at again."""
 
 import os
-import sys
 import time
-import types
 import zipfile
 
 import numpy as np
 import pytest
 from btf_sets import NINE, written
 from metamer.cli.main import main
+from metamer.materials.btf import form
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path
@@ -26,12 +25,10 @@ SOME = NINE[:5]
 
 
 @pytest.fixture(autouse=True)
-def form(monkeypatch):
+def fast(monkeypatch):
     """A fast form at once: one matt texel for everything."""
-    forms = types.ModuleType("metamer.materials.btf.forms")
     matt = texture_form(WORKING_WAVELENGTHS_NM, np.full((1, 1, 81), 0.3))
-    forms.btf_form = lambda images, budget: matt
-    monkeypatch.setitem(sys.modules, "metamer.materials.btf.forms", forms)
+    monkeypatch.setattr(form, "btf_form", lambda images, budget: matt)
 
 
 @pytest.fixture
@@ -151,8 +148,7 @@ def test_an_import_that_is_ended_in_the_middle_goes_on(wool, tmp_path, monkeypat
     def ends(images, budget):
         raise KeyboardInterrupt
 
-    forms = sys.modules["metamer.materials.btf.forms"]
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(forms, "btf_form", ends)
+        patch.setattr(form, "btf_form", ends)
         brought(wool, tmp_path / "cat")
     assert brought(wool, tmp_path / "cat").count("imported") == 1
