@@ -101,7 +101,9 @@ def test_missing_scene_is_said_before_a_catalogue_is_made(metamer, monkeypatch, 
     assert "no such file" in err and "gone.toml" in err
 
 
-@pytest.mark.parametrize(("name", "said"), [("no/folder/ball.png", "no such folder"), ("made", "a folder, where a file")])
+@pytest.mark.parametrize(
+    ("name", "said"), [("no/folder/ball.png", "no such folder"), ("made", "a folder, where a file")]
+)
 def test_place_that_cannot_be_written_to_is_said_before_any_work(render, monkeypatch, tmp_path, name, said):
     monkeypatch.setattr("metamer.cli.render.catalogue_for", lambda *_: pytest.fail("a catalogue was opened"))
     (tmp_path / "made.exr").mkdir()
