@@ -48,6 +48,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene_files import load_scene
+    from ..spectral.files import check_writable, existing_file
     from ..viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
 
@@ -55,8 +56,10 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")
     if args.reference and args.filtering != "linear":
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
-    # A wrong name is said now, not after the work.
+    # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
+    existing_file(args.scene)
+    check_writable(args.output)
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
     view = scene.camera(args.camera)

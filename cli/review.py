@@ -57,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
     from ..calibration.statistics import beside
     from ..lighting.scene_files import load_scene, shipped_scene
+    from ..spectral.files import existing_file
     from ..spectral.processes import usable_cores
     from ..viewer.keeping import VISIBILITY
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
@@ -65,8 +66,10 @@ def run(args: argparse.Namespace) -> int:
 
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
+    # Said before a missing catalogue is made, which takes minutes.
+    path = existing_file(args.scene or shipped_scene("booth"))
     catalogue = catalogue_for(args.catalogue, jobs)
-    scene = load_scene(args.scene or shipped_scene("booth"), catalogue, say)
+    scene = load_scene(path, catalogue, say)
     view = scene.camera(args.camera)
     cost = picture_cost(scene, view, "review", spectra=len(light_names(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)

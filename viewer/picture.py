@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -107,8 +107,13 @@ class Picture:
 
 
 def lit_by(scene: Scene, name: str | None) -> Scene:
-    """The scene under a named illuminant, or as it is."""
-    return scene if name is None else scene.with_illuminant(illuminant(name), name)
+    """The scene under a named illuminant, which a note of it says last, or as it is."""
+    if name is None:
+        return scene
+    # What notes say of the lights' own spectra is not true of this scene any more.
+    replaced = f"lit by {name} in place of each light's own spectrum, whatever is said of that above"
+    lit = scene.with_illuminant(illuminant(name), name)
+    return replace(lit, notes=(*lit.notes, replaced))
 
 
 def picture_words(scene: Scene, view: Camera, made_by: str, metamer: str) -> dict[str, str]:

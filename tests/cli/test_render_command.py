@@ -92,6 +92,39 @@ def test_wrong_usage_is_said_before_any_work(render, monkeypatch, name, words, s
     assert not path.exists()
 
 
+@pytest.mark.parametrize("command", ["render", "review"])
+def test_missing_scene_is_said_before_a_catalogue_is_made(metamer, monkeypatch, tmp_path, command):
+    monkeypatch.setattr(f"metamer.cli.{command}.catalogue_for", lambda *_: pytest.fail("a catalogue was opened"))
+    output = ["--output", tmp_path / "ball.png"] if command == "render" else ["--out", tmp_path / "review"]
+    code, _, err = metamer(command, tmp_path / "gone.toml", *output)
+    assert code == 4
+    assert "no such file" in err and "gone.toml" in err
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("no/folder/ball.png", "no such folder"), ("made", "a folder, where a file")]
+)
+def test_place_that_cannot_be_written_to_is_said_before_any_work(render, monkeypatch, tmp_path, name, said):
+    monkeypatch.setattr("metamer.cli.render.catalogue_for", lambda *_: pytest.fail("a catalogue was opened"))
+    (tmp_path / "made.exr").mkdir()
+    code, _, err, _ = render(f"{name}.exr" if name == "made" else name)
+    assert code == 4
+    assert said in err
+
+
+def test_notes_say_that_the_lights_have_another_spectrum(render, scene):
+    scene.write_text(
+        scene.read_text(encoding="utf-8").replace(
+            'direction_to_light = [-0.45, 0.46, 0.766]\nspectrum = "D65"', 'kind = "booth"\nbooth = "D65"'
+        ),
+        encoding="utf-8",
+    )
+    own, replaced = render("own.png")[1], render("replaced.png", "--illuminant", "A")[1]
+    assert "booth D65" in own and "in place of" not in own
+    assert "lit by A in place of each light's own spectrum" in replaced
+    assert replaced.index("booth D65") < replaced.index("lit by A")
+
+
 @pytest.mark.parametrize(
     ("name", "words", "said"),
     [
