@@ -18,6 +18,7 @@ from .gathering import BtfGathering
 from .images import BtfImages
 from .local_pca import JUDGED, LocalPca, Size, gathered, local_pca
 from .metric import folding_of
+from .reduced import reduced
 from .texels import BtfTexels
 
 # One of so many images of each texel is looked at for how dark and bright its spectra are.
@@ -78,8 +79,9 @@ def btf_form(
 
     budget : a size; or the ΔE94 that the mean should not exceed under the worst light. Texels' own noise is in every
     figure, and none of a few sizes may be within: then it is the one called "fine", beyond which bytes buy little.
-    heard : hears the share that is done.
+    heard : hears the share that is done. Of many wavelengths, images are brought into a small basis before.
     """
+    images = reduced(images, seed)
     if isinstance(budget, Size):
         return _of_size(images, budget, seed, heard)
     small = _of_size(images, SIZES["small"], seed, lambda share: heard(0.3 * share))

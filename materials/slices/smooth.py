@@ -32,7 +32,9 @@ def smooth_part(
     weight = seen
     for _ in range(_ROUNDS):
         if scale > 0.0:
-            weight = seen / (1.0 + (np.maximum(off, 0.0) / scale) ** 2) ** 2
+            # A highlight that is too far above for its square to be a number counts for nothing, as it should.
+            with np.errstate(over="ignore"):
+                weight = seen / (1.0 + (np.maximum(off, 0.0) / scale) ** 2) ** 2
         off = mean - basis @ _solved(basis, weight, mean[:, None])[:, 0]
     return _solved(basis, weight, f_r)
 

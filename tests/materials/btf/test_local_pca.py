@@ -8,7 +8,8 @@ from metamer.materials.btf.form import SIZES, BtfForm, btf_form
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages, displacement
 from metamer.materials.btf.local_pca import Size, local_pca
-from metamer.materials.btf.metric import seen
+from metamer.materials.btf.metric import folding_of, seen
+from metamer.materials.btf.reduced import reduced
 from metamer.materials.points import Points
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
@@ -183,6 +184,22 @@ def test_spectra_are_carried_not_colours():
     basis = SpectralBasis("bands", np.linspace(380, 780, 81), np.linalg.pinv(spectra).T, spectra)
     images = bumps(8, 8, views=3, lights=3, basis=basis)
     assert off(local_pca(images, FINE), images).mean() < 0.6
+
+
+def test_many_wavelengths_are_carried_by_few_coefficients():
+    """Smooth spectra at every tenth wavelength: the form has few of them, and shows what all of them show."""
+    grid = np.arange(400.0, 701.0, 10.0)
+    images = bumps(6, 6, views=2, lights=2, basis=SpectralBasis.sampled(grid))
+    waves = 0.4 + 0.2 * np.sin(grid / 40.0 + np.arange(36)[:, None] / 5.0)
+    images.values[...] = images.values[..., :1] * waves.reshape(6, 6, -1)
+    few = reduced(images)
+    assert 4 <= few.basis.size < 12 and (few.height, few.offset) == (6, 0.0)
+    to_xyz, white = (folding_of(("HP1",)).weights(grid), folding_of(("HP1",)).weights(grid).sum(axis=0))
+    back = few.image(3, 2) @ few.basis.synthesis.T
+    assert delta_e_xyz(np.pi * images.values[3, 2] @ to_xyz, np.pi * back @ to_xyz, white).max() < 0.3
+    form = btf_form(images, FINE)
+    assert form.texels.palette.rank == few.basis.size
+    assert reduced(bumps(3, 3, views=2, lights=2)).basis.size == 3
 
 
 @pytest.mark.parametrize("offset", [2.0, -1.3])

@@ -28,6 +28,7 @@ EXPECTED = {
     "spectra/text/uprtek.xls.txt": ("instrument text", 1, 0),
 }
 REFUSED = {
+    "00001 tl000 pl000 tv000 pv000.jpg": "images that do not say what their numbers are",
     "brick_base_gray.png": "a normal map that does not say which way is up",
     "ColorChecker.cie": "24 samples with LAB and no spectra",
     "ColorCheckerPassport.cie": "50 samples with LAB, XYZ and no spectra",
@@ -76,7 +77,8 @@ def test_refusals_are_the_right_ones_and_no_others(plan):
             if material.status == "failed":
                 reasons[name.rpartition("/")[2]] = material.reason
                 # Each says which file, what was found, and what would do instead.
-                assert name in material.reason and "found:" in material.reason and "expected:" in material.reason
+                file_said = name.partition(".zip/")[0]
+                assert file_said in material.reason and "found:" in material.reason and "expected:" in material.reason
     assert set(reasons) == set(REFUSED)
     for name, said in REFUSED.items():
         assert said in reasons[name], reasons[name]

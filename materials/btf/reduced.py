@@ -1,0 +1,98 @@
+"""BTFs of many wavelengths in a small spectral basis: what a fast form is found for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.difference import delta_e_xyz
+from ..protocol import LIGHTS
+from .hemisphere import Hemisphere
+from .images import BtfImages
+from .metric import folding_of
+
+# With so few coefficients nothing is gained by fewer.
+_FEW = 4
+# ΔE94 that spectra may be off by at the 99th percentile, under each of the protocol's lights.
+_OFF = 0.1
+# Images, and texels of each, whose spectra the basis is found for.
+_IMAGES, _TEXELS = 64, 64
+
+
+@dataclass(frozen=True, eq=False)
+class InBasis(BtfImages):
+    """The same images, in another basis."""
+
+    images: BtfImages
+    basis: SpectralBasis
+
+    @property
+    def views(self) -> Hemisphere:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The images'."""
+        return self.images.views
+
+    @property
+    def lights(self) -> Hemisphere:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The images'."""
+        return self.images.lights
+
+    @property
+    def height(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """H."""
+        return self.images.height
+
+    @property
+    def width(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """W."""
+        return self.images.width
+
+    @property
+    def offset(self) -> float:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The images'."""
+        return self.images.offset
+
+    @property
+    def texel_mm(self) -> float | None:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The images'."""
+        return self.images.texel_mm
+
+    @cached_property
+    def _turned(self) -> Float[np.ndarray, "J K"]:
+        return (self.images.basis.synthesis.T @ self.basis.analysis).astype(np.float32)
+
+    def image(self, view: int, light: int) -> Float[np.ndarray, "H W K"]:
+        """See `BtfImages.image`."""
+        return np.asarray(self.images.image(view, light), dtype=np.float32) @ self._turned
+
+
+def reduced(images: BtfImages, seed: int = 0) -> BtfImages:
+    """The images in the smallest balanced basis that shows their spectra within ΔE94 0.1 under each protocol light.
+
+    They are returned as they are where that saves nothing. Spectra are those of some texels of some images, drawn at
+    random, each as bright as it is.
+    """
+    if images.basis.size <= _FEW:
+        return images
+    draw = np.random.default_rng(seed)
+    pairs = draw.permutation(len(images.views) * len(images.lights))[:_IMAGES]
+    texels = draw.permutation(images.height * images.width)[:_TEXELS]
+    found = [
+        images.image(*divmod(int(pair), len(images.lights))).reshape(-1, images.basis.size)[texels] for pair in pairs
+    ]
+    spectra = np.pi * images.basis.reconstruct(np.concatenate(found).astype(np.float64))
+    wavelengths, folding = images.basis.wavelengths_nm, folding_of(LIGHTS)
+    weights = folding.weights(wavelengths)
+    full = SpectralBasis.balanced(spectra, weights, wavelengths_nm=wavelengths)
+    truth, whites = spectra @ weights, weights.sum(axis=0)
+    for size in range(_FEW, min(full.size, images.basis.size)):
+        basis = full.truncated(size)
+        shown = spectra @ basis.analysis @ (basis.synthesis.T @ weights)
+        each = (slice(start, start + 3) for start in range(0, len(whites), 3))
+        off = [np.percentile(delta_e_xyz(truth[:, at], shown[:, at], whites[at]), 99) for at in each]
+        if max(off) <= _OFF:
+            return InBasis(images, basis)
+    return images
