@@ -80,9 +80,7 @@ class BounceSum:
         #: (H W,) pixels that meet a surface.
         self.covered = self._hits > 0
 
-    def _fold(
-        self, light: Light, illuminants: Sequence[Spectrum | None]
-    ) -> Float[np.ndarray, "K L M3"]:
+    def _fold(self, light: Light, illuminants: Sequence[Spectrum | None]) -> Float[np.ndarray, "K L M3"]:
         """Of each of a light's spectra, from reflectances to XYZ in each picture."""
         seen_by = self._scene.observer
         columns = [

@@ -32,7 +32,7 @@ _WHOLE = 1.0 - 1e-3
 class Sums(Protocol):
     """Sums over what is drawn, in two halves.
 
-    directions (H W,) : how many each pixel has had of a kind, in each half. covered (H W,) : whether it meets a surface.
+    directions (H W,) : how many each pixel has had of a kind, in each half. covered (H W,) : whether it meets anything.
     halves (2, H, W, M, 3) : XYZ by each half alone.
     """
 

@@ -45,7 +45,9 @@ class Regions:
         if low < 0.0 or not high < 1.0:
             found = f"{low:.3g} to {high:.3g}"
             words = "0 to below 1 at every wavelength"
-            raise InputError("surfaces that reflect what they cannot", field="reflectances", found=found, expected=words)
+            raise InputError(
+                "surfaces that reflect what they cannot", field="reflectances", found=found, expected=words
+            )
 
     def first(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "S K J"]:
         """c_0 of an illuminance of each of K spectra."""
@@ -119,7 +121,7 @@ def interreflected(
     seen = _seen(total, to_xyz)
     largest = float(operator.sum(axis=1).max()) if operator.shape[0] else 0.0
     q = largest * float(regions.reflectances.max(initial=0.0))
-    before = float(np.abs(_seen(now, to_xyz)).sum())
+    left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
     for bounce in range(most + 1):
         arriving = operator @ now.reshape(len(now), -1)
         following = regions.reflected(np.asarray(arriving).reshape(now.shape))

@@ -1,6 +1,6 @@
 """Mitsuba 3's path tracer must agree with the reference within the noise of both, however often light is passed on.
 
-Films, XYZ and noise are as in `test_mitsuba`. Mitsuba counts edges of a path: depth 2 is direct light, depth 3 one surface
+Films, XYZ and noise are as in `test_mitsuba`. Mitsuba counts edges of a path: depth 2 is direct light, 3 is one surface
 in between. Its diffuse surfaces have one side; those of our scenes are seen from that side only.
 """
 
@@ -94,7 +94,7 @@ def test_light_passed_on(mi, tmp_path, record_property, depth, ball):
     wearing = {"left": "red", "right": "blue"}
     parts = [Part(name, mesh, wearing.get(name, "grey")) for name, mesh in room().items()]
     body = sphere(4, 0.45)
-    parts.append(Part("ball", Mesh(body.vertices + (0.1, 0.5, 0.0), body.normals, body.faces), ball))
+    parts.append(Part("ball", Mesh(body.vertices + np.array([0.1, 0.5, 0.0]), body.normals, body.faces), ball))
     camera = Camera(
         position=(0, 1, 3.2), target=(0, 0.95, 0), vertical_fov_deg=42, width=PIXELS, height_px=PIXELS, samples=4
     )
