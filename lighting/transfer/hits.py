@@ -1,7 +1,8 @@
 """Where the rays of a scene's sites end: all of its geometry that interreflection needs.
 
-Sun et al. 2007 (section 3.1) keep what arrives at a vertex, as tensors over light, regions and reflectances. Here the rays themselves are kept: from each site, N rays that are as dense as the cosine to its normal, and of each the
-triangle that it ends on and where. Materials, lights and cameras are not in it, so that all of them may change.
+Sun et al. 2007 (section 3.1) keep what arrives at a vertex, as tensors over light, regions and reflectances. Here the
+rays themselves are kept: from each site, N rays that are as dense as the cosine to its normal, and of each the triangle
+that it ends on and where. Materials, lights and cameras are not in it, so that all of them may change.
 
 A ray's direction is not kept. All sites share one even pattern in the unit square (the R2 sequence of M. Roberts, "The
 unreasonable effectiveness of quasirandom sequences", 2018), which each shifts by an amount of its own, around its edges
