@@ -28,6 +28,20 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
     command.add_argument(
+        "--bounces",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="of a reference: light also comes by way of up to N other surfaces",
+    )
+    command.add_argument(
+        "--noise",
+        type=_noise,
+        metavar="DE",
+        help="of a reference: ΔE94 that what is drawn may leave on average (default: 0.1); half of it takes about "
+        "three times as long",
+    )
+    command.add_argument(
         "--filtering",
         choices=("linear", "mipmapped"),
         default="linear",
@@ -49,13 +63,15 @@ def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene_files import load_scene
     from ..spectral.files import check_writable, existing_file
-    from ..viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
+    from ..viewer.picture import REFERENCE_NOISE, check_output, lit_by, picture, reference_picture, render_spectral
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
 
     if args.reference and args.spectral:
         raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")
     if args.reference and args.filtering != "linear":
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
+    if not args.reference and (args.bounces or args.noise is not None):
+        raise UsageError("--bounces and --noise: these are of references, add --reference")
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     existing_file(args.scene)
@@ -64,14 +80,16 @@ def run(args: argparse.Namespace) -> int:
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
     view = scene.camera(args.camera)
     kind = "reference" if args.reference else "spectra" if args.spectral else "picture"
-    cost = picture_cost(scene, view, kind, args.output.suffix)
+    cost = picture_cost(scene, view, kind, args.output.suffix, bounces=args.bounces)
     cost.check_room(scene, view)
     long = cost.seconds >= SAID_FROM_SECONDS
     if long:
         say(cost.words)
     if args.reference:
         with progress_bar("Tracing", quiet=not long) as progress:
-            notes = reference_picture(scene, catalogue, args.camera, warn, progress).write(args.output, warn)
+            noise = REFERENCE_NOISE if args.noise is None else args.noise
+            made = reference_picture(scene, catalogue, args.camera, warn, progress, args.bounces, noise)
+            notes = made.write(args.output, warn)
     else:
         # What hides light may be known already, or take minutes.
         with (
@@ -88,3 +106,25 @@ def run(args: argparse.Namespace) -> int:
         print(note)
     print(args.output)
     return 0
+
+
+def _count(text: str) -> int:
+    """A whole number, 0 or more."""
+    try:
+        found = int(text)
+    except ValueError:
+        found = -1
+    if found < 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of bounces: 0 or more")
+    return found
+
+
+def _noise(text: str) -> float:
+    """A ΔE94 above 0."""
+    try:
+        found = float(text)
+    except ValueError:
+        found = 0.0
+    if not 0.0 < found < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no noise to aim at: a ΔE94 above 0")
+    return found

@@ -80,6 +80,25 @@ class VisibleGeometry:
         return hits.reshape(self.rows, self.width) / self.samples
 
 
+@dataclass(frozen=True, eq=False)
+class Met:
+    """Points of surfaces as somebody sees them.
+
+    position (n, 3) : world. part (n,) : of the scene. geometric (n, 3) : unit normal of the triangle on that side.
+    frame (n, 3, 3) : world to local. wo (n, 3) : local direction to the viewer.
+    """
+
+    position: Float[np.ndarray, "n 3"]
+    part: Int[np.ndarray, " n"]
+    geometric: Float[np.ndarray, "n 3"]
+    frame: Float[np.ndarray, "n 3 3"]
+    wo: Float[np.ndarray, "n 3"]
+
+    def chosen(self, which: Int[np.ndarray, " k"]) -> Met:
+        """Some of them."""
+        return Met(*(one[which] for one in (self.position, self.part, self.geometric, self.frame, self.wo)))
+
+
 class Tracer:
     """Rays against all parts of a scene: Embree finds the triangle, float64 says where on it. They go on through holes
     (`Scene.cut`).
@@ -148,8 +167,7 @@ class Tracer:
         for number, cutout in enumerate(self._cutouts):
             mine = np.flatnonzero(part == number)
             if cutout is not None and len(mine):
-                uv = np.einsum("nk,nki->ni", weights[mine], self.uv[self.faces[face[mine]]])
-                found[mine] = cutout.holes(uv)
+                found[mine] = cutout.holes(self.uv_at(face[mine], weights[mine]))
         return found
 
     def _met(
@@ -179,6 +197,29 @@ class Tracer:
         v, w = dot(from_a, p) * scale, dot(directions, q) * scale
         weights = np.clip(np.stack([1.0 - v - w, v, w], axis=1), 0.0, None)
         return dot(ac, q) * scale, weights / weights.sum(axis=1, keepdims=True)
+
+    def uv_at(self, face: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
+        """Texture coordinates at points of triangles."""
+        return np.einsum("nk,nki->ni", weights, self.uv[self.faces[face]])
+
+    def seen(
+        self,
+        face: Int[np.ndarray, " n"],
+        weights: Float[np.ndarray, "n 3"],
+        position: Float[np.ndarray, "n 3"],
+        to_viewer: Float[np.ndarray, "n 3"],
+    ) -> Met:
+        """Points of triangles as they are seen from unit directions."""
+        geometric = self.face_normals[face]
+        side = np.where(dot(geometric, to_viewer) < 0.0, -1.0, 1.0)
+        towards = side[:, None]
+        shading = unit(np.einsum("nk,nki->ni", weights, self.normals[self.faces[face]])) * towards
+        shading = facing_viewer(shading, to_viewer)
+        tangent = np.einsum("nk,nki->ni", weights, self.tangents[self.tangent_faces[face]])
+        part = self.part[face]
+        handedness = seen_handedness(self.handedness[face], np.array(self.has_uv)[part], side)
+        frame = orthonormal_frame(shading, tangent, handedness)
+        return Met(position, part, geometric * towards, frame, np.einsum("nij,nj->ni", frame, to_viewer))
 
     def reaches(
         self,
@@ -213,16 +254,19 @@ def visible_geometry(
     rows: slice = slice(None),
     tracer: Tracer | None = None,
     with_uv: bool = False,
+    with_frames: bool = False,
 ) -> VisibleGeometry:
     """Trace the sample points of `rows` (pixel rows) of the picture that `camera` (default: the first) takes.
 
     Of the scene only meshes, their holes and the places and strengths of lights matter: the result holds for every
     material of the same holes and every light spectrum. `with_uv` works texture coordinates out too, for materials that
-    vary with them; nothing is paid for them otherwise. Memory: about 200 bytes a visible sample and light, 48 a sample
+    vary with them; nothing is paid for them otherwise. `with_frames` keeps how surfaces lie, as lights that spread need
+    it in any case. Memory: about 200 bytes a visible sample and light, 48 a sample
     with uv, 96 with lights that spread.
     """
     camera = scene.camera() if camera is None else camera
     tracer = Tracer(scene) if tracer is None else tracer
+    with_frames = with_frames or bool(scene.spread_lights)
     origins, directions = camera.rays(rows)
     height, columns = directions.shape[0] // camera.samples, directions.shape[1]
     origins, directions = origins.reshape(-1, 3), np.ascontiguousarray(directions.reshape(-1, 3))
@@ -232,17 +276,8 @@ def visible_geometry(
     distance, weights = tracer.on_triangle(face, origins, -to_viewer)
     position = origins - distance[:, None] * to_viewer
 
-    corners = tracer.faces[face]
-    geometric = tracer.face_normals[face]
-    side = np.where(dot(geometric, to_viewer) < 0.0, -1.0, 1.0)
-    towards = side[:, None]
-    geometric = geometric * towards
-    shading = unit(np.einsum("nk,nki->ni", weights, tracer.normals[corners])) * towards
-    shading = facing_viewer(shading, to_viewer)
-    tangent = np.einsum("nk,nki->ni", weights, tracer.tangents[tracer.tangent_faces[face]])
-    part = tracer.part[face]
-    handedness = seen_handedness(tracer.handedness[face], np.array(tracer.has_uv)[part], side)
-    frame = orthonormal_frame(shading, tangent, handedness)
+    met = tracer.seen(face, weights, position, to_viewer)
+    geometric, shading, frame, part = met.geometric, met.frame[:, 2], met.frame, met.part
 
     lit = []
     for light in scene.delta_lights:
@@ -257,7 +292,7 @@ def visible_geometry(
     row, column = np.divmod(seen, columns)
     uv, footprint = None, None
     if with_uv and any(tracer.has_uv):
-        uv = np.einsum("nk,nki->ni", weights, tracer.uv[corners])
+        uv = tracer.uv_at(face, weights)
         footprint = uv_footprints(camera, -to_viewer, distance, geometric, tracer.uv_gradients[face])
     return VisibleGeometry(
         width=camera.width,
@@ -266,12 +301,12 @@ def visible_geometry(
         pixel=(row // camera.samples) * camera.width + column // camera.samples,
         part=part,
         position=position,
-        wo=np.einsum("nij,nj->ni", frame, to_viewer),
+        wo=met.wo,
         lit=tuple(lit),
         uv=uv,
         footprint=footprint,
         has_uv=tracer.has_uv if with_uv else (),
-        frame=frame if scene.spread_lights else None,
-        geometric=geometric if scene.spread_lights else None,
+        frame=frame if with_frames else None,
+        geometric=geometric if with_frames else None,
         cutouts=scene.cutouts if any(scene.cutouts) else (),
     )

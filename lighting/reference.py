@@ -21,7 +21,8 @@ from ..spectral.folding import Folding
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .camera import Camera
 from .geometry import LitSamples, Tracer, VisibleGeometry, visible_geometry
-from .reference_noise import MOST_DIRECTIONS, NOISE_SHARE, Found, Noise, gathered, noise_stated
+from .reference_bounces import BounceSum
+from .reference_noise import MOST_DIRECTIONS, NOISE_SHARE, Found, Noise, Together, gathered, noise_stated
 from .reference_spread import SpreadSum
 from .scene import Scene
 
@@ -69,6 +70,7 @@ def reference_images(
     budget: float = 1.0,
     most_directions: int = MOST_DIRECTIONS,
     seed: int = 0,
+    bounces: int = 0,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> ReferencePictures:
     """The same view under several light spectra; surfaces are evaluated once for all of them.
@@ -90,6 +92,8 @@ def reference_images(
         the mean of the pixels of each band.
     most_directions : drawn for a pixel of each kind and half at the most; `ReferencePictures.noise` says when reached.
     seed : of what is drawn; equal seeds and equal bands give equal pictures.
+    bounces : surfaces that light may come by beside the one that is seen; 0 is direct light alone. What comes so is
+        drawn (`reference_bounces`), and has a noise as lights have that spread.
     progress : called with (rows done, rows in all, what is done) as bands are traced.
 
     Raises
@@ -104,6 +108,9 @@ def reference_images(
     camera = scene.camera() if camera is None else camera
     scene.check_surfaces(surfaces)
     scene = scene.cut(surfaces)
+    if geometry is not None and bounces and geometry.frame is None:
+        # It does not know how surfaces lie.
+        geometry = None
     if geometry is not None and geometry.cutouts != (scene.cutouts if any(scene.cutouts) else ()):
         # It was found for other holes.
         geometry = None
@@ -111,11 +118,11 @@ def reference_images(
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])
         for light in scene.delta_lights
     ]
-    spread = _Spread(scene, surfaces, illuminants, NOISE_SHARE * budget, most_directions, seed)
+    spread = _Spread(scene, surfaces, illuminants, NOISE_SHARE * budget, most_directions, seed, bounces)
     say = progress or (lambda *_: None)
     if geometry is not None:
         xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)
-        if scene.spread_lights:
+        if spread.wanted:
             xyz = spread.added(xyz, geometry, partial(Tracer, scene), 0, partial(say, 0, geometry.rows))
         return ReferencePictures(xyz, geometry.coverage, spread.noise)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
@@ -124,9 +131,9 @@ def reference_images(
     xyz, coverage = [], []
     for start in range(0, camera.height_px, step):
         rows = slice(start, min(start + step, camera.height_px))
-        band = visible_geometry(scene, camera, rows, tracer, scene.needs_uv(surfaces))
+        band = visible_geometry(scene, camera, rows, tracer, scene.needs_uv(surfaces), bounces > 0)
         shaded = _shade(scene, band, surfaces, foldings, len(illuminants), block)
-        if scene.spread_lights:
+        if spread.wanted:
             shaded = spread.added(shaded, band, lambda: tracer, start, partial(say, start, camera.height_px))
         xyz.append(shaded)
         coverage.append(band.coverage)
@@ -135,7 +142,7 @@ def reference_images(
 
 
 class _Spread:
-    """What lights that spread add to each band of a picture, and the noise of all bands together."""
+    """What lights that spread, and bounces, add to each band of a picture, and the noise of all bands together."""
 
     def __init__(
         self,
@@ -145,12 +152,14 @@ class _Spread:
         aimed: float,
         most: int,
         seed: int,
+        bounces: int,
     ) -> None:
-        self._scene, self._illuminants = scene, illuminants
+        self._scene, self._illuminants, self._bounces = scene, illuminants, bounces
         # Half of them has to be a whole number.
         self._aimed, self._most, self._seed = aimed, max(2, most - most % 2), seed
         self._found: list[Found] = []
-        if scene.spread_lights:
+        self.wanted = bool(scene.spread_lights) or bounces > 0
+        if self.wanted:
             self._surfaces = {name: Scattering(surfaces[name]) for name in scene.material_ids}
             lit = [scene if other is None else scene.with_illuminant(other) for other in illuminants]
             self._whites = np.stack([one.adopted_white() for one in lit])
@@ -164,8 +173,13 @@ class _Spread:
         say: Callable[[str], None],
     ) -> Float[np.ndarray, "M H W 3"]:
         """`xyz` of other lights with that of those that spread, for the rows of a picture from `start`."""
-        of_scene = self._scene, geometry, self._surfaces, self._illuminants, tracer
-        sums = SpreadSum(*of_scene, (self._seed, start), self._most)
+        of_scene, seed = (self._scene, geometry, self._surfaces, self._illuminants), (self._seed, start)
+        found = []
+        if self._scene.spread_lights:
+            found.append(SpreadSum(*of_scene, tracer, seed, self._most))
+        if self._bounces:
+            found.append(BounceSum(*of_scene, tracer(), seed, self._most, self._bounces))
+        sums = Together(found)
         self._found.append(gathered(sums, xyz, geometry.coverage, self._whites, self._aimed, self._most, say))
         return self._found[-1].xyz
 

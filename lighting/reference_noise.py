@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..spectral.difference import delta_e_xyz
-from .reference_spread import SpreadSum
 
 #: Share of the budget that a reference's own noise may be, as the mean of its pixels.
 NOISE_SHARE = 0.1
@@ -26,6 +26,45 @@ _FIRST_DIRECTIONS = 32
 _TILE, _LEFT = 16, 0.6
 # Pixels that are covered as much are judged: others are dark by premultiplication.
 _WHOLE = 1.0 - 1e-3
+
+
+@runtime_checkable
+class Sums(Protocol):
+    """Sums over what is drawn, in two halves.
+
+    directions (H W,) : how many each pixel has had of a kind, in each half. covered (H W,) : whether it meets anything.
+    halves (2, H, W, M, 3) : XYZ by each half alone.
+    """
+
+    directions: Int[np.ndarray, " P"]
+    covered: Bool[np.ndarray, " P"]
+
+    @property
+    def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
+        """See above."""
+        ...
+
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+        """Carry some pixels (ascending), all of which have had as many, on to so many."""
+        ...
+
+
+class Together:
+    """Several sums of one picture, each pixel of which is drawn as often for each."""
+
+    def __init__(self, sums: Sequence[Sums]) -> None:
+        self._sums = sums
+        self.directions, self.covered = sums[0].directions, sums[0].covered
+
+    @property
+    def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
+        """Of all."""
+        return np.sum([each.halves for each in self._sums], axis=0)
+
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+        """Each of them."""
+        for each in self._sums:
+            each.extend(directions, pixels)
 
 
 @dataclass(frozen=True)
@@ -62,7 +101,7 @@ class Found:
 
 
 def gathered(
-    sums: SpreadSum,
+    sums: Sums,
     beside: Float[np.ndarray, "M H W 3"],
     coverage: Float[np.ndarray, "H W"],
     whites: Float[np.ndarray, "M 3"],

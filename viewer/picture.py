@@ -14,7 +14,8 @@ from jaxtyping import Float, UInt8
 
 from ..lighting.camera import Camera
 from ..lighting.placement import looks_past, placement_warnings, why_black
-from ..lighting.reference import reference_image
+from ..lighting.reference import reference_images
+from ..lighting.reference_noise import NOISE_SHARE
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
@@ -32,6 +33,8 @@ from .png import quantise, write_png
 from .renderer import Renderer, radiance_weights
 
 #: What made a picture that no renderer made.
+#: ΔE94 of noise that a reference picture may have on average, where nobody says another.
+REFERENCE_NOISE = 0.1
 REFERENCE = "reference: rays, every wavelength, the original data"
 SPECTRAL_UNITS = "relative, 1 for the perfect diffuser under equal energy"
 #: ΔE94 of the diffuser from which on it is said that a light is coarser in a spectral picture than it was measured.
@@ -187,13 +190,23 @@ def reference_picture(
     camera: str | None,
     warn: Warn = unheard,
     progress: Callable[[int, int, str], None] | None = None,
+    bounces: int = 0,
+    noise: float = REFERENCE_NOISE,
 ) -> Picture:
-    """The same picture by the slow truth: rays, every wavelength, the original data."""
+    """The same picture by the slow truth: rays, every wavelength, the original data.
+
+    bounces : surfaces that light may come by beside the one that is seen. noise : ΔE94 that what is drawn (lights that
+        spread, and bounces) may leave on average.
+    """
     view = _placed(scene, camera, warn)
     surfaces = {name: catalogue.surface(name).surface() for name in scene.material_ids}
-    xyz, coverage = reference_image(scene, view, surfaces, progress=progress)
-    say_if_blank(scene, view, xyz, coverage, warn)
-    return Picture(scene, view, xyz, coverage, REFERENCE)
+    found = reference_images(scene, view, surfaces, budget=noise / NOISE_SHARE, bounces=bounces, progress=progress)
+    xyz = found.xyz[0]
+    if found.noise is not None and found.noise.limited:
+        warn(f"the reference is not as exact as asked for: {found.noise.words}")
+    say_if_blank(scene, view, xyz, found.coverage, warn)
+    by = "" if bounces == 0 else f", {bounces} {'bounce' if bounces == 1 else 'bounces'}"
+    return Picture(scene, view, xyz, found.coverage, REFERENCE + by)
 
 
 def render_spectral(

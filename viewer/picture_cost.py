@@ -40,6 +40,9 @@ _REVIEWED_SECONDS = 5e-7
 # that of a gloss paint in a booth: of a matt one a third, of metals and measurements three to ten times as much.
 _SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 1e-5, 4e-4
 
+# Of paths: a pixel and bounce, of matt surfaces, and what is worked on.
+_BOUNCE_SECONDS, _PATHS_TRACED = 4e-3, 100_000_000
+
 #: Pictures that take less time than this are made without a word.
 SAID_FROM_SECONDS = 1.0
 
@@ -70,11 +73,18 @@ class Cost:
 
 
 def picture_cost(
-    scene: Scene, camera: Camera, kind: Kind = "picture", suffix: str = ".png", spectra: int = 1, jobs: int = 1
+    scene: Scene,
+    camera: Camera,
+    kind: Kind = "picture",
+    suffix: str = ".png",
+    spectra: int = 1,
+    jobs: int = 1,
+    bounces: int = 0,
 ) -> Cost:
     """The cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
 
     suffix : of the file: a PNG is encoded for a display first, which takes more.
+    bounces : of a reference, which are drawn as light that spreads is.
     jobs : processes of a review; each holds what the camera sees, and its own pictures.
     """
     triangles = sum(len(part.mesh.faces) for part in scene.parts)
@@ -96,7 +106,10 @@ def picture_cost(
     # Directions are the same for all lights' spectra; only their sums are not.
     drawn_directions = pixels * spread * _SPREAD_REFERENCE_SECONDS
     sums = spread * _SPREAD_TRACED
-    if spread:
+    if bounces:
+        drawn_directions += pixels * bounces * _BOUNCE_SECONDS
+        sums += _SPREAD_TRACED + _PATHS_TRACED
+    if spread or bounces:
         sums += min(samples, BAND_SAMPLES) * _SAMPLE_SPREAD + pixels * spectra * _PIXEL_AND_SPECTRUM_SPREAD
     if kind == "reference":
         found = traced + min(samples, BAND_SAMPLES) * _SAMPLE + 2 * picture + sums

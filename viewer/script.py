@@ -15,7 +15,7 @@ from ..spectral.errors import UnknownNameError, UsageError
 from ..spectral.processes import usable_cores
 from .context import NoGL
 from .headless import GLRenderer, SoftwareRenderer, create_renderer
-from .picture import Picture, lit_by, picture, reference_picture
+from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture
 from .picture_cost import picture_cost
 from .renderer import Filtering, Renderer
 
@@ -34,6 +34,8 @@ def render(
     camera: str | None = None,
     illuminant: str | None = None,
     reference: bool = False,
+    bounces: int = 0,
+    noise: float | None = None,
     filtering: Filtering | None = None,
     renderer: RendererName | Renderer = "auto",
     progress: Progress | None = None,
@@ -48,6 +50,8 @@ def render(
     camera : its name in the scene; default: the first.
     illuminant : in place of every light's own spectrum.
     reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
+    bounces : of a reference: surfaces that light may come by beside the one that is seen.
+    noise : of a reference: ΔE94 that what is drawn (lights that spread, and bounces) may leave on average; default 0.1.
     filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
     renderer : by name; or one that is kept for many pictures (`create_renderer` of `metamer.viewer.headless`), which
         keeps `filtering` and `progress`, too.
@@ -56,17 +60,22 @@ def render(
     Raises
     ------
     InputError, UnknownNameError : no such camera, light or material; a material without a surface; not enough memory.
-    UsageError : `filtering` of a reference, which has no factors.
+    UsageError : `filtering` of a reference, which has no factors; `bounces` or `noise` of anything else.
     """
     if reference and filtering not in (None, "linear"):
         raise UsageError("filtering and reference: the reference has no factors to filter, leave one out")
+    if not reference and (bounces or noise is not None):
+        raise UsageError("bounces and noise are of references: add reference=True")
     catalogue = Catalogue.open() if catalogue is None else catalogue
     scene = lit_by(scene, illuminant)
     view = scene.camera(camera)
-    picture_cost(scene, view, "reference" if reference else "picture").check_room(scene, view)
+    kind = "reference" if reference else "picture"
+    picture_cost(scene, view, kind, bounces=bounces).check_room(scene, view)
     said: list[str] = []
     if reference:
-        made = reference_picture(scene, catalogue, camera, said.append, progress)
+        made = reference_picture(
+            scene, catalogue, camera, said.append, progress, bounces, REFERENCE_NOISE if noise is None else noise
+        )
     else:
         with _ready(renderer) as drawing:
             drawing.filtering = filtering or drawing.filtering

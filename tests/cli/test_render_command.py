@@ -47,6 +47,14 @@ def test_exr_and_its_reference(render):
     assert (fast.values != slow.values).any(), "the reference is the picture"
 
 
+def test_bounces_of_a_reference_say_so_and_change_nothing_of_a_single_ball(render):
+    code, _, said, path = render("bounced.exr", "--reference", "--bounces", "2", "--noise", "0.5")
+    assert code == 0, said
+    plain, bounced = read_xyz_exr(render("plain.exr", "--reference")[3])[0], read_xyz_exr(path)[0]
+    np.testing.assert_allclose(plain.values, bounced.values, atol=1e-6)
+    assert b"2 bounces" in path.read_bytes()
+
+
 def test_illuminant_replaces_that_of_every_light(render):
     pictures = {name: read_xyz_exr(render(f"{name}.exr", "--illuminant", name)[3])[0] for name in ("D65", "A")}
     assert pictures["A"].white_xyz[2] == pytest.approx(0.3558, abs=1e-3)
@@ -82,6 +90,10 @@ def test_spectral(render):
         ("ball.png", ["--spectral"], "written as .exr"),
         ("ball.exr", ["--spectral", "--reference"], "choose one"),
         ("ball.exr", ["--filtering", "mipmapped", "--reference"], "no factors to filter"),
+        ("ball.exr", ["--bounces", "2"], "add --reference"),
+        ("ball.exr", ["--noise", "0.2"], "add --reference"),
+        ("ball.exr", ["--reference", "--bounces", "-1"], "0 or more"),
+        ("ball.exr", ["--reference", "--noise", "0"], "above 0"),
     ],
 )
 def test_wrong_usage_is_said_before_any_work(render, monkeypatch, name, words, said):

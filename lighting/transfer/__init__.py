@@ -1,0 +1,1 @@
+"""Interreflection: what light does between the parts of a scene, found once for its geometry."""

@@ -1,0 +1,144 @@
+"""Light from part to part: coefficients that travel, bounce by bounce, until what is left cannot be seen.
+
+With radiosity B (S sites, J coefficients relative to a light's spectrum), c_0 = rho E_0 and c_(k+1) = O G c_k, where G
+is the irradiance operator (`operator`) and O = A^T diag(rho) B the reflectance of a region in the basis
+(`SpectralBasis.operator`). The interreflection of Sun et al. 2007 (eq. 4 and on) stops after two bounces, of which the
+second is even over directions. Here, as many follow as change ΔE94 by more than is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.difference import delta_e_xyz
+from ...spectral.errors import InputError
+
+#: ΔE94 that bounces which are left out may change the brightest or darkest site by.
+ENOUGH = 0.1
+#: No scene of real surfaces needs as many: white of 0.99 in a closed box takes some 600.
+MOST = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Regions:
+    """What matt sites reflect.
+
+    region (S,) : of each site, of R. reflectances (R,L) : of each region, at the wavelengths of `basis`, 0 to below 1.
+
+    Raises
+    ------
+    InputError : a reflectance below 0, or of 1 or more: light would never end.
+    """
+
+    region: Int[np.ndarray, " S"]
+    reflectances: Float[np.ndarray, "R L"]
+    basis: SpectralBasis
+
+    def __post_init__(self) -> None:
+        low, high = float(self.reflectances.min(initial=0.0)), float(self.reflectances.max(initial=0.0))
+        if low < 0.0 or not high < 1.0:
+            found = f"{low:.3g} to {high:.3g}"
+            words = "0 to below 1 at every wavelength"
+            raise InputError(
+                "surfaces that reflect what they cannot", field="reflectances", found=found, expected=words
+            )
+
+    def first(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "S K J"]:
+        """c_0 of an illuminance of each of K spectra."""
+        return lux[:, :, None] * self.basis.project(self.reflectances)[self.region][:, None, :]
+
+    def reflected(self, arriving: Float[np.ndarray, "S K J"]) -> Float[np.ndarray, "S K J"]:
+        """O times what arrives at each site."""
+        basis = self.basis
+        if basis.is_sampled:
+            return arriving * self.reflectances[self.region][:, None, :]
+        operators = basis.operator(self.reflectances)
+        found = np.empty_like(arriving)
+        for number, operator in enumerate(operators):
+            mine = np.flatnonzero(self.region == number)
+            found[mine] = arriving[mine] @ operator.T
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Interreflection:
+    """Radiosity of S sites.
+
+    bounces : how many were followed. first, all (S,K,J) : after no bounce, and after all of them; lux of each light's
+        spectrum that a perfect diffuser would have to receive to send out as much.
+    left : ΔE94 that further bounces would change any site by, estimated; bound : what they could at most add to Y, of
+        the reference illuminance.
+    """
+
+    bounces: int
+    first: Float[np.ndarray, "S K J"]
+    all: Float[np.ndarray, "S K J"]
+    left: float
+    bound: float
+
+    @property
+    def indirect(self) -> Float[np.ndarray, "S K J"]:
+        """What bounces add."""
+        return self.all - self.first
+
+
+def interreflected(
+    operator: Any,
+    regions: Regions,
+    lux: Float[np.ndarray, "S K"],
+    folds: Sequence[Float[np.ndarray, "3 J"]],
+    white: Float[np.ndarray, "3"],
+    reference_lux: float,
+    enough: float = ENOUGH,
+    most: int = MOST,
+) -> Interreflection:
+    """Follow light from site to site until no further bounce changes the colour of any site by ΔE94 `enough`.
+
+    Parameters
+    ----------
+    operator : G (S,S) of `irradiance_operator`. lux : received of each of K spectra straight away.
+    folds : of each spectrum, from coefficients to XYZ with Y = 1 of the perfect diffuser (`SpectralBasis.fold`).
+    white : XYZ that ΔE94 refers to, Y = 1. reference_lux : a perfect diffuser that receives this has Y = 1.
+
+    What is left is estimated as a geometric series of what the last bounce gave and the share by which it had become
+    less, site by site at the slowest of all sites' shares. It ends, for sure, since rows of G sum to at most 1 and
+    reflectances are below 1: whatever Y the last bounce gave the brightest site, all later ones add less than
+    Y q / (1 - q) to any, q being the product of the largest of both.
+
+    Raises
+    ------
+    InputError : `most` bounces are not enough.
+    """
+    to_xyz = np.concatenate([np.asarray(fold).T for fold in folds]) / reference_lux
+    now = regions.first(lux)
+    first, total = now, now.copy()
+    seen = _seen(total, to_xyz)
+    largest = float(operator.sum(axis=1).max()) if operator.shape[0] else 0.0
+    q = largest * float(regions.reflectances.max(initial=0.0))
+    left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
+    for bounce in range(most + 1):
+        arriving = operator @ now.reshape(len(now), -1)
+        following = regions.reflected(np.asarray(arriving).reshape(now.shape))
+        gives = _seen(following, to_xyz)
+        size = float(np.abs(gives).sum())
+        share = min(size / before, q) if before > 0.0 else 0.0
+        off = delta_e_xyz(seen + gives / (1.0 - share), seen, white) if size > 0.0 else np.zeros(1)
+        left = float(off.max(initial=0.0))
+        bound = float(gives[:, 1].max(initial=0.0)) / (1.0 - q)
+        if left <= enough:
+            return Interreflection(bounce, first, total, left, bound)
+        now, before = following, size
+        total += now
+        seen = _seen(total, to_xyz)
+    words = f"ΔE94 {left:.2g} is still missing after {most} bounces"
+    raise InputError("light that does not end", found=words, expected=f"at most {enough:g}", hint="allow more bounces")
+
+
+def _seen(coefficients: Float[np.ndarray, "S K J"], to_xyz: Float[np.ndarray, "KJ 3"]) -> Float[np.ndarray, "S 3"]:
+    return coefficients.reshape(len(coefficients), -1) @ to_xyz

@@ -1,0 +1,68 @@
+"""What the sites of a scene receive of its lights straight away."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from ..lights import DeltaLight, Light, SpreadLight
+from ..scene import Scene
+from ..vectors import dot
+from ..visibility.occluders import Occluders
+from ..visibility.sites import Sites
+from .hits import shifted_pattern
+
+#: Directions that are drawn at each site of a light that spreads.
+DRAWN = 256
+# Rays at once.
+_AT_ONCE = 1 << 18
+
+
+def direct_illuminance(
+    scene: Scene, sites: Sites, occluders: Occluders, drawn: int = DRAWN
+) -> tuple[Float[np.ndarray, "S K"], ...]:
+    """Of each light of a scene, lux at each site of each of its K spectra, with the shadows that the scene casts.
+
+    A light that comes from one direction is exact. Of one that spreads it is a mean over `drawn` directions, drawn
+    as it shines, another even set at each site.
+    """
+    low, high = scene.bounds
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    found = []
+    for light in scene.lights:
+        lux = np.empty((len(sites), len(light.spectra)))
+        step = max(1, _AT_ONCE // (1 if isinstance(light, DeltaLight) else drawn))
+        for start in range(0, len(sites), step):
+            rows = slice(start, min(start + step, len(sites)))
+            lux[rows] = _of_light(light, sites, rows, occluders, centre, radius, drawn)
+        found.append(lux)
+    return tuple(found)
+
+
+def _of_light(
+    light: Light,
+    sites: Sites,
+    rows: slice,
+    occluders: Occluders,
+    centre: Float[np.ndarray, "3"],
+    radius: float,
+    drawn: int,
+) -> Float[np.ndarray, "n K"]:
+    starts, normals = sites.starts[rows], sites.normals[rows]
+    points = starts * radius + centre
+    if isinstance(light, DeltaLight):
+        arriving = light.arrivals(points)
+        cosine = np.maximum(dot(normals, arriving.directions), 0.0)
+        free = occluders.free(starts, arriving.directions, arriving.distance / radius)
+        return (arriving.illuminance_lux * cosine * free)[:, None]
+    assert isinstance(light, SpreadLight)
+    points, normals = (np.repeat(each, drawn, axis=0) for each in (points, normals))
+    numbers = np.arange(len(sites))[rows]
+    to, density = light.drawn(points, shifted_pattern(numbers, drawn).reshape(-1, 2))
+    cosine = dot(normals, to)
+    lux = np.zeros((len(to), len(light.spectra)))
+    lit = np.flatnonzero((cosine > 0.0) & (density > 0.0))
+    distance = light.distance(points[lit], to[lit]) / radius
+    lit = lit[occluders.free(np.repeat(starts, drawn, axis=0)[lit], to[lit], distance)]
+    lux[lit] = light.luminance(points[lit], to[lit]) * (cosine[lit] / density[lit])[:, None]
+    return lux.reshape(-1, drawn, lux.shape[1]).mean(axis=1)

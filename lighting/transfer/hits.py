@@ -1,0 +1,178 @@
+"""Where the rays of a scene's sites end: all of its geometry that interreflection needs.
+
+Sun et al. 2007 (section 3.1) keep what arrives at a vertex, as tensors over light, regions and reflectances. Here the
+rays themselves are kept: from each site, N rays that are as dense as the cosine to its normal, and of each the triangle
+that it ends on and where. Materials, lights and cameras are not in it, so that all of them may change.
+
+A ray's direction is not kept. All sites share one even pattern in the unit square (the R2 sequence of M. Roberts, "The
+unreasonable effectiveness of quasirandom sequences", 2018), which each shifts by an amount of its own, around its edges
+(Cranley and Patterson 1976), so that neighbours err apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int, UInt16
+
+from ...spectral.memory import check_room, gigabytes
+from ..scene import Scene
+from ..vectors import dot
+from ..visibility.occluders import Occluders
+from ..visibility.refinement import refined
+from ..visibility.sites import Corners, Sites, corners_of, pieces_of, scaled_triangles, sites_at
+
+#: Rays of a site. ΔE94 falls with about their number to the power of -0.7.
+RAYS = 256
+#: Bytes that are kept of a ray.
+BYTES_A_RAY = 8
+# Bytes at the peak of each ray that is traced at the same time, and rays at once.
+_BYTES_TRACED, _AT_ONCE = 200, 1 << 18
+# The R2 sequence: powers of the inverse of the plastic number, the real root of x^3 = x + 1.
+_PLASTIC = 1.32471795724474602596
+_STEPS = np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])
+# Steps of the shifts of sites: another sequence of the kind, of two golden ratios' fractions.
+_SHIFTS = np.array([0.61803398874989484820, 0.41421356237309504880])
+# Whole numbers that a share of a triangle is kept in.
+_WHOLE = 65535
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Where N rays of each of S sites end.
+
+    sites : where rays start.
+    corners (F, 3) : the site that each corner of each triangle is on its front; backs (F, 3) : on its back, -1 where
+        that is dark (the inside of a solid).
+    triangle (S, N) : that each ray ends on; F + its number where it meets the back; -1 where it meets nothing.
+    place (S, N, 2) : shares of the triangle's second and third corner there, of 65535.
+    part (F,) : that each triangle belongs to.
+    """
+
+    sites: Sites
+    corners: Int[np.ndarray, "F 3"]
+    backs: Int[np.ndarray, "F 3"]
+    triangle: Int[np.ndarray, "S N"]
+    place: UInt16[np.ndarray, "S N 2"]
+    part: Int[np.ndarray, " F"]
+
+    @property
+    def rays(self) -> int:
+        """N."""
+        return self.triangle.shape[1]
+
+    @property
+    def nbytes(self) -> int:
+        """What is kept of the rays."""
+        return self.triangle.nbytes + self.place.nbytes
+
+    def directions(self, rows: slice = slice(None)) -> Float[np.ndarray, "n N 3"]:
+        """Unit vectors of the rays of some sites, in the world."""
+        numbers = np.arange(len(self.sites))[rows]
+        return ray_directions(self.sites.normals[rows], numbers, self.rays)
+
+    def ends(self, rows: slice = slice(None)) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
+        """The three sites about the end of each ray of some sites, and their shares: 0 where it meets nothing.
+
+        A corner that is dark has the number 0 and no share; the sum of shares is then below 1.
+        """
+        count = len(self.corners)
+        both = np.concatenate([self.corners, self.backs])
+        triangle = self.triangle[rows]
+        found = both[np.where(triangle < 0, 0, triangle)]
+        place = self.place[rows].astype(np.float64) / _WHOLE
+        shares = np.concatenate([1.0 - place.sum(axis=2, keepdims=True), place], axis=2)
+        shares[(triangle < 0)] = 0.0
+        shares[found < 0] = 0.0
+        assert triangle.max(initial=-1) < 2 * count
+        return np.maximum(found, 0), shares
+
+
+def ray_directions(
+    normals: Float[np.ndarray, "n 3"], numbers: Int[np.ndarray, " n"], rays: int
+) -> Float[np.ndarray, "n N 3"]:
+    """Unit vectors as dense as the cosine to each normal (density cos / pi, 1/sr).
+
+    numbers : of the sites, which say how each shifts the pattern.
+    """
+    square = shifted_pattern(numbers, rays)
+    # The disc below the hemisphere, even in area: a cosine.
+    radius, turn = np.sqrt(square[..., 0]), 2.0 * np.pi * square[..., 1]
+    across, along = _axes(normals)
+    flat = (radius * np.cos(turn))[..., None] * across[:, None] + (radius * np.sin(turn))[..., None] * along[:, None]
+    return flat + np.sqrt(1.0 - square[..., 0])[..., None] * normals[:, None]
+
+
+def shifted_pattern(numbers: Int[np.ndarray, " n"], count: int) -> Float[np.ndarray, "n count 2"]:
+    """So many points of the unit square, evenly over it, each set shifted by an amount of its own."""
+    pattern = (0.5 + np.arange(1, count + 1)[:, None] * _STEPS) % 1.0
+    return (pattern + (numbers[:, None] * _SHIFTS % 1.0)[:, None, :]) % 1.0
+
+
+def _axes(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Two axes across each normal (Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017)."""
+    x, y, z = normals.T
+    sign = np.where(z < 0.0, -1.0, 1.0)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    return first, np.stack([b, sign + y * y * a, -y], axis=1)
+
+
+def scene_hits(
+    scene: Scene, rays: int = RAYS, progress: Callable[[int, int, str], None] = lambda done, total, what: None
+) -> Hits:
+    """Trace the rays of all sites of a scene: its vertices, welded by place and normal (`visibility.sites`), and those
+    that large triangles are divided by (`visibility.refinement`).
+
+    progress : called with (sites done, sites in all, what is done).
+
+    Raises
+    ------
+    InputError : it would not fit into memory.
+    """
+    fine = refined(scene)[0]
+    corners = corners_of(fine, pieces_of(fine))
+    count = sum(len(part.mesh.vertices) for part in fine.parts)
+    needed = count * rays * BYTES_A_RAY + _AT_ONCE * _BYTES_TRACED
+    words = f"{count:,} vertices, {rays} rays each: {gigabytes(needed)} of memory"
+    check_room(needed, "what light does between the parts does not fit into memory", words, "ask for fewer rays")
+    triangles = scaled_triangles(fine).astype(np.float32)
+    where = sites_at(corners, Occluders(triangles))
+    return traced_hits(where, corners, triangles, rays, progress)
+
+
+def traced_hits(
+    where: Sites,
+    corners: Corners,
+    triangles: Float[np.ndarray, "F 3 3"],
+    rays: int,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+) -> Hits:
+    """The rays of sites against triangles, scaled alike."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    embree = EmbreeScene()
+    TriangleMesh(embree, np.ascontiguousarray(triangles, dtype=np.float32))
+    count, faces = len(where), len(triangles)
+    triangle = np.full((count, rays), -1, dtype=np.int32)
+    place = np.zeros((count, rays, 2), dtype=np.uint16)
+    step = max(1, _AT_ONCE // rays)
+    for start in range(0, count, step):
+        rows = slice(start, min(start + step, count))
+        numbers = np.arange(rows.start, rows.stop)
+        to = ray_directions(where.normals[rows], numbers, rays).reshape(-1, 3)
+        origins = np.repeat(where.starts[rows], rays, axis=0)
+        met = embree.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
+        face = met["primID"].astype(np.int64)
+        back = dot(to, corners.face_normals[face]) > 0.0
+        triangle[rows] = np.where(face < 0, -1, face + faces * back).reshape(-1, rays)
+        shares = np.clip(np.stack([met["u"], met["v"]], axis=1).astype(np.float64), 0.0, 1.0)
+        shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1.0)
+        place[rows] = np.floor(shares * _WHOLE + 0.5 * (shares < 1.0)).astype(np.uint16).reshape(-1, rays, 2)
+        progress(rows.stop, count, "interreflection")
+    vertex = corners.vertex.reshape(-1, 3)
+    return Hits(where, where.fronts[vertex], where.backs[vertex], triangle, place, corners.part)
