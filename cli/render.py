@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..spectral.errors import UsageError
 from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, say, warn
+from .shared import add_renderer_option, positive_count, positive_delta_e, progress_bar, renderer_for, say, warn
 
 # Seconds that a picture which should be quick has before it says how far it is.
 _LATE = 2.0
@@ -29,14 +29,14 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
     command.add_argument(
         "--bounces",
-        type=_count,
+        type=positive_count,
         default=0,
         metavar="N",
         help="of a reference: light also comes by way of up to N other surfaces",
     )
     command.add_argument(
         "--noise",
-        type=_noise,
+        type=positive_delta_e,
         metavar="DE",
         help="of a reference: ΔE94 that what is drawn may leave on average (default: 0.1); half of it takes about "
         "three times as long",
@@ -106,25 +106,3 @@ def run(args: argparse.Namespace) -> int:
         print(note)
     print(args.output)
     return 0
-
-
-def _count(text: str) -> int:
-    """A whole number, 0 or more."""
-    try:
-        found = int(text)
-    except ValueError:
-        found = -1
-    if found < 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of bounces: 0 or more")
-    return found
-
-
-def _noise(text: str) -> float:
-    """A ΔE94 above 0."""
-    try:
-        found = float(text)
-    except ValueError:
-        found = 0.0
-    if not 0.0 < found < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no noise to aim at: a ΔE94 above 0")
-    return found

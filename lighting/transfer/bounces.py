@@ -97,6 +97,7 @@ def interreflected(
     reference_lux: float,
     enough: float = ENOUGH,
     most: int = MOST,
+    sends: Float[np.ndarray, " S"] | None = None,
 ) -> Interreflection:
     """Follow light from site to site until no further bounce changes the colour of any site by ΔE94 `enough`.
 
@@ -105,6 +106,7 @@ def interreflected(
     operator : G (S,S) of `irradiance_operator`. lux : received of each of K spectra straight away.
     folds : of each spectrum, from coefficients to XYZ with Y = 1 of the perfect diffuser (`SpectralBasis.fold`).
     white : XYZ that ΔE94 refers to, Y = 1. reference_lux : a perfect diffuser that receives this has Y = 1.
+    sends : of each site, the share of its light that others receive; None is all.
 
     What is left is estimated as a geometric series of what the last bounce gave and the share by which it had become
     less, site by site at the slowest of all sites' shares. It ends, for sure, since rows of G sum to at most 1 and
@@ -123,7 +125,8 @@ def interreflected(
     q = largest * float(regions.reflectances.max(initial=0.0))
     left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
     for bounce in range(most + 1):
-        arriving = operator @ now.reshape(len(now), -1)
+        sent = now.reshape(len(now), -1)
+        arriving = operator @ (sent if sends is None else sent * sends[:, None])
         following = regions.reflected(np.asarray(arriving).reshape(now.shape))
         gives = _seen(following, to_xyz)
         size = float(np.abs(gives).sum())

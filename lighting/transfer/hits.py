@@ -49,6 +49,7 @@ class Hits:
     triangle (S, N) : that each ray ends on; F + its number where it meets the back; -1 where it meets nothing.
     place (S, N, 2) : shares of the triangle's second and third corner there, of 65535.
     part (F,) : that each triangle belongs to.
+    areas (S,) : of what each site stands for, in units of a scene of radius 1: a third of each triangle about it.
     """
 
     sites: Sites
@@ -57,6 +58,16 @@ class Hits:
     triangle: Int[np.ndarray, "S N"]
     place: UInt16[np.ndarray, "S N 2"]
     part: Int[np.ndarray, " F"]
+    areas: Float[np.ndarray, " S"]
+
+    @property
+    def part_of_site(self) -> Int[np.ndarray, " S"]:
+        """That each site is on."""
+        found = np.zeros(len(self.sites), dtype=np.int64)
+        for corners in (self.backs, self.corners):
+            there = corners >= 0
+            found[corners[there]] = np.broadcast_to(self.part[:, None], corners.shape)[there]
+        return found
 
     @property
     def rays(self) -> int:
@@ -175,4 +186,9 @@ def traced_hits(
         place[rows] = np.floor(shares * _WHOLE + 0.5 * (shares < 1.0)).astype(np.uint16).reshape(-1, rays, 2)
         progress(rows.stop, count, "interreflection")
     vertex = corners.vertex.reshape(-1, 3)
-    return Hits(where, where.fronts[vertex], where.backs[vertex], triangle, place, corners.part)
+    fronts, backs = where.fronts[vertex], where.backs[vertex]
+    edges = triangles[:, 1:].astype(np.float64) - triangles[:, :1]
+    thirds = np.repeat(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 6.0, 3)
+    areas = np.bincount(fronts.ravel(), thirds, count)
+    areas += np.bincount(backs.ravel()[backs.ravel() >= 0], thirds[backs.ravel() >= 0], count)
+    return Hits(where, fronts, backs, triangle, place, corners.part, areas)

@@ -92,7 +92,7 @@ def test_spectral(render):
         ("ball.exr", ["--filtering", "mipmapped", "--reference"], "no factors to filter"),
         ("ball.exr", ["--bounces", "2"], "add --reference"),
         ("ball.exr", ["--noise", "0.2"], "add --reference"),
-        ("ball.exr", ["--reference", "--bounces", "-1"], "0 or more"),
+        ("ball.exr", ["--reference", "--bounces", "-1"], "at least 1"),
         ("ball.exr", ["--reference", "--noise", "0"], "above 0"),
     ],
 )

@@ -1,0 +1,147 @@
+"""What the parts of a scene put on each other: colour differences with light that is passed on, and without.
+
+Every material counts as a matt surface that reflects as much as it does of even light, at each wavelength: exact for
+matt ones, and of glossy ones what they pass on as a whole, wherever they send it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...materials.points import Points
+from ...materials.surface import Surface
+from ...spectral.basis import SpectralBasis
+from ...spectral.difference import delta_e_xyz
+from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
+from ..scene import Scene
+from ..visibility.occluders import Occluders
+from ..visibility.refinement import refined
+from ..visibility.sites import scaled_triangles
+from .bounces import ENOUGH, Interreflection, Regions, interreflected
+from .direct import direct_illuminance
+from .hits import RAYS, Hits, scene_hits, shifted_pattern
+from .operator import irradiance_operator
+
+# Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
+_PAIRS = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """ΔE94 over the sites of a part that any light comes to, by the area that they stand for."""
+
+    mean: float
+    p95: float
+    maximum: float
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """What light that is passed on changes.
+
+    bounces, left, bound : see `Interreflection`. all (P,) : of each part, the difference that all of it makes.
+    of (P,P) : row by row on each part, what it loses when a part (its column) passes no light on. sites, rays, nbytes :
+    of the geometry. albedo_y (P,) : Y that each part's material reflects of even light, of 1.
+    """
+
+    bounces: int
+    left: float
+    bound: float
+    all: tuple[Shown, ...]
+    of: tuple[tuple[Shown, ...], ...]
+    sites: int
+    rays: int
+    nbytes: int
+    albedo_y: tuple[float, ...]
+
+
+def albedo(surface: Surface) -> Float[np.ndarray, " L"]:
+    """(L,) what a surface reflects of even light, as a share: a mean over directions by their cosines, and texels."""
+    square = shifted_pattern(np.arange(3), _PAIRS)
+    to = []
+    for even in square[:2]:
+        radius, turn = np.sqrt(even[:, 0]), 2.0 * np.pi * even[:, 1]
+        to.append(np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - even[:, 0])], axis=1))
+    return np.pi * surface.at(Points(to[0], to[1], square[2])).mean(axis=0)
+
+
+def influence(
+    scene: Scene,
+    surfaces: Mapping[str, Surface],
+    rays: int = RAYS,
+    enough: float = ENOUGH,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+) -> Influence:
+    """Follow light through a scene, as it is and without each of its parts.
+
+    surfaces : by material id. rays : of each site. enough : see `interreflected`.
+
+    Raises
+    ------
+    InputError : it would not fit into memory; a material that reflects all that it receives, or more.
+    """
+    scene.check_surfaces(surfaces)
+    hits = scene_hits(scene, rays, progress)
+    operator = irradiance_operator(hits)
+    occluders = Occluders(scaled_triangles(refined(scene)[0]).astype(np.float32))
+    lux = np.concatenate(direct_illuminance(scene, hits.sites, occluders), axis=1)
+    part, regions = hits.part_of_site, _regions(scene, surfaces, hits)
+    spectra = [spectrum for light in scene.lights for spectrum in light.spectra]
+    folds = [regions.basis.fold(spectrum, scene.observer) for spectrum in spectra]
+    white, reference = scene.adopted_white(), float(scene.viewing.reference_illuminance_lux)
+    to_xyz = np.concatenate([fold.T for fold in folds]) / reference
+
+    def follow(sends: Float[np.ndarray, " S"] | None = None) -> Interreflection:
+        return interreflected(operator, regions, lux, folds, white, reference, enough, sends=sends)
+
+    def seen(coefficients: Float[np.ndarray, "S K J"]) -> Float[np.ndarray, "S 3"]:
+        return coefficients.reshape(len(coefficients), -1) @ to_xyz
+
+    whole = follow()
+    truth, count, lost = seen(whole.all), len(scene.parts), []
+    for number in range(count):
+        progress(number, count, "parts")
+        lost.append(delta_e_xyz(truth, seen(follow((part != number).astype(np.float32)).all), white))
+    progress(count, count, "parts")
+    without = delta_e_xyz(truth, seen(whole.first), white)
+    lit = truth.any(axis=1)
+    of_parts = [lit & (part == number) for number in range(count)]
+    y = scene.observer.weights(scene.lights[0].spectrum, regions.basis.wavelengths_nm)[1]
+    return Influence(
+        whole.bounces,
+        whole.left,
+        whole.bound,
+        tuple(_shown(without, hits.areas, each) for each in of_parts),
+        tuple(tuple(_shown(one, hits.areas, each) for one in lost) for each in of_parts),
+        len(hits.sites),
+        rays,
+        hits.nbytes,
+        tuple((regions.reflectances @ y).tolist()),
+    )
+
+
+def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regions:
+    """Every part a region, at all wavelengths."""
+    wavelengths = common_wavelengths([surfaces[part.material].wavelengths_nm for part in scene.parts])
+    found = {
+        name: interpolation_matrix(surfaces[name].wavelengths_nm, wavelengths) @ albedo(surfaces[name])
+        for name in scene.material_ids
+    }
+    reflectances = np.stack([found[part.material] for part in scene.parts])
+    return Regions(hits.part_of_site, reflectances, SpectralBasis.sampled(wavelengths))
+
+
+def _shown(delta: Float[np.ndarray, " S"], areas: Float[np.ndarray, " S"], which: Bool[np.ndarray, " S"]) -> Shown:
+    """Of some sites; where they stand for no area nothing is shown."""
+    area = areas[which]
+    if not area.sum() > 0.0:
+        return Shown(0.0, 0.0, 0.0)
+    values = delta[which]
+    order = np.argsort(values)
+    share = np.cumsum(area[order]) / area.sum()
+    p95 = float(values[order][min(int(np.searchsorted(share, 0.95)), len(order) - 1)])
+    return Shown(float(np.average(values, weights=area)), p95, float(values.max()))
