@@ -111,7 +111,7 @@ def ray_directions(
     square = shifted_pattern(numbers, rays)
     # The disc below the hemisphere, even in area: a cosine.
     radius, turn = np.sqrt(square[..., 0]), 2.0 * np.pi * square[..., 1]
-    across, along = _axes(normals)
+    across, along = tangents(normals)
     flat = (radius * np.cos(turn))[..., None] * across[:, None] + (radius * np.sin(turn))[..., None] * along[:, None]
     return flat + np.sqrt(1.0 - square[..., 0])[..., None] * normals[:, None]
 
@@ -122,7 +122,7 @@ def shifted_pattern(numbers: Int[np.ndarray, " n"], count: int) -> Float[np.ndar
     return (pattern + (numbers[:, None] * _SHIFTS % 1.0)[:, None, :]) % 1.0
 
 
-def _axes(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+def tangents(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
     """Two axes across each normal (Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017)."""
     x, y, z = normals.T
     sign = np.where(z < 0.0, -1.0, 1.0)

@@ -1,0 +1,1 @@
+"""Families of BRDFs as one tensor: the reflectance of Sun et al. 2007, to be navigated and relit."""
