@@ -20,6 +20,7 @@ WHAT = {
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
     "svbrdf": "glossy surfaces under environments, shadows and all, beside the truth: minutes",
     "btf": "BTFs in few numbers, by what was published and by ours: minutes, all of it an hour",
+    "transfer": "interreflection by precomputed tensors, beside paths: minutes",
     "all": "basis and shading",
 }
 
@@ -43,12 +44,20 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
             _add_factor_options(kind)
         if what == "svbrdf":
             _add_svbrdf_options(kind)
+        if what == "transfer":
+            _add_transfer_options(kind)
         if what == "btf":
             _add_btf_options(kind)
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
     command.add_argument("--json", type=Path, metavar="F", default=default, help="also write the figures to F")
+
+
+def _add_transfer_options(transfer: argparse.ArgumentParser) -> None:
+    transfer.add_argument("--full", action="store_true", help="more scenes, lights, rays and sites: an hour, 20 GB")
+    transfer.add_argument("--case", metavar="PATTERN", help="only scenes called so: * and ? for anything")
+    transfer.add_argument("--data", type=Path, metavar="DIR", help="a measured mesh joins in; default: $METAMER_DATA")
 
 
 def _add_svbrdf_options(svbrdf: argparse.ArgumentParser) -> None:
@@ -115,6 +124,8 @@ def run(args: argparse.Namespace) -> int:
         return _svbrdf(args)
     if args.what == "btf":
         return _btf(args)
+    if args.what == "transfer":
+        return _transfer(args)
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
@@ -146,6 +157,16 @@ def _btf(args: argparse.Namespace) -> int:
     print(benchmark.report(measured))
     if args.json:
         _write(args.json, json.dumps({"rows": measured["rows"]}, indent=1) + "\n")
+    return 0
+
+
+def _transfer(args: argparse.Namespace) -> int:
+    from ..benchmarks.transfer import benchmark
+
+    measured = benchmark.run(args.full, _data(args), lambda line: print(line, flush=True), args.case)
+    print(benchmark.report(measured))
+    if args.json:
+        _write(args.json, json.dumps(measured, indent=1) + "\n")
     return 0
 
 

@@ -133,18 +133,21 @@ def tangents(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"
 
 
 def scene_hits(
-    scene: Scene, rays: int = RAYS, progress: Callable[[int, int, str], None] = lambda done, total, what: None
+    scene: Scene,
+    rays: int = RAYS,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    longest_edge: float | None = None,
 ) -> Hits:
     """Trace the rays of all sites of a scene: its vertices, welded by place and normal (`visibility.sites`), and those
     that large triangles are divided by (`visibility.refinement`).
 
-    progress : called with (sites done, sites in all, what is done).
+    progress : called with (sites done, sites in all, what is done). longest_edge : see `refined`.
 
     Raises
     ------
     InputError : it would not fit into memory.
     """
-    fine = refined(scene)[0]
+    fine = refined(scene, longest_edge)[0]
     corners = corners_of(fine, pieces_of(fine))
     count = sum(len(part.mesh.vertices) for part in fine.parts)
     needed = count * rays * BYTES_A_RAY + _AT_ONCE * _BYTES_TRACED

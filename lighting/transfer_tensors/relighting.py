@@ -17,9 +17,10 @@ from jaxtyping import Float
 from ...materials.tensors.brdf_tensor import BrdfTensor
 from ...materials.tensors.components import Components
 from ...materials.tensors.families import Family
+from ...materials.tensors.tuned import Tuned
 from ..environment.environment import EnvironmentLight
-from ..environment.gathering import GatheredLight
 from ..environment.harmonics import gaussian_factors, harmonics
+from ..environment.pyramid import Pyramid
 from .clustered import ClusteredTensor, clustered_tensor
 from .cube import CubeMap
 from .direct import DirectTensor, direct_tensor
@@ -33,28 +34,15 @@ _AT_ONCE = 128
 
 
 @dataclass(frozen=True, eq=False)
-class Tuned:
-    """A region's material: a point of the family, and two spectra.
-
-    diffuse, specular (L,) : reflectance of the matt part, and what the highlight is multiplied with. parameters : of
-    the family.
-    """
-
-    diffuse: Float[np.ndarray, " L"]
-    specular: Float[np.ndarray, " L"]
-    parameters: tuple[float, ...]
-
-
-@dataclass(frozen=True, eq=False)
 class Arriving:
     """What arrives at S sites of K fields of a light, scalar, before any material is known.
 
-    direct (S,1+k,K) : with the factors. texels (K,D), gathered : the light itself. one (S,R,P,K,B), two (S,R,P,R,P,K).
+    direct (S,1+k,K) : with the factors. prefiltered : the light itself, under Gaussians.
+    one (S,R,P,K,B), two (S,R,P,R,P,K).
     """
 
     direct: Float[np.ndarray, "S k1 K"]
-    gathered: GatheredLight
-    light: EnvironmentLight
+    prefiltered: Pyramid
     one: Float[np.ndarray, "S R P K B"]
     two: Float[np.ndarray, "S R P R P K"]
 
@@ -106,8 +94,7 @@ class TensorTransfer:
         two = np.moveaxis(two, 4, 1).reshape(sites, regions, parts, regions, parts, -1)
         return Arriving(
             self.direct.lit(CubeMap(self.tensors.across).means(light)),
-            GatheredLight.of(light),
-            light,
+            Pyramid.of(light),
             self.one.lit(CubeMap(ONE_BOUNCE).means(light)),
             two,
         )
@@ -130,7 +117,7 @@ class TensorTransfer:
         to = eye - sites.sites
         to /= np.linalg.norm(to, axis=1, keepdims=True)
         wo = local(to, sites.normals)
-        mixtures = [self.family.weights(*one.parameters) for one in materials]
+        mixtures = [one.weights for one in materials]
         chosen = np.stack([np.concatenate([[0.0], one @ self.components.by_member]) for one in mixtures])
         # (R, 2, P): what the matt spectrum and the highlight's take of each component.
         split = np.zeros((len(materials), 2, chosen.shape[1]))
@@ -207,12 +194,14 @@ class _Seen:
         """The share of each Gaussian that nothing hides, by the site's map of visibility."""
         tensors = self._transfer.tensors
         cube = CubeMap(tensors.across)
+        # A Gaussian narrower than a texel is as free as that is: three deviations cover one.
+        widest = (6.0 * tensors.across / np.pi) ** 2
         found = np.empty((len(self._mine), len(self._sharpness)))
         for start in range(0, len(self._mine), _AT_ONCE):
             rows = slice(start, start + _AT_ONCE)
             away = self._mirrored[rows].astype(np.float32) @ cube.directions.T.astype(np.float32) - 1.0
             seen = unpacked(tensors.visible[self._mine[rows]], tensors.across)
-            for lobe, sharpness in enumerate(self._sharpness):
+            for lobe, sharpness in enumerate(np.minimum(self._sharpness, widest)):
                 bump = np.exp(np.float32(sharpness) * away) * cube.solid_angles.astype(np.float32)
                 found[rows, lobe] = (bump * seen).sum(axis=1) / bump.sum(axis=1)
         return found
@@ -220,10 +209,9 @@ class _Seen:
     def direct(self, arriving: Arriving, field: int) -> Float[np.ndarray, "n 2"]:
         """Of direct light: cd/m^2 of spectra of 1."""
         factors = arriving.direct[self._mine, :, field]
-        level = self._mirrored @ arriving.light.world_from_map
-        count = len(self._sharpness)
-        towards = np.broadcast_to(level[:, None], (len(level), count, 3))
-        mean = arriving.gathered.by_lobes(towards, np.broadcast_to(self._sharpness, (len(level), count)))[..., field]
+        towards = np.repeat(self._mirrored, len(self._sharpness), axis=0)
+        mean = arriving.prefiltered(towards, np.tile(self._sharpness, len(self._mirrored)))[:, field]
+        mean = mean.reshape(-1, len(self._sharpness))
         lobes = np.sum(self._lobes * mean * self._free, axis=1) * self._wo[:, 2]
         return np.stack([factors[:, 0] / np.pi, np.sum(self._factors * factors[:, 1:], axis=1) + lobes], axis=1)
 

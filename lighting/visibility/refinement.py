@@ -86,12 +86,14 @@ class Refinement:
         return (numbers, found) if self.halving is None else self.halving.located(faces, numbers, found)
 
 
-def refined(scene: Scene) -> tuple[Scene, Refinement, Int[np.ndarray, " V"]]:
+def refined(scene: Scene, longest_edge: float | None = None) -> tuple[Scene, Refinement, Int[np.ndarray, " V"]]:
     """The scene with divided triangles, where its vertices are, and for each vertex of the refinement its number in
     the new scene.
+
+    longest_edge : that there should be, in radii of the scene; None: `LONGEST_EDGE`.
     """
     low, high = scene.bounds
-    longest = LONGEST_EDGE * 0.5 * float(np.linalg.norm(high - low))
+    longest = (LONGEST_EDGE if longest_edge is None else longest_edge) * 0.5 * float(np.linalg.norm(high - low))
     meshes = [part.mesh for part in scene.parts]
     divisions = np.array([_divisions(mesh, longest) for mesh in meshes])
     counts = [len(mesh.vertices) for mesh in meshes]

@@ -13,7 +13,7 @@ from metamer.lighting.transfer_tensors.clustered import clustered_tensor
 from metamer.lighting.transfer_tensors.cube import CubeMap
 from metamer.lighting.transfer_tensors.frames import local
 from metamer.lighting.transfer_tensors.precomputed import ONE_BOUNCE, transfer_tensors
-from metamer.lighting.transfer_tensors.relighting import TensorTransfer, Tuned
+from metamer.lighting.transfer_tensors.relighting import TensorTransfer
 from metamer.lighting.visibility import refinement
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.sites import scaled_triangles
@@ -21,6 +21,7 @@ from metamer.materials.tensors.brdf_tensor import brdf_tensor
 from metamer.materials.tensors.components import components_of
 from metamer.materials.tensors.disc import Disc
 from metamer.materials.tensors.families import blinn_phong
+from metamer.materials.tensors.tuned import Tuned
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -37,6 +38,13 @@ def rectangle(*corners):
     vertices = np.array(corners, dtype=float)
     normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
     return Mesh(vertices, np.tile(normal / np.linalg.norm(normal), (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+FAMILY = blinn_phong(30)
+
+
+def tuned(diffuse, specular, exponent):
+    return Tuned(NM, diffuse, specular, FAMILY, (exponent,))
 
 
 class Room:
@@ -56,7 +64,7 @@ class Room:
         self.scene = Scene(parts, (self.sky,), (framing_camera(*bounds_of(meshes)),), SEEN)
         self.occluders = Occluders(scaled_triangles(refinement.refined(self.scene)[0]))
         self.hits = scene_hits(self.scene, 96)
-        self.family = blinn_phong(30)
+        self.family = FAMILY
         self.components = components_of(self.family)
         self.tensors = transfer_tensors(self.hits, np.arange(3), self.components, self.occluders, ACROSS)
         self.brdf = brdf_tensor(self.family, (3, 8, 8), Disc(16))
@@ -86,7 +94,7 @@ def test_matt_surfaces_are_as_by_radiosity(room, bounces):
     for _ in range(bounces):
         radiosity = np.asarray(operator @ radiosity) * spectra[room.tensors.region]
         want += radiosity
-    found = room.xyz([Tuned(each, DARK, (5.0,)) for each in spectra], bounces)
+    found = room.xyz([tuned(each, DARK, 5.0) for each in spectra], bounces)
     off = delta_e_xyz((want @ room.weights[0].T / LUX)[room.seen], found[room.seen], SEEN.white(D65))
     assert off.mean() < 0.6
     assert np.percentile(off, 95) < 1.6
@@ -94,7 +102,7 @@ def test_matt_surfaces_are_as_by_radiosity(room, bounces):
 
 def test_a_highlight_is_seen_as_by_its_formula(room):
     """Direct light: the integral over all directions that are free."""
-    material = Tuned(GREY, np.full(len(NM), 0.3), (20.0,))
+    material = tuned(GREY, np.full(len(NM), 0.3), 20.0)
     cube = CubeMap(32)
     light = cube.means(room.sky)[0] * cube.solid_angles
     some = np.flatnonzero(room.seen)[::9]
@@ -119,9 +127,9 @@ def test_a_highlight_is_seen_as_by_its_formula(room):
 
 def test_a_highlight_passes_light_on(room):
     """The floor sends on all that its highlight reflects: by the components, as by the formula."""
-    material = Tuned(DARK, np.ones(len(NM)), (30.0,))
-    dark = Tuned(DARK, DARK, (1.0,))
-    matt = Tuned(np.full(len(NM), 0.5), DARK, (1.0,))
+    material = tuned(DARK, np.ones(len(NM)), 30.0)
+    dark = tuned(DARK, DARK, 1.0)
+    matt = tuned(np.full(len(NM), 0.5), DARK, 1.0)
     found = room.xyz([material, matt, dark], 1)[:, 1] - room.xyz([material, matt, dark], 0)[:, 1]
     # A site of the wall that looks at the floor.
     candidates = np.flatnonzero((room.tensors.region == 1) & room.seen)
@@ -150,16 +158,16 @@ def test_a_highlight_passes_light_on(room):
 
 
 def test_a_closed_material_is_black(room):
-    found = room.xyz([Tuned(DARK, DARK, (5.0,))] * 3)
+    found = room.xyz([tuned(DARK, DARK, 5.0)] * 3)
     np.testing.assert_array_equal(found, 0.0)
 
 
 def test_materials_change_without_precomputing(room):
     """What arrives is scalar: it knows no material."""
     arriving = room.transfer.arriving(room.sky)
-    before = room.transfer.xyz(arriving, [Tuned(GREY, DARK, (5.0,))] * 3, EYE, room.weights, LUX)
-    room.transfer.xyz(arriving, [Tuned(RED, GREY, (25.0,))] * 3, EYE, room.weights, LUX)
-    again = room.transfer.xyz(arriving, [Tuned(GREY, DARK, (5.0,))] * 3, EYE, room.weights, LUX)
+    before = room.transfer.xyz(arriving, [tuned(GREY, DARK, 5.0)] * 3, EYE, room.weights, LUX)
+    room.transfer.xyz(arriving, [tuned(RED, GREY, 25.0)] * 3, EYE, room.weights, LUX)
+    again = room.transfer.xyz(arriving, [tuned(GREY, DARK, 5.0)] * 3, EYE, room.weights, LUX)
     np.testing.assert_array_equal(again, before)
 
 

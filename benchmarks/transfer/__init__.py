@@ -1,0 +1,1 @@
+"""Interreflection: what was published for materials that change, beside the truth that paths give."""

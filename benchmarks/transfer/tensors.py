@@ -1,0 +1,91 @@
+"""The 2007 paper's way as a method: precomputed, compressed, and relit in four ways."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.transfer.hits import Hits, scene_hits
+from ...lighting.transfer_tensors.precomputed import transfer_tensors
+from ...lighting.transfer_tensors.relighting import Arriving, TensorTransfer
+from ...lighting.visibility.occluders import Occluders
+from ...lighting.visibility.refinement import refined
+from ...lighting.visibility.sites import scaled_triangles
+from ...materials.tensors.brdf_tensor import BrdfTensor, brdf_tensor
+from ...materials.tensors.components import Components, components_of
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from .scenes import TransferScene, family
+
+
+@dataclass(frozen=True, eq=False)
+class TensorMethod:
+    """A scene's tensors, ready to be relit; precompute_cpu_seconds are without the family's own."""
+
+    case: TransferScene
+    hits: Hits
+    transfer: TensorTransfer
+    precompute_cpu_seconds: float
+
+    @classmethod
+    def of(
+        cls,
+        case: TransferScene,
+        shared: tuple[BrdfTensor, Components],
+        rays: int,
+        across: int,
+        longest_edge: float,
+        progress: Callable[[str], None],
+    ) -> TensorMethod:
+        """Every part a region. rays : of each site. across : texels of a face of its visibility."""
+        start = time.process_time()
+        progress(f"{case.name}: rays")
+        hits = scene_hits(case.scene, rays, longest_edge=longest_edge)
+        occluders = Occluders(scaled_triangles(refined(case.scene, longest_edge)[0]))
+        progress(f"{case.name}: transfer tensors of {len(hits.sites):,} sites")
+        tensors = transfer_tensors(hits, np.arange(len(case.scene.parts)), shared[1], occluders, across)
+        progress(f"{case.name}: clusters")
+        transfer = TensorTransfer.of(tensors, family(), *shared)
+        return cls(case, hits, transfer, time.process_time() - start)
+
+    def xyz(self, arriving: Arriving, bounces: int) -> Float[np.ndarray, "S 3"]:
+        """Colours of all sites for the scene's camera."""
+        scene = self.case.scene
+        low, high = scene.bounds
+        eye = (np.asarray(scene.camera().position) - 0.5 * (low + high)) / (0.5 * float(np.linalg.norm(high - low)))
+        weights = [scene.observer.weights(spectrum, NM) for spectrum in scene.lights[0].spectra]
+        materials = [self.case.materials[part.material] for part in scene.parts]
+        return self.transfer.xyz(
+            arriving, materials, eye, weights, float(scene.viewing.reference_illuminance_lux), bounces
+        )
+
+    def arriving(self, light: EnvironmentLight | None = None) -> Arriving:
+        """Of the scene's own light, or another."""
+        own = self.case.scene.lights[0]
+        assert isinstance(own, EnvironmentLight)
+        return self.transfer.arriving(own if light is None else light)
+
+    def relight_ms(self) -> dict[str, float]:
+        """Of another view or material, of another light before anything is seen of it, and of all of them."""
+        arriving, light = _best_ms(self.arriving)
+        _, seen = _best_ms(lambda: self.xyz(arriving, 2))
+        # A view is looked up in the same sums as a material is: neither is kept from the other.
+        return {"view": seen, "material": seen, "light": light + seen, "all": light + seen}
+
+
+def shared_by_all() -> tuple[BrdfTensor, Components]:
+    """The family's factors and components, found once for all scenes."""
+    return brdf_tensor(family()), components_of(family())
+
+
+def _best_ms(call: Callable[[], Arriving | np.ndarray], times: int = 3) -> tuple:
+    found, best = None, np.inf
+    for _ in range(times):
+        start = time.perf_counter()
+        found = call()
+        best = min(best, time.perf_counter() - start)
+    return found, 1000.0 * best
