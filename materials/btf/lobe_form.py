@@ -13,6 +13,7 @@ from ...spectral.palette import Palette
 from ..fast import Fast, Summand
 from ..fit_error import FitError
 from .lobe_field import LobeField
+from .lobe_gathering import LobeGathering
 from .lobe_texels import LobeTexels
 
 
@@ -35,6 +36,10 @@ class LobeForm(Fast):
     def in_basis(self, basis: SpectralBasis) -> LobeForm:
         """See `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
+
+    def environment_form(self) -> LobeGathering:
+        """See `Fast.environment_form`."""
+        return LobeGathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
         """The lobes (`LobeField.stored`) and the palette."""

@@ -6,6 +6,7 @@ interpolated. Lower than any light that was measured f_r is held, as it is in th
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,8 +23,8 @@ from ..points import Points
 from ..svbrdf.texels import between
 from ..term_shader import TermShader
 from ..terms import Terms
-from .coding import decoded_amplitudes, decoded_axes, decoded_exponents
-from .lobe_field import LobeField, summed
+from .coding import decoded_amplitudes, decoded_exponents
+from .lobe_field import LobeField
 from .texels import directions_listed, folded
 
 # Points at once: twelve texels' numbers are held of each.
@@ -77,10 +78,8 @@ class LobeTexels(Summand):
         """Coefficients at points."""
         light, falling = self.measured(wi)
         total = np.zeros((len(uv), self.palette.rank))
-        for share, axes, exponents, amplitudes in self.around(uv, wo):
-            cosine = np.maximum(np.einsum("ngkx,nx->ngk", axes, light, optimize=True), 0.0)
-            found = amplitudes[:, 0] + summed(cosine**exponents, amplitudes[:, 1:])
-            total += share[:, None] * found
+        for share, view, row, column in self.around(uv, wo):
+            total += share[:, None] * self.form.at(view, row, column, light)
         return total * falling[:, None]
 
     def measured(self, wi: Float[np.ndarray, "N 3"]) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
@@ -91,26 +90,16 @@ class LobeTexels(Summand):
         held = np.concatenate([wi[:, :2] * inward[:, None], np.full((len(wi), 1), self.lowest)], axis=1)
         return np.where(low[:, None], held, wi), np.where(low, wi[:, 2] / max(self.lowest, 1e-9), 1.0)
 
-    def around(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]):
-        """Of the four texels about points, in each of three views: shares (N,), axes (N,G,k,3), exponents (N,G,k) and
-        amplitudes (N,k+1,J), 1/sr.
-        """
+    def around(
+        self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]
+    ) -> Iterator[tuple[Float[np.ndarray, " N"], Int[np.ndarray, " N"], Int[np.ndarray, " N"], Int[np.ndarray, " N"]]]:
+        """Of each of four texels in three views about points: what it counts, the view, its row and column."""
         view, of_view = self.form.views.shares(wo)
         height, width = self.form.axes.shape[1:3]
         rows, columns, shares = between(uv, height, width)
         for texel in range(4):
             for side in range(3):
-                place = view[:, side], rows[:, texel], columns[:, texel]
-                axes, exponents, amplitudes = self._of(*place)
-                yield of_view[:, side] * shares[:, texel], axes, exponents, amplitudes
-
-    def _of(
-        self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
-    ) -> tuple[Float[np.ndarray, "N G k 3"], Float[np.ndarray, "N G k"], Float[np.ndarray, "N k1 J"]]:
-        form = self.form
-        axes = decoded_axes(form.axes[view, row, column]).astype(np.float64)
-        exponents = decoded_exponents(form.exponents[view, row, column], form.lobes).astype(np.float64)
-        return axes, exponents, decoded_amplitudes(form.amplitudes[view, row, column], form.largest[view])
+                yield of_view[:, side] * shares[:, texel], view[:, side], rows[:, texel], columns[:, texel]
 
     @cached_property
     def tallest(self) -> float:
