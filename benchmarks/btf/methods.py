@@ -39,7 +39,8 @@ class Method:
     """A way to write a BTF.
 
     name : of its rows. make : from images to what is kept. registered : whether it takes registered images. full :
-    only the long run has it. size : where there are several forms of one name.
+    only the long run has it. size : where there are several forms of one name. held : whether it is also fitted
+    without some views, and judged by them.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Method:
     registered: bool = False
     full: bool = False
     size: str | None = None
+    held: bool = False
 
 
 def methods(full: bool) -> list[Method]:
@@ -56,7 +58,7 @@ def methods(full: bool) -> list[Method]:
         Method("lafortune", partial(_field, lafortune), full=True),
         Method("rfp", partial(_field, rfp)),
         Method("lpca-paper", _paper, size="32 x 8"),
-        *(Method("lpca", partial(_ours, size=size), True, size != "medium", size) for size in SIZES),
+        *(Method("lpca", partial(_ours, size=size), True, size != "medium", size, size == "medium") for size in SIZES),
     ]
     return [method for method in found if full or not method.full]
 

@@ -35,6 +35,8 @@ BARS: Mapping[tuple[str, str], Bar] = {
     ("corduroy", "rfnl-2"): Bar(5.1, 11.5, 16.0, 1134.0),
     ("wool", "held-views"): Bar(4.4, 9.8, 15.5),
     ("corduroy", "held-views"): Bar(4.4, 10.4, 17.5),
+    ("wool", "held-lpca"): Bar(4.4, 9.8, 15.5),
+    ("corduroy", "held-lpca"): Bar(4.4, 10.4, 17.5),
     ("wool", "light-basis-16"): Bar(0.6, 2.1, 4.3),
     ("corduroy", "light-basis-16"): Bar(0.6, 2.2, 4.8),
     ("wool", "end-to-end"): Bar(1.5, 3.7, 5.8, 30.0),
