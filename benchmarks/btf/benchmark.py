@@ -11,6 +11,7 @@ from ...spectral.errors import InputError
 from .cases import MEASURED, cases
 from .compared import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
 from .methods import methods
+from .published import published
 from .rows import with_bars, within
 
 Progress = Callable[[str], None]
@@ -36,8 +37,8 @@ def run(
     -------
     dict : `rows`, for JSON; `missing`, measured BTFs whose files are not there. A row has `case`, `method`, `texels`,
     `bytes_per_texel`, `fit_cpu_seconds`, `fold_ms` (a light, before the first pixel), `ms_per_megapixel` (in numpy, on
-    one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`, `registered`, `size` and `bar`; None where a
-    figure has no meaning.
+    one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`, `published_epsilon`, `registered`, `size` and
+    `bar`; None where a figure has no meaning.
 
     Raises
     ------
@@ -72,13 +73,13 @@ def report(figures: dict) -> str:
                 one["case"], one["method"], one["size"] or "-", one["light"],
                 *(_or_dash(one[name], form) for name, form in _FIGURES),
                 *(f"{one['delta_e94'][name]:.2f}" for name in ("mean", "p95", "p99")),
-                _or_dash(one["epsilon"], ".3f"),
+                _or_dash(one["epsilon"], ".3f"), _or_dash(one["published_epsilon"], ".3f"),
                 "-" if bar is None else f"{bar['mean']:g}/{bar['p95']:g}/{bar['p99']:g}{'' if kept else ' over'}",
             ]
         )  # fmt: skip
     headings = ["case", "method", "size", "light", "bytes", "fit CPU s", "fold ms", "ms/Mpx", "mean", "p95", "p99"]
     title = "ΔE94 against the images; bytes a texel, dictionaries and all; bars as mean/p95/p99"
-    text = f"{title}\n{columns([*headings, 'epsilon', 'bar'], body, left=4)}"
+    text = f"{title}\n{columns([*headings, 'epsilon', 'theirs', 'bar'], body, left=4)}\n\n{published()}"
     if figures["missing"]:
         text += f"\n\nwithout {', '.join(figures['missing'])}: set METAMER_DATA to a folder with btf/ and light/"
     return text

@@ -13,6 +13,7 @@ from ...materials.btf.images import BtfImages
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.upsampling import xyz_from_rgb
+from .published import published_epsilon
 
 #: What a texel of an image is made again by: view, light -> f_r cos(theta_i).
 Reconstruct = Callable[[int, int], Float[np.ndarray, "H W J"]]
@@ -64,8 +65,8 @@ def row(
     """For JSON.
 
     texels : of the whole. delta_e94 : mean, 95th and 99th percentile. registered : whether the truth is registered
-    images. epsilon : mean absolute difference of encoded red, green and blue. size : of several forms of one method
-    this one's.
+    images. epsilon : mean absolute difference of encoded red, green and blue; beside it is what its paper has for the
+    same material, from other files. size : of several forms of one method this one's.
     """
     mean, p95, p99 = (float(one) for one in delta_e94)
     return {
@@ -79,6 +80,7 @@ def row(
         "light": light,
         "delta_e94": {"mean": mean, "p95": p95, "p99": p99},
         "epsilon": epsilon,
+        "published_epsilon": published_epsilon(case, method),
         "registered": registered,
         "size": size,
         "bar": None,
