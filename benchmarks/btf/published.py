@@ -8,7 +8,8 @@ from ...calibration.text_tables import columns
 
 #: Methods of the columns of `EPSILON`, by the names that they have here.
 METHODS = ("lafortune without scales", "lafortune", "rfp", "rfnl-2")
-#: Mean epsilon of Meseth, Mueller and Klein 2003 (table 1), 256 x 256 texels: LAF, SLAF (four lobes), RFP, RFNL (two).
+#: Mean epsilon of Meseth, Mueller and Klein 2003 (table 1): four lobes of Lafortune's without and with scales, RFP, and
+#: RFNL of two lobes.
 EPSILON: Mapping[str, tuple[float, float, float, float]] = {
     "proposte": (0.0978, 0.0794, 0.0689, 0.0736),
     "wool": (0.0788, 0.0693, 0.0719, 0.0582),

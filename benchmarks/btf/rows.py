@@ -38,6 +38,8 @@ BARS: Mapping[tuple[str, str], Bar] = {
     ("corduroy", "held-views"): Bar(4.4, 10.4, 17.5),
     ("wool", "held-lpca"): Bar(4.4, 9.8, 15.5),
     ("corduroy", "held-lpca"): Bar(4.4, 10.4, 17.5),
+    ("wool", "held-rfnl-2"): Bar(4.4, 9.8, 15.5),
+    ("corduroy", "held-rfnl-2"): Bar(4.4, 10.4, 17.5),
     ("wool", "light-basis-16"): Bar(0.6, 2.1, 4.3),
     ("corduroy", "light-basis-16"): Bar(0.6, 2.2, 4.8),
     ("wool", "end-to-end"): Bar(1.5, 3.7, 5.8, 30.0),

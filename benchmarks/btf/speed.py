@@ -12,8 +12,10 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...materials.btf.coding import LEAST, MOST, decoded_amplitudes, decoded_axes, decoded_exponents
 from ...materials.btf.fields import Field, LafortuneField, PolynomialField
 from ...materials.btf.hemisphere import Hemisphere
+from ...materials.btf.lobe_field import LobeField, summed
 from ...materials.btf.texels import BtfTexels
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
@@ -25,6 +27,8 @@ PIXELS, TURNS = 256, 5
 _BLOCK = 1 << 12
 # A light's sharpness, and where it comes from.
 _SHARPNESS, _FROM = 8.0, np.array([0.48, 0.36, 0.8])
+# Texels along each side of a map of directions that light is prefiltered in: a divisor of 256.
+_MAP = 64
 
 _Shade = Callable[[Int[np.ndarray, " n"], Int[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]], Float[np.ndarray, "n 3"]]
 
@@ -70,6 +74,8 @@ def fold_of(form: Field | BtfTexels, lights: Hemisphere, basis: SpectralBasis) -
         rho = form.rho.reshape(len(lobe), *form.rho.shape[2:])
         scale = None if form.scale is None else form.scale.reshape(len(form.scale), -1)
         return lambda: _lobes(form.table, lobe, rho, scale, light, basis)
+    if isinstance(form, LobeField):
+        return lambda: _prefiltered(form, lights, light, basis)
     return None
 
 
@@ -116,6 +122,34 @@ def _lobes(table, lobe, rho, scale, light, basis) -> _Shade:
             lit = gathered[view[:, side, None], lobe[place]]
             counts = share[:, side] if scale is None else share[:, side] * scale[view[:, side], place]
             found += counts[:, None] * np.einsum("nk,nkj->nj", lit, rho[place])
+        return found @ to_xyz
+
+    return shade
+
+
+def _prefiltered(form: LobeField, lights, light, basis) -> _Shade:
+    """The light under lobes of every exponent about axes all around (Meseth et al. 2003, section 5.2)."""
+    across = np.minimum(np.arange(_MAP) * (256 // _MAP) + 128 // _MAP, 254).astype(np.uint8)
+    codes = np.stack(np.meshgrid(across, across, indexing="ij"), axis=-1)
+    towards = np.maximum(decoded_axes(codes).reshape(-1, 3) @ lights.directions.T, 1e-9)
+    exponents = LEAST * np.sqrt(2.0) ** np.arange(round(2.0 * np.log2(MOST / LEAST)) + 1)
+    logarithm, given = np.log(towards).astype(np.float32), light.astype(np.float32)
+    maps = np.stack([np.exp(np.float32(n) * logarithm) @ given for n in exponents])
+    to_xyz, whole = _to_xyz(basis), np.float32(light.sum())
+    axes, kept, amplitudes = (
+        part.reshape(len(part), -1, *part.shape[3:]) for part in (form.axes, form.exponents, form.amplitudes)
+    )
+
+    def shade(place, view, share):
+        found = np.zeros((len(place), amplitudes.shape[-1]), dtype=np.float32)
+        for side in range(3):
+            seen = view[:, side]
+            code = axes[seen, place] // (256 // _MAP)
+            exponent = decoded_exponents(kept[seen, place], form.lobes)
+            number = np.rint(2.0 * np.log2(exponent / np.float32(LEAST))).astype(np.int64)
+            lit = maps[number, code[..., 0].astype(np.int64) * _MAP + code[..., 1]]
+            parts = decoded_amplitudes(amplitudes[seen, place], form.largest[seen])
+            found += share[:, side, None] * (parts[:, 0] * whole + summed(lit, parts[:, 1:]))
         return found @ to_xyz
 
     return shade

@@ -16,6 +16,7 @@ from metamer.materials.btf.fields import lafortune, ptm, rfp
 from metamer.materials.btf.form import SIZES, btf_form
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.light_basis import light_functions
+from metamer.materials.btf.lobe_field import lobe_field
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -106,7 +107,7 @@ def test_too_few_views_are_held_out_of_none():
 def test_every_form_that_can_be_drawn_is_timed(bumpy, monkeypatch):
     monkeypatch.setattr(speed, "PIXELS", 16)
     monkeypatch.setattr(speed, "TURNS", 1)
-    forms = [ptm(bumpy), rfp(bumpy), lafortune(bumpy), btf_form(bumpy, SIZES["small"]).texels]
+    forms = [ptm(bumpy), rfp(bumpy), lafortune(bumpy), lobe_field(bumpy, 2), btf_form(bumpy, SIZES["small"]).texels]
     for form in forms:
         fold, pixels = timed(form, 64, bumpy.views, bumpy.lights, bumpy.basis)
         assert fold is not None and pixels is not None and fold > 0.0 and pixels > 0.0
@@ -118,7 +119,7 @@ def test_what_is_timed_is_what_is_drawn(bumpy):
     to_xyz = bumpy.basis.fold(illuminant("D65"), observer("1931_2"))
     place, view, share = np.arange(64), np.full((64, 3), 7), np.tile([1.0, 0.0, 0.0], (64, 1)).astype(np.float32)
     truth = np.einsum("l,lhwj,kj->hwk", light, bumpy.values[7], to_xyz).reshape(64, 3)
-    for form, off in ((rfp(bumpy), 0.15), (btf_form(bumpy, SIZES["fine"]).texels, 0.02)):
+    for form, off in ((rfp(bumpy), 0.15), (lobe_field(bumpy, 2), 0.05), (btf_form(bumpy, SIZES["fine"]).texels, 0.02)):
         fold = speed.fold_of(form, bumpy.lights, bumpy.basis)
         assert fold is not None
         assert np.abs(fold()(place, view, share) - truth).mean() < off * truth.mean()
