@@ -12,10 +12,11 @@ from jaxtyping import Float, Int8, UInt8
 
 # Steps from the middle of the square to its edge, and of an amplitude from 0 to the largest.
 _SQUARE, _AMPLITUDE = 127, 127
-# Of the exponents' binary logarithms the first, and how many there are, half a unit apart.
-_FIRST, _EXPONENTS = -1.0, 16
-#: Exponents that can be kept lie between these.
-LEAST, MOST = 2.0**_FIRST, 2.0 ** (_FIRST + 0.5 * (_EXPONENTS - 1))
+# The first of the exponents' binary logarithms, which are half a unit apart.
+_FIRST = -1.0
+#: Exponents that can be kept; any lies between these.
+EXPONENTS = tuple(2.0 ** (_FIRST + 0.5 * index) for index in range(16))
+LEAST, MOST = EXPONENTS[0], EXPONENTS[-1]
 
 
 def coded_axes(axes: Float[np.ndarray, "*n 3"]) -> UInt8[np.ndarray, "*n 2"]:

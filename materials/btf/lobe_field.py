@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int8, UInt8
+from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import lightness_slope
@@ -84,6 +84,26 @@ class LobeField(Field):
             axes, exponents = decoded_axes(self.axes[view]), decoded_exponents(self.exponents[view], self.lobes)
             self._decoded[view] = axes, exponents, decoded_amplitudes(self.amplitudes[view], self.largest[view])
         return self._decoded[view]
+
+    def of(
+        self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
+    ) -> tuple[Float[np.ndarray, "N G k 3"], Float[np.ndarray, "N G k"], Float[np.ndarray, "N k1 J"]]:
+        """Axes, exponents and amplitudes, 1/sr, of texels in views; float64."""
+        axes = decoded_axes(self.axes[view, row, column]).astype(np.float64)
+        exponents = decoded_exponents(self.exponents[view, row, column], self.lobes).astype(np.float64)
+        return axes, exponents, decoded_amplitudes(self.amplitudes[view, row, column], self.largest[view])
+
+    def at(
+        self,
+        view: Int[np.ndarray, " N"],
+        row: Int[np.ndarray, " N"],
+        column: Int[np.ndarray, " N"],
+        light: Float[np.ndarray, "N 3"],
+    ) -> Float[np.ndarray, "N J"]:
+        """Values of texels in measured views, under light no lower than what was measured, 1/sr."""
+        axes, exponents, amplitudes = self.of(view, row, column)
+        cosine = np.maximum(np.einsum("ngkx,nx->ngk", axes, light, optimize=True), 0.0)
+        return amplitudes[:, 0] + summed(cosine**exponents, amplitudes[:, 1:])
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """See `Field.reconstruct`."""

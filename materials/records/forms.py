@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from ..btf.form import BtfForm
+from ..btf.lobe_form import LobeForm
 from ..factored.pack import FactoredBrdf
 from ..fast import Fast
 from ..svbrdf.maps_form import MapsForm
 from ..svbrdf.texture_form import TextureForm
 
-FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm, BtfForm)}
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm, BtfForm, LobeForm)}
