@@ -3,8 +3,6 @@
 uniform sampler2D components;
 uniform sampler2D texels;
 uniform sampler2D views;
-uniform sampler2D taken;        // a row a function: of each term of the light basis what it takes of the function
-uniform sampler2D axes;         // of each Gaussian its axis, and 1 / lambda
 uniform ivec2 size;
 
 #include "hemisphere.glsl"
@@ -39,17 +37,4 @@ Here here_at(Gathered s) {
     return here;
 }
 
-mat3 frame_of(Here here) {
-    return mat3(1.0);
-}
-
-vec4 lobe(Here here, int number) {
-    return texelFetch(axes, ivec2(number, 0), 0);
-}
-
-vec4 value(Here here, int number, int row) {
-    vec4 total = vec4(0.0);
-    for (int k = 0; k < TERMS; ++k)
-        total += texelFetch(taken, ivec2(k / 4, number), 0)[k % 4] * here.terms[k * FOURS + row];
-    return number < LOBES ? total : PI * total;
-}
+#include "standing.glsl"

@@ -10,31 +10,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from ...spectral.palette import Palette
-from ..environment_form import BENDS, EnvironmentForm, Lobes
-from ..points import Points
 from ..svbrdf.texels import between
 from ..term_shader import TermShader
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions
+from .standing import StandingForm
 from .texels import BtfTexels, directions_listed, folded
 
 # Rows that the basis is balanced on.
 _ROWS = 6000
-# Points at once.
-_BLOCK = 1 << 11
 
 
 @dataclass(frozen=True, eq=False)
-class BtfGathering(EnvironmentForm):
+class BtfGathering(StandingForm):
     """What the texels of a BTF gather; the four about a point are worked out each for itself, and mixed then."""
-
-    uses_uv: ClassVar[bool] = True
-    bent = BENDS
 
     texels: BtfTexels
 
@@ -42,11 +35,6 @@ class BtfGathering(EnvironmentForm):
     def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The texels'."""
         return self.texels.palette
-
-    @property
-    def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Gaussians that light is looked up under."""
-        return len(self.functions.axes)
 
     @cached_property
     def functions(self) -> LightFunctions:
@@ -73,20 +61,7 @@ class BtfGathering(EnvironmentForm):
         """Of each term of the light basis what it takes of each function."""
         return self.basis.synthesis.T @ self.functions.hats
 
-    def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`."""
-        assert points.uv is not None
-        count, rank = len(points), self.palette.rank
-        terms = np.empty((count, len(self.lights), rank))
-        for start in range(0, count, _BLOCK):
-            rows = slice(start, start + _BLOCK)
-            terms[rows] = self._terms(points.uv[rows], points.wo[rows])
-        found = np.einsum("nbj,bf->nfj", terms, self.lights)
-        axes = np.broadcast_to(self.functions.axes, (count, self.count, 3))
-        sharpness = np.full((count, self.count), self.functions.sharpness)
-        return Lobes(axes, sharpness, found[:, : self.count], np.pi * found[:, self.count :])
-
-    def _terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
+    def terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
         """What the texels at points have of each term of the light basis."""
         form = self.texels.form
         view, of_view = form.views.shares(wo)
@@ -114,18 +89,11 @@ class BtfGathering(EnvironmentForm):
         largest = float(np.abs(rows).max(initial=0.0)) or 1.0
         padded = np.zeros((len(rows), fours * 4), dtype=np.float16)
         padded[:, :size] = rows / largest
-        lights = (largest * self.lights).T.astype(np.float32)
-        quads = -(-len(self.lights) // 4)
-        listed = np.zeros((len(lights), quads * 4), dtype=np.float32)
-        listed[:, : lights.shape[1]] = lights
-        axes = np.zeros((1, self.count, 4), dtype=np.float32)
-        axes[0, :, :3], axes[0, :, 3] = self.functions.axes, 1.0 / self.functions.sharpness
         textures = {
             "components": folded(padded.reshape(-1, 4)),
             "texels": looked_up.textures["texels"],
             "views": directions_listed(self.texels.form.views),
-            "taken": listed.reshape(len(lights), quads, 4),
-            "axes": axes,
+            **self.standing_textures(largest),
         }
         kept = {name: looked_up.sizes[name] for name in ("FOURS", "CELLS", "VIEWS", "VIEW_CELLS")}
         sizes = kept | {"COMPONENTS": components, "TERMS": len(self.lights)}

@@ -25,6 +25,8 @@ _AROUND = 12
 _TURNED = 1e-3
 # Cells along each side of the table that says which triangles to look at.
 _CELLS = 48
+# Cosine at and below which a direction counts as level.
+_LEVEL = 1e-3
 # Directions along theta and along phi that a hat is summed over.
 _FINE = (512, 1440)
 
@@ -153,6 +155,25 @@ class Hemisphere:
             lower = held & (directions[:, 2] < cosine)
             share = share * np.where(lower, directions[:, 2] / np.where(lower, cosine, 1.0), 1.0)[:, None]
         return index, share
+
+    @cached_property
+    def lowest(self) -> float:
+        """The smallest cosine of a measured direction; above 0, as if one at the horizon were just over it."""
+        return max(float(self.directions[:, 2].min()), _LEVEL)
+
+    def held(self, directions: Float[np.ndarray, "N 3"]) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
+        """Light no lower than what was measured, at the same azimuth, and what f_r cos(theta_i) falls by below that.
+
+        directions : unit vectors; 0 below the horizon.
+        """
+        low = directions[:, 2] < self.lowest
+        level = np.linalg.norm(directions[:, :2], axis=1)
+        inward = np.sqrt(1.0 - self.lowest**2) / np.where(low & (level > 0.0), level, 1.0)
+        lifted = np.concatenate(
+            [directions[:, :2] * inward[:, None], np.full((len(directions), 1), self.lowest)], axis=1
+        )
+        share = np.maximum(directions[:, 2], 0.0) / self.lowest
+        return np.where(low[:, None], lifted, directions), np.where(low, share, 1.0)
 
     def _within(
         self, plane: Float[np.ndarray, "N 2"], which: Int[np.ndarray, "N m"]

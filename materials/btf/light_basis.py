@@ -9,6 +9,7 @@ basis, of rows of the BTF against light, keeps what shows.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,10 +50,20 @@ class LightFunctions:
 
 def light_functions(lights: Hemisphere) -> LightFunctions:
     """The functions for some measured lights."""
+    return nearest(lights, hats_at)
+
+
+def nearest(
+    lights: Hemisphere, wanted: Callable[[Hemisphere, Float[np.ndarray, "n 3"]], Float[np.ndarray, "n m"]]
+) -> LightFunctions:
+    """As many functions as do for some measured lights, and what is nearest to others, which replace the hats.
+
+    wanted : their values at directions of the whole sphere.
+    """
     count = int(np.clip(len(lights) // 2, _FEWEST, _MOST))
     axes, sharpness = spread(count, _LOWEST), _SHARPNESS * count
     around = spread(_DIRECTIONS, -1.0)
-    functions, hats = _functions(around, axes, sharpness), hats_at(lights, around)
+    functions, hats = _functions(around, axes, sharpness), wanted(lights, around)
     square = functions.T @ functions
     square[np.diag_indices_from(square)] += _HELD * np.trace(square) / len(square)
     return LightFunctions(axes, sharpness, np.linalg.solve(square, functions.T @ hats).T)

@@ -1,0 +1,63 @@
+"""Reflectance fields as the fast form of a BTF: of each texel and view a function of the direction of light."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ..fast import Fast, Summand
+from ..fit_error import FitError
+from .field_gathering import FieldGathering
+from .field_texels import FieldTexels
+from .polynomials import Polynomials
+from .reflectance_field import ReflectanceField
+
+#: The kinds of fields that a file may hold.
+KINDS: dict[str, type[ReflectanceField]] = {kind.KIND: kind for kind in (Polynomials,)}
+
+
+@dataclass(frozen=True, eq=False)
+class FieldForm(Fast):
+    """Meseth, Mueller and Klein 2003: larger than local PCA, and each view free of what others show."""
+
+    NAME: ClassVar[str] = "btf-field"
+    WORDS: ClassVar[str] = "reflectance fields"
+    isotropic = False
+
+    texels: FieldTexels
+    error: FitError | None = None
+
+    @property
+    def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The texels alone."""
+        return (self.texels,)
+
+    def in_basis(self, basis: SpectralBasis) -> FieldForm:
+        """See `Fast.in_basis`; texels are shared."""
+        return replace(self, texels=self.texels.in_basis(basis))
+
+    def environment_form(self) -> FieldGathering:
+        """See `Fast.environment_form`; worked out when first asked for."""
+        return FieldGathering(texels=self.texels)
+
+    def stored(self) -> dict[str, Any]:
+        """What kind of field, the field (`ReflectanceField.stored`) and the palette."""
+        field = self.texels.form
+        return {"kind": field.KIND, "field": field.stored(), "palette": self.texels.palette.stored()}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FieldForm:
+        """See `Fast.from_stored`."""
+        kind = str(kept["kind"])
+        if kind not in KINDS:
+            raise InputError("an unknown kind of field", field="kind", found=kind, expected=", ".join(KINDS))
+        palette = Palette.from_stored(kept["palette"])
+        spectra = palette.samples[0].T
+        basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
+        return cls(FieldTexels(KINDS[kind].from_stored(kept["field"], basis), palette), error)

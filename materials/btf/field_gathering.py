@@ -1,0 +1,64 @@
+"""How a reflectance field gathers light from all around.
+
+Meseth, Mueller and Klein 2003 (section 5.2) look each lobe up in an environment prefiltered for its exponent. Here what
+a texel reflects into a view is a sum of few functions of the light, the same for all texels, or its values under the
+measured lights; these are sums of Gaussians that stand still (`standing`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.palette import Palette
+from ..term_shader import TermShader
+from .field_texels import FieldTexels
+from .light_basis import LightFunctions
+from .standing import StandingForm
+from .texels import directions_listed
+
+
+@dataclass(frozen=True, eq=False)
+class FieldGathering(StandingForm):
+    """What the texels of a field gather; the four about a point, in each of three views."""
+
+    texels: FieldTexels
+
+    @property
+    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The texels'."""
+        return self.texels.palette
+
+    @property
+    def functions(self) -> LightFunctions:
+        """The field's."""
+        return self.texels.form.functions
+
+    @property
+    def lights(self) -> Float[np.ndarray, "B F"]:
+        """The field's."""
+        return self.functions.hats
+
+    def terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
+        """See `StandingForm.terms`."""
+        total = np.zeros((len(uv), len(self.lights), self.palette.rank))
+        for share, view, row, column in self.texels.around(uv, wo):
+            total += share[:, None, None] * self.texels.form.gathered(view, row, column)
+        return total
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """The twin of `lobes`."""
+        kind, form = self.texels.form.gathering_shader(), self.texels.form
+        sizes = {"FOURS": -(-self.palette.rank // 4), "TERMS": len(self.lights)}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        textures = {**kind.textures, **self.standing_textures(), "views": directions_listed(form.views)}
+        return TermShader(
+            kind.file, {**kind.sizes, **sizes}, textures, {**kind.uniforms, "size": (form.width, form.height)}
+        )
+
+    @property
+    def key(self) -> tuple:
+        """The texels'."""
+        return self.texels.key

@@ -1,0 +1,111 @@
+"""The summand of reflectance fields: four texels about a point, in three views each, under any light.
+
+Fields are functions of the light (Meseth, Mueller and Klein 2003, section 5.1): between measured lights nothing is
+interpolated. Below the lowest light that was measured f_r is held, as it is in the original.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ..axes import Frame
+from ..fast import Summand
+from ..points import Points
+from ..svbrdf.texels import between
+from ..term_shader import TermShader
+from ..terms import Terms
+from .reflectance_field import ReflectanceField
+from .texels import directions_listed
+
+# Points at once: one texel's numbers in a view are held of each.
+_BLOCK = 1 << 13
+
+
+@dataclass(frozen=True, eq=False)
+class FieldTexels(Summand):
+    """A field, evaluated: term j is coefficient j of the texels at a point, f_r cos(theta_i).
+
+    palette : one entry of J spectra, 1 each where values are in 1/sr.
+
+    Raises
+    ------
+    InputError : another palette.
+    """
+
+    uses_uv: ClassVar[bool] = True
+
+    form: ReflectanceField
+    palette: Palette
+    precision: Literal["single", "half"] = "single"
+    frame: Frame = "io"
+
+    def __post_init__(self) -> None:
+        expected = (1, self.form.basis.size)
+        if (self.palette.entries, self.palette.rank) != expected:
+            words = f"one entry of {expected[1]} spectra"
+            found = f"{self.palette.entries} of {self.palette.rank}"
+            raise InputError("a palette that does not fit", field="palette", found=found, expected=words)
+
+    def terms(self, points: Points) -> Terms:
+        """See `Summand.terms`."""
+        assert points.uv is not None
+        value = np.zeros((len(points), self.palette.rank))
+        scale = points.angles(self.frame).scale
+        lit = np.flatnonzero(scale > 0.0)
+        for start in range(0, len(lit), _BLOCK):
+            some = lit[start : start + _BLOCK]
+            light, falling = self.form.lights.held(points.wi[some])
+            for share, view, row, column in self.around(points.uv[some], points.wo[some]):
+                value[some] += share[:, None] * self.form.at(view, row, column, light)
+            value[some] *= (scale[some] * falling)[:, None]
+        return Terms(value)
+
+    def around(
+        self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]
+    ) -> Iterator[
+        tuple[
+            Float[np.ndarray, " N"],
+            Int[np.ndarray, " N"],
+            Int[np.ndarray, " N"],
+            Int[np.ndarray, " N"],
+        ]
+    ]:
+        """Of each of four texels in three views about points: what it counts, the view, its row and column."""
+        view, of_view = self.form.views.shares(wo)
+        rows, columns, shares = between(uv, self.form.height, self.form.width)
+        for texel in range(4):
+            for side in range(3):
+                yield of_view[:, side] * shares[:, texel], view[:, side], rows[:, texel], columns[:, texel]
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """See `Summand.shader`."""
+        kind, form = self.form.shader(), self.form
+        sizes = {"FOURS": -(-self.palette.rank // 4)}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        lowest = form.lights.lowest
+        uniforms = {"size": (form.width, form.height), "steepest": (float(np.arccos(lowest)), lowest)}
+        textures = {**kind.textures, "views": directions_listed(form.views)}
+        return TermShader(kind.file, {**kind.sizes, **sizes}, textures, {**kind.uniforms, **uniforms})
+
+    @property
+    def key(self) -> tuple:
+        """Which field it is."""
+        return "btf field", id(self.form)
+
+    @property
+    def nbytes(self) -> int:
+        """Of what is held to draw it."""
+        return self.form.nbytes + self.palette.values.nbytes
+
+    @property
+    def grid(self) -> str:
+        """Texels across and down, views and lights."""
+        form = self.form
+        return f"{form.width} x {form.height} texels, {len(form.views)} views x {len(form.lights)} lights"

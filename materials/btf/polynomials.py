@@ -1,0 +1,163 @@
+"""Reflectance fields as biquadratic polynomials in the light's x and y, a byte a number.
+
+Meseth, Mueller and Klein 2003 (section 4.1, RFP) take for each view the polynomials of Malzbender, Gelb and Wolters
+2001, f_r cos(theta_i) = a x^2 + b y^2 + c x y + d x + e y + f, kept as those keep them: a byte each, times a scale, and
+an offset, here one of each for each view and coefficient. They are sums of few functions, so that light from all around
+costs but what it comes to under each of the six.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from ...spectral.basis import SpectralBasis
+from ..term_shader import TermShader
+from .hemisphere import Hemisphere
+from .images import BtfImages
+from .light_basis import LightFunctions, nearest
+from .reflectance_field import ReflectanceField, registered_view
+from .texels import folded
+
+_STEPS = 255
+#: x^2, y^2, xy, x, y and 1.
+MONOMIALS = 6
+
+
+def monomials(light: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 6"]:
+    """x^2, y^2, xy, x, y and 1 of directions."""
+    x, y, _ = np.moveaxis(light, -1, 0)
+    return np.stack([x * x, y * y, x * y, x, y, np.ones_like(x)], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomials(ReflectanceField):
+    """A polynomial for each view, texel and coefficient.
+
+    codes (V,H,W,6,J) : whole numbers of steps (V,6,J), 1/sr, above lowest (V,6,J).
+    """
+
+    KIND: ClassVar[str] = "rfp"
+
+    views: Hemisphere
+    lights: Hemisphere
+    basis: SpectralBasis
+    codes: UInt8[np.ndarray, "V H W 6 J"]
+    steps: Float[np.ndarray, "V 6 J"]
+    lowest: Float[np.ndarray, "V 6 J"]
+
+    @property
+    def height(self) -> int:
+        """H."""
+        return self.codes.shape[1]
+
+    @property
+    def width(self) -> int:
+        """W."""
+        return self.codes.shape[2]
+
+    @property
+    def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Six for each view and coefficient."""
+        return self.codes.nbytes // (self.height * self.width)
+
+    @property
+    def nbytes(self) -> int:
+        """Of codes, steps and offsets."""
+        return self.codes.nbytes + self.steps.nbytes + self.lowest.nbytes
+
+    def at(
+        self,
+        view: Int[np.ndarray, " N"],
+        row: Int[np.ndarray, " N"],
+        column: Int[np.ndarray, " N"],
+        light: Float[np.ndarray, "N 3"],
+    ) -> Float[np.ndarray, "N J"]:
+        """See `ReflectanceField.at`."""
+        return np.einsum("nm,nmj->nj", monomials(light), self.gathered(view, row, column))
+
+    @cached_property
+    def functions(self) -> LightFunctions:
+        """Of the six monomials, held below the lowest light and 0 below the horizon."""
+        return nearest(self.lights, _over_the_sphere)
+
+    def gathered(
+        self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
+    ) -> Float[np.ndarray, "N 6 J"]:
+        """The polynomials themselves."""
+        return self.codes[view, row, column] * self.steps[view] + self.lowest[view]
+
+    def shader(self) -> TermShader:
+        """See `ReflectanceField.shader`; codes are whole numbers in half precision."""
+        return self._shader("polynomial_texels.glsl")
+
+    def gathering_shader(self) -> TermShader:
+        """See `ReflectanceField.gathering_shader`."""
+        return self._shader("polynomial_gathering.glsl")
+
+    def _shader(self, file: str) -> TermShader:
+        return TermShader(Path(__file__).with_name(file), {}, self._textures)
+
+    @cached_property
+    def _textures(self) -> dict[str, np.ndarray]:
+        return {
+            "codes": folded(_in_fours(self.codes, np.float16)),
+            "steps": folded(_in_fours(self.steps, np.float32)),
+            "lowest": folded(_in_fours(self.lowest, np.float32)),
+        }
+
+    def stored(self) -> dict[str, Any]:
+        """See `ReflectanceField.stored`."""
+        arrays = {name: getattr(self, name) for name in ("codes", "steps", "lowest")}
+        return arrays | {"views": self.views.directions, "lights": self.lights.directions}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Polynomials:
+        """See `ReflectanceField.from_stored`."""
+        arrays = {name: np.asarray(kept[name]) for name in ("codes", "steps", "lowest")}
+        views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
+        return cls(views, lights, basis, **arrays)
+
+
+def polynomials(images: BtfImages, heard: Callable[[float], None] = lambda share: None) -> Polynomials:
+    """Of registered images, by least squares, each view and coefficient on its own.
+
+    heard : hears how much of the work is done, from 0 to 1.
+
+    Raises
+    ------
+    InputError : images that are not finite.
+    """
+    inverse = np.linalg.pinv(monomials(images.lights.directions))
+    views, size = len(images.views), images.basis.size
+    codes = np.empty((views, images.height, images.width, MONOMIALS, size), dtype=np.uint8)
+    steps, lowest = np.empty((2, views, MONOMIALS, size))
+    for view in range(views):
+        values = registered_view(images, view)
+        found = np.tensordot(inverse, values, axes=1)
+        lowest[view] = found.min(axis=1)
+        span = found.max(axis=1) - lowest[view]
+        steps[view] = np.where(span > 0.0, span, 1.0) / _STEPS
+        whole = np.rint((found - lowest[view][:, None]) / steps[view][:, None])
+        codes[view] = whole.astype(np.uint8).transpose(1, 0, 2).reshape(codes.shape[1:])
+        heard((view + 1) / views)
+    return Polynomials(images.views, images.lights, images.basis, codes, steps, lowest)
+
+
+def _over_the_sphere(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 6"]:
+    held, share = lights.held(directions)
+    return monomials(held) * share[:, None]
+
+
+def _in_fours(numbers: np.ndarray, kind: type) -> np.ndarray:
+    """(...,J) as rows of four, zeros behind the last."""
+    size = numbers.shape[-1]
+    padded = np.zeros((*numbers.shape[:-1], -(-size // 4) * 4), dtype=kind)
+    padded[..., :size] = numbers
+    return padded.reshape(-1, 4)

@@ -1,0 +1,125 @@
+"""What is drawn of reflectance fields: of each texel and view a function of the direction of light.
+
+Meseth, Mueller and Klein 2003 (section 4): a view's images under all lights are fitted on their own; what is seen from
+elsewhere lies between three views. A kind of field says what its functions are, in numpy and in GLSL, and how they
+gather light from all around.
+"""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
+from ..term_shader import TermShader
+from .fields import Field
+from .hemisphere import Hemisphere
+from .images import BtfImages
+from .light_basis import LightFunctions, light_functions
+
+
+class ReflectanceField(Field):
+    """f_r cos(theta_i), 1/sr, of H x W texels from V views; subclasses are frozen dataclasses.
+
+    KIND : what a file calls it. views, lights : that were measured. basis : of J coefficients.
+    """
+
+    KIND: ClassVar[str]
+    views: Hemisphere
+    lights: Hemisphere
+    basis: SpectralBasis
+
+    @property
+    @abc.abstractmethod
+    def height(self) -> int:
+        """H."""
+
+    @property
+    @abc.abstractmethod
+    def width(self) -> int:
+        """W."""
+
+    @abc.abstractmethod
+    def at(
+        self,
+        view: Int[np.ndarray, " N"],
+        row: Int[np.ndarray, " N"],
+        column: Int[np.ndarray, " N"],
+        light: Float[np.ndarray, "N 3"],
+    ) -> Float[np.ndarray, "N J"]:
+        """Values of texels in measured views, under light no lower than what was measured (`Hemisphere.held`)."""
+
+    @abc.abstractmethod
+    def shader(self) -> TermShader:
+        """The twin of `at`: of GLSL that includes field_texels.glsl, which says what it has to define."""
+
+    @abc.abstractmethod
+    def gathering_shader(self) -> TermShader:
+        """The twin of `gathered`: of GLSL that includes field_gathering.glsl, which says what it has to define."""
+
+    @abc.abstractmethod
+    def stored(self) -> dict[str, Any]:
+        """What a file keeps of it but the basis."""
+
+    @classmethod
+    @abc.abstractmethod
+    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> ReflectanceField:
+        """The field whose `stored()` this is."""
+
+    @property
+    @abc.abstractmethod
+    def nbytes(self) -> int:
+        """Of its arrays."""
+
+    @cached_property
+    def functions(self) -> LightFunctions:
+        """Under which light is looked up, and what of them (`hats`) stands for each of the B terms of `gathered`.
+
+        For any kind: its values under the measured lights, which hats over the hemisphere stand for.
+        """
+        return light_functions(self.lights)
+
+    def gathered(
+        self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
+    ) -> Float[np.ndarray, "N B J"]:
+        """The terms of what texels gather in measured views."""
+        found = np.empty((len(view), len(self.lights), self.basis.size))
+        for number, light in enumerate(self.lights.directions):
+            found[:, number] = self.at(view, row, column, np.broadcast_to(light, (len(view), 3)))
+        return found
+
+    def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        """See `Field.reconstruct`."""
+        row, column = (axis.ravel() for axis in np.indices((self.height, self.width)))
+        to_light = np.broadcast_to(self.lights.directions[light], (len(row), 3))
+        return self.at(np.full(len(row), view), row, column, to_light).reshape(self.height, self.width, -1)
+
+    def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
+        """Texels one after the other, by their numbers row by row: all that there is of each."""
+        view, light = (axis.ravel() for axis in np.indices((len(self.views), len(self.lights))))
+        to_light = self.lights.directions[light]
+        for texel in texels:
+            row, column = (np.full(len(view), one) for one in divmod(int(texel), self.width))
+            yield self.at(view, row, column, to_light).reshape(len(self.views), len(self.lights), -1)
+
+
+def registered_view(images: BtfImages, view: int) -> Float[np.ndarray, "Lt T J"]:
+    """All registered images of a view, texels row by row.
+
+    Raises
+    ------
+    InputError : an image that is not finite.
+    """
+    found = np.empty((len(images.lights), images.height * images.width, images.basis.size), dtype=np.float32)
+    for light in range(len(images.lights)):
+        found[light] = images.registered(view, light).reshape(found.shape[1:])
+        if not np.isfinite(found[light]).all():
+            where = f"image of view {view}, light {light}"
+            raise InputError("a BTF that is not finite", field=where, found="NaN or infinity", expected="numbers")
+    return found
