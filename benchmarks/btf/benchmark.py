@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ...calibration.text_tables import columns
-from ...materials.btf.images import HeldImages
 from ...spectral.errors import InputError
-from .cases import MEASURED, BtfCase, cases
-from .methods import Method, methods
-from .rows import row, seen_error, with_bars, within
+from .cases import MEASURED, cases
+from .compared import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
+from .methods import methods
+from .published import published
+from .rows import with_bars, within
 
 Progress = Callable[[str], None]
 
@@ -36,58 +37,30 @@ def run(
     -------
     dict : `rows`, for JSON; `missing`, measured BTFs whose files are not there. A row has `case`, `method`, `texels`,
     `bytes_per_texel`, `fit_cpu_seconds`, `fold_ms` (a light, before the first pixel), `ms_per_megapixel` (in numpy, on
-    one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`, `registered`, `size` and `bar`; None where a
-    figure has no meaning.
+    one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`, `published_epsilon`, `registered`, `size` and
+    `bar`; None where a figure has no meaning.
 
     Raises
     ------
     InputError : no case, or no method, fits.
     """
     chosen = [one for one in cases(data, full or case is not None, texels) if _fits(one.name, case)]
-    ways = [one for one in methods(full or method is not None) if _fits(one.name, method)]
+    ways = methods(full or method is not None)
     if not chosen:
         names = ", ".join(one.name for one in cases(data, True))
         raise InputError("no case is called so", field="--case", found=case, expected=names)
-    if not ways:
-        names = ", ".join(sorted({one.name for one in methods(True)}))
-        raise InputError("no method is called so", field="--method", found=method, expected=names)
+    names = sorted({HELD, BALANCED, HARMONIC}.union(*(rows_of(way) for way in ways)))
+    if not any(_fits(name, method) for name in names):
+        raise InputError("no method is called so", field="--method", found=method, expected=", ".join(names))
     there = {one.name for one in cases(data, True)}
-    rows = []
+    sky, rows = Sky(data, progress), []
     for one in chosen:
-        rows += _of_case(one, ways, progress)
+        rows += Compared(one, lambda name: _fits(name, method), sky, progress).rows(ways)
     return {"missing": [name for name in MEASURED if name not in there], "rows": with_bars(rows)}
 
 
 def _fits(name: str, pattern: str | None) -> bool:
     return pattern is None or fnmatchcase(name, pattern)
-
-
-def _of_case(case: BtfCase, ways: list[Method], progress: Progress) -> Iterator[dict]:
-    for registered in (False, True):
-        some = [way for way in ways if way.registered == registered]
-        if some:
-            progress(f"{case.name}{', registered' if registered else ''}")
-            images = case.registered() if registered else case.measured()
-            for way in some:
-                yield _of_method(case, way, images, progress)
-
-
-def _of_method(case: BtfCase, way: Method, images: HeldImages, progress: Progress) -> dict:
-    progress(f"{case.name}, {way.name}{f' ({way.size})' if way.size else ''}")
-    made = way.make(images)
-    delta_e94, epsilon = seen_error(images, made.reconstruct)
-    return row(
-        case.name,
-        way.name,
-        "D65",
-        images.height * images.width,
-        delta_e94,
-        bytes_per_texel=made.bytes_per_texel,
-        fit_cpu_seconds=made.fit_cpu_seconds,
-        registered=way.registered,
-        epsilon=epsilon,
-        size=way.size,
-    )
 
 
 def report(figures: dict) -> str:
@@ -100,13 +73,13 @@ def report(figures: dict) -> str:
                 one["case"], one["method"], one["size"] or "-", one["light"],
                 *(_or_dash(one[name], form) for name, form in _FIGURES),
                 *(f"{one['delta_e94'][name]:.2f}" for name in ("mean", "p95", "p99")),
-                _or_dash(one["epsilon"], ".3f"),
+                _or_dash(one["epsilon"], ".3f"), _or_dash(one["published_epsilon"], ".3f"),
                 "-" if bar is None else f"{bar['mean']:g}/{bar['p95']:g}/{bar['p99']:g}{'' if kept else ' over'}",
             ]
         )  # fmt: skip
     headings = ["case", "method", "size", "light", "bytes", "fit CPU s", "fold ms", "ms/Mpx", "mean", "p95", "p99"]
     title = "ΔE94 against the images; bytes a texel, dictionaries and all; bars as mean/p95/p99"
-    text = f"{title}\n{columns([*headings, 'epsilon', 'bar'], body, left=4)}"
+    text = f"{title}\n{columns([*headings, 'epsilon', 'theirs', 'bar'], body, left=4)}\n\n{published()}"
     if figures["missing"]:
         text += f"\n\nwithout {', '.join(figures['missing'])}: set METAMER_DATA to a folder with btf/ and light/"
     return text

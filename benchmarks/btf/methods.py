@@ -14,6 +14,7 @@ from ...materials.btf.clustered_form import ClusteredForm
 from ...materials.btf.fields import Field, lafortune, ptm, rfp
 from ...materials.btf.form import SIZES, BtfForm, btf_form, palette_of
 from ...materials.btf.images import BtfImages
+from ...materials.btf.lobe_field import lobe_field
 from ...materials.btf.paper_pca import paper_pca
 from ...materials.btf.texels import BtfTexels
 from .rows import Reconstruct
@@ -39,7 +40,8 @@ class Method:
     """A way to write a BTF.
 
     name : of its rows. make : from images to what is kept. registered : whether it takes registered images. full :
-    only the long run has it. size : where there are several forms of one name.
+    only the long run has it. size : where there are several forms of one name. held : whether it is also fitted
+    without some views, and judged by them.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Method:
     registered: bool = False
     full: bool = False
     size: str | None = None
+    held: bool = False
 
 
 def methods(full: bool) -> list[Method]:
@@ -56,7 +59,11 @@ def methods(full: bool) -> list[Method]:
         Method("lafortune", partial(_field, lafortune), full=True),
         Method("rfp", partial(_field, rfp)),
         Method("lpca-paper", _paper, size="32 x 8"),
-        *(Method("lpca", partial(_ours, size=size), True, size != "medium", size) for size in SIZES),
+        *(
+            Method(f"rfnl-{count}", partial(_lobes, lobes=count), True, count != 2, held=count == 2)
+            for count in (1, 2, 4)
+        ),
+        *(Method("lpca", partial(_ours, size=size), True, size != "medium", size, size == "medium") for size in SIZES),
     ]
     return [method for method in found if full or not method.full]
 
@@ -65,6 +72,10 @@ def _field(fitted: Callable[[BtfImages], Field], images: BtfImages) -> Made:
     begun = time.process_time()
     field = fitted(images)
     return Made(field.reconstruct, float(field.bytes_per_texel), field, time.process_time() - begun)
+
+
+def _lobes(images: BtfImages, lobes: int) -> Made:
+    return _field(partial(lobe_field, lobes=lobes), images)
 
 
 def _paper(images: BtfImages, clusters: int = 32, components: int = 8) -> Made:
