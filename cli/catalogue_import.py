@@ -94,6 +94,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring.add_argument(
         "--fill", type=float, metavar="SHARE", help="of a BTF's images that may be made of others (default: 0.01)"
     )
+    bring.add_argument(
+        "--btf-form", choices=("lpca", "rfp"), help="how a BTF is drawn (default: what its error is smallest by)"
+    )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
     bring.add_argument(
@@ -155,7 +158,7 @@ def _answer(args: argparse.Namespace) -> Answer:
         raise UsageError("an emission has no scale: leave --scale out")
     quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
     cosine = {"yes": True, "no": False}.get(args.includes_cosine)
-    of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill)
+    of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill, args.btf_form)
     return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs)
 
 

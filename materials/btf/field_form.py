@@ -32,6 +32,7 @@ class FieldForm(Fast):
 
     texels: FieldTexels
     error: FitError | None = None
+    note: str = ""
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -37,7 +37,7 @@ class BtfGathering(StandingForm):
         return self.texels.palette
 
     @cached_property
-    def functions(self) -> LightFunctions:
+    def functions(self) -> LightFunctions:  # pyright: ignore[reportIncompatibleMethodOverride]
         """That stand for the measured lights."""
         return light_functions(self.texels.form.lights)
 
@@ -57,7 +57,7 @@ class BtfGathering(StandingForm):
         return np.ascontiguousarray(found, dtype=np.float32)
 
     @cached_property
-    def lights(self) -> Float[np.ndarray, "B F"]:
+    def lights(self) -> Float[np.ndarray, "B F"]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Of each term of the light basis what it takes of each function."""
         return self.basis.synthesis.T @ self.functions.hats
 

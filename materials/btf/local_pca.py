@@ -8,7 +8,7 @@ registered to the sample's surface before; and a texel carries spectral coeffici
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,6 +84,14 @@ class LocalPca:
         found = rows.reshape(count, parts.shape[1], views, lights, size)
         found[:, 0] += self.dictionary.average
         return np.ascontiguousarray(found.transpose(0, 2, 3, 1, 4))
+
+    def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
+        """Texels one after the other, by their numbers row by row: f_r cos(theta_i), 1/sr, of each view and light."""
+        table, number = self.table(), self.number.ravel()
+        weights = self.weights.reshape(len(number), -1).astype(np.float32)
+        for texel in texels:
+            mean, components = table[number[texel], ..., 0, :], table[number[texel], ..., 1:, :]
+            yield mean + np.einsum("c,vlcj->vlj", weights[texel], components)
 
     def stored(self) -> dict[str, Any]:
         """What a file keeps of it but the basis."""
