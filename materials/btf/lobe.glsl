@@ -1,0 +1,29 @@
+// Lobes of a texel as they are kept, twin of coding.py: of each view and texel SETS sets of KEPT_LOBES lobes, then FOURS
+// of each amplitude. `size` says how many texels there are.
+
+uniform sampler2D kept;
+uniform float tallest;          // what amplitudes are relative to
+
+const int STRIDE = SETS * KEPT_LOBES + (KEPT_LOBES + 1) * FOURS;
+
+vec4 kept_at(int place) {
+    int width = textureSize(kept, 0).x;
+    return texelFetch(kept, ivec2(place % width, place / width), 0);
+}
+
+// Where the numbers of a texel in a view begin.
+int start_of(ivec2 texel, int view) {
+    return ((view * size.y + texel.y) * size.x + texel.x) * STRIDE;
+}
+
+// Of bytes of an unfolded octahedron (Meyer et al. 2010).
+vec3 axis_of(vec2 code) {
+    vec2 place = (code - 127.0) / 127.0;
+    float up = 1.0 - abs(place.x) - abs(place.y);
+    vec2 turned = (1.0 - abs(place.yx)) * vec2(place.x < 0.0 ? -1.0 : 1.0, place.y < 0.0 ? -1.0 : 1.0);
+    return normalize(vec3(up < 0.0 ? turned : place, up));
+}
+
+float exponent_of(float code) {
+    return exp2(0.5 * code);
+}

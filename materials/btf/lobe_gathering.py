@@ -1,0 +1,111 @@
+"""How a lobe field gathers light from all around: each lobe is a look-up, as Meseth, Mueller and Klein 2003 have it.
+
+Their section 5.2 turns the lobes of a texel in three views into the environment's frame and looks each up in a map that
+is prefiltered by its exponent. Here there are four texels about a point, and a lobe is a Gaussian and a bent cosine
+(`prefiltered`). Another environment, another spectrum or a turn of the light costs nothing but the look-ups.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ..environment_form import BENDS, EnvironmentForm, Lobes
+from ..points import Points
+from ..term_shader import TermShader
+from .field_texels import FieldTexels
+from .lobe_field import LobeField
+from .prefiltered import Prefiltered, nearest_angle, prefiltered
+from .texels import directions_listed
+
+# Of a point twelve texels in a view: four times three.
+_AROUND = 12
+
+
+@dataclass(frozen=True, eq=False)
+class LobeGathering(EnvironmentForm):
+    """Gaussians of the lobes of four texels in three views, and last of what is even, rho_d, about the normal."""
+
+    uses_uv: ClassVar[bool] = True
+    bent = BENDS
+
+    texels: FieldTexels
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.texels.form, LobeField):
+            found = type(self.texels.form).__name__
+            raise InputError("texels that are no lobes", field="texels", found=found, expected="a LobeField")
+
+    @property
+    def field(self) -> LobeField:
+        """The lobes."""
+        assert isinstance(self.texels.form, LobeField)
+        return self.texels.form
+
+    @property
+    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The texels'."""
+        return self.texels.palette
+
+    @property
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Gaussians a point."""
+        sets, lobes = self.field.axes.shape[3:5]
+        return _AROUND * sets * lobes + 1
+
+    @property
+    def table(self) -> Prefiltered:
+        """For the lights that were measured."""
+        return prefiltered(round(self.field.lights.lowest, 6))
+
+    def lobes(self, points: Points) -> Lobes:
+        """See `EnvironmentForm.lobes`."""
+        assert points.uv is not None
+        count, rank, table = len(points), self.palette.rank, self.table
+        directions = np.empty((count, self.count, 3))
+        sharpness = np.empty((count, self.count))
+        value = np.zeros((count, self.count, rank))
+        matt, even = np.zeros((count, BENDS, rank)), np.zeros((count, rank))
+        first = 0
+        for share, view, row, column in self.texels.around(points.uv, points.wo):
+            axes, exponents, amplitudes = self.field.of(view, row, column)
+            amplitudes = amplitudes * share[:, None, None]
+            even += amplitudes[:, 0]
+            exponent, angle = np.rint(2.0 * np.log2(exponents)).astype(np.int64) + 2, nearest_angle(axes)
+            about, gaussian = table.axes(exponent, angle, axes), table.value[exponent, angle]
+            cosines = table.matt(exponent, angle, axes)
+            sets, lobes = exponents.shape[1:]
+            for one in range(sets):
+                mine = slice(0, rank) if sets == 1 else slice(one, one + 1)
+                rows = slice(first, first + lobes)
+                directions[:, rows], sharpness[:, rows] = about[:, one], table.sharpness[exponent, angle][:, one]
+                value[:, rows, mine] = gaussian[:, one, :, None] * amplitudes[:, 1:, mine]
+                matt[:, :, mine] += np.einsum("nkb,nkj->nbj", cosines[:, one], amplitudes[:, 1:, mine])
+                first += lobes
+        up, last = np.broadcast_to([0.0, 0.0, 1.0], (count, 3)), np.full(count, len(table.value) - 1)
+        upright = np.zeros(count, dtype=np.int64)
+        directions[:, -1], sharpness[:, -1] = up, table.sharpness[-1, 0]
+        value[:, -1] = table.value[-1, 0] * even
+        matt += table.matt(last, upright, up)[:, :, None] * even[:, None]
+        return Lobes(directions, sharpness, value, np.pi * matt)
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """The twin of `lobes`."""
+        form = self.texels.form
+        kind = form.gathering_shader()
+        sizes = {"FOURS": -(-self.palette.rank // 4)}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        textures = {"views": directions_listed(form.views), "prefiltered": self.table.listed()}
+        uniforms = {"size": (form.width, form.height)}
+        return TermShader(
+            kind.file, {**kind.sizes, **sizes}, {**kind.textures, **textures}, {**kind.uniforms, **uniforms}
+        )
+
+    @property
+    def key(self) -> tuple:
+        """The texels'."""
+        return self.texels.key

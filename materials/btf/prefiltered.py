@@ -1,0 +1,134 @@
+"""What lobes gather of light from all around, as a Gaussian and a bent cosine each.
+
+Meseth, Mueller and Klein 2003 (section 5.2) look a lobe up in an environment that is prefiltered by its exponent, times
+the cosine of its axis. A lobe is nearly a spherical Gaussian, for which environments are prefiltered here; but it ends
+at the horizon, and below the lowest measured light it falls with the cosine. What that takes of it is made up for by a
+cosine times polynomials (`environment_form`), whose light is known exactly: the nearest sum of the two over the whole
+sphere, worked out once for each exponent and angle between axis and normal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..environment_form import bends
+from .coding import EXPONENTS
+from .light_basis import spread
+
+# Angles theta of axes to the normal, evenly in sin(theta / 2), and directions over the sphere.
+_ANGLES, _DIRECTIONS = 65, 6000
+# Gaussians to choose from: angles to the normal, degrees, and binary logarithms of lambda.
+_TILTS, _SHARPNESS = np.arange(0.0, 90.0, 2.0), np.arange(-1.0, 8.0, 0.5)
+# Polynomials that a function which is even in y is made of (`bends`): 1, x, z, xz, xx - yy, 3 zz - 1.
+_EVEN = [0, 1, 3, 6, 7, 8]
+# What even light counts beside all directions.
+_EVENLY = 3.0
+# Of the functions' mean square, what each is held back by: broad Gaussians are nearly bent cosines.
+_HELD = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Prefiltered:
+    """Of E exponents and m angles of an axis in the plane of x and z, and last of what is even (rho_d), at angle 0.
+
+    turn (E+1,m) : by which the Gaussian's axis lies farther from the normal than the lobe's, radians. sharpness, value
+    (E+1,m) : lambda of the Gaussian, and its integral. bent (E+1,m,6) : of the cosine's polynomials `_EVEN`.
+    """
+
+    turn: Float[np.ndarray, "E1 m"]
+    sharpness: Float[np.ndarray, "E1 m"]
+    value: Float[np.ndarray, "E1 m"]
+    bent: Float[np.ndarray, "E1 m 6"]
+
+    def matt(
+        self, exponent: Int[np.ndarray, "*n"], angle: Int[np.ndarray, "*n"], axes: Float[np.ndarray, "*n 3"]
+    ) -> Float[np.ndarray, "*n 9"]:
+        """Of every polynomial what lobes about any axes take."""
+        level = np.hypot(axes[..., 0], axes[..., 1])
+        some = level > 0.0
+        cos = np.divide(axes[..., 0], level, out=np.ones_like(level), where=some)
+        sin = np.divide(axes[..., 1], level, out=np.zeros_like(level), where=some)
+        one, x, z, xz, difference, third = np.moveaxis(self.bent[exponent, angle], -1, 0)
+        turned = [one, x * cos, x * sin, z, 4.0 * difference * cos * sin, xz * sin, xz * cos]
+        return np.stack([*turned, difference * (cos * cos - sin * sin), third], axis=-1)
+
+    def axes(
+        self, exponent: Int[np.ndarray, "*n"], angle: Int[np.ndarray, "*n"], axes: Float[np.ndarray, "*n 3"]
+    ) -> Float[np.ndarray, "*n 3"]:
+        """The Gaussians' axes."""
+        turn, level = self.turn[exponent, angle], np.hypot(axes[..., 0], axes[..., 1])
+        some = (level > 0.0)[..., None]
+        out = np.divide(axes[..., :2], level[..., None], out=np.zeros_like(axes[..., :2]), where=some)
+        cos, sin = np.cos(turn), np.sin(turn)
+        farther, up = level * cos + axes[..., 2] * sin, axes[..., 2] * cos - level * sin
+        return np.concatenate([out * farther[..., None], up[..., None]], axis=-1)
+
+    def listed(self) -> np.ndarray:
+        """What `lobe_gathering.glsl` reads, three texels an angle and a row an exponent: cosine and sine of the turn,
+        1 / lambda and the integral; then the polynomials.
+        """
+        first = np.stack([np.cos(self.turn), np.sin(self.turn), 1.0 / self.sharpness, self.value], axis=-1)
+        numbers = np.concatenate([first, self.bent, np.zeros((*self.turn.shape, 2))], axis=-1)
+        return numbers.astype(np.float32).reshape(len(numbers), -1, 4)
+
+
+def nearest_angle(axes: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
+    """Which of the angles an axis is nearest to; sqrt((1 - z) / 2) is sin(theta / 2)."""
+    half = np.sqrt(np.maximum(0.5 * (1.0 - axes[..., 2]), 0.0))
+    return np.minimum(np.floor(half * (_ANGLES - 1) + 0.5), _ANGLES - 1).astype(np.int64)
+
+
+@lru_cache(maxsize=8)
+def prefiltered(lowest: float) -> Prefiltered:
+    """The table for lights that were measured down to this cosine."""
+    to = spread(2 * _DIRECTIONS, -1.0)
+    # All is even in y.
+    to = to[to[:, 1] >= 0.0]
+    angles = 2.0 * np.arcsin(np.linspace(0.0, 1.0, _ANGLES))
+    tilt, sharpness = (one.ravel() for one in np.meshgrid(np.radians(_TILTS), 2.0**_SHARPNESS, indexing="ij"))
+    apart = np.outer(np.sin(tilt), to[:, 0]) + np.outer(np.cos(tilt), to[:, 2]) - 1.0
+    norm = sharpness / (2.0 * np.pi * -np.expm1(-2.0 * sharpness))
+    gaussians = _with_sum(norm[:, None] * np.exp(sharpness[:, None] * apart))
+    matt = _with_sum(bends(to)[:, _EVEN].T * np.maximum(to[:, 2], 0.0))
+    square = matt @ matt.T
+    inverse = np.linalg.inv(square + _HELD * np.trace(square) / len(square) * np.eye(len(square)))
+    # What is left of Gaussians, and of lobes, without the cosines.
+    in_gaussians = gaussians @ matt.T @ inverse
+    freed = gaussians - in_gaussians @ matt
+    size = np.einsum("cd,cd->c", freed, gaussians) + _HELD * np.einsum("cd,cd->c", gaussians, gaussians)
+    rows = []
+    for lobes in map(_with_sum, _lobes(to, angles, lowest)):
+        along = lobes @ freed.T
+        gain = along * np.abs(along) / size
+        # What has no azimuth stands upright.
+        gain[0, tilt > 0.0] = -np.inf
+        best = gain.argmax(axis=1)
+        value = along[np.arange(len(lobes)), best] / size[best]
+        bent = lobes @ matt.T @ inverse - value[:, None] * in_gaussians[best]
+        rows.append((tilt[best] - angles[: len(lobes)], sharpness[best], value, bent))
+    # The last row has its first angle alone: no other is asked for.
+    rows[-1] = tuple(np.repeat(one, _ANGLES, axis=0) for one in rows[-1])
+    return Prefiltered(*(np.stack(part) for part in zip(*rows, strict=True)))
+
+
+def _with_sum(functions: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d1"]:
+    """Functions at directions, and what they gather of even light, as if it were one direction more."""
+    even = functions.sum(axis=1, keepdims=True) / functions.shape[1] ** 0.5
+    return np.concatenate([functions, _EVENLY * even], axis=1)
+
+
+def _lobes(to: Float[np.ndarray, "d 3"], angles: Float[np.ndarray, " m"], lowest: float):
+    """Of each exponent lobes about axes at all angles, and of what is even one; at directions, as they are lit."""
+    low = to[:, 2] < lowest
+    level = np.sqrt(np.maximum(1.0 - to[:, 2] ** 2, 0.0))
+    inward = np.where(low, np.sqrt(1.0 - lowest * lowest) / np.where(level > 0.0, level, 1.0), 1.0)
+    x, z = to[:, 0] * inward, np.where(low, lowest, to[:, 2])
+    falling = np.where(low, np.maximum(to[:, 2], 0.0) / max(lowest, 1e-9), 1.0)
+    cosine = np.maximum(np.outer(np.sin(angles), x) + np.outer(np.cos(angles), z), 0.0)
+    for exponent in EXPONENTS:
+        yield cosine**exponent * falling
+    yield falling[None]

@@ -1,0 +1,138 @@
+"""Lobe fields in light from all around: a lobe is a Gaussian and a bent cosine, and both renderers draw that."""
+
+import numpy as np
+import pytest
+from btf_samples import bumps
+from metamer.lighting import shapes
+from metamer.lighting.camera import Camera
+from metamer.lighting.environment import latlong
+from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.materials.btf.coding import EXPONENTS
+from metamer.materials.btf.field_form import FieldForm
+from metamer.materials.btf.field_texels import FieldTexels
+from metamer.materials.btf.form import palette_of
+from metamer.materials.btf.light_basis import spread
+from metamer.materials.btf.lobe_field import lobe_field
+from metamer.materials.btf.metric import folding_of
+from metamer.materials.btf.prefiltered import nearest_angle, prefiltered
+from metamer.materials.environment_form import bends
+from metamer.materials.points import Points
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.illuminants import illuminant
+from metamer.viewer.headless import GLRenderer
+from metamer.viewer.software import SoftwareRenderer
+
+IMAGES = bumps(height=5, width=6)
+LOWEST = round(float(np.cos(np.radians(75.0))), 6)
+
+
+def formed(lobes, shared=True):
+    return FieldForm(FieldTexels(lobe_field(IMAGES, lobes, shared), palette_of(IMAGES.basis)))
+
+
+@pytest.fixture(scope="module")
+def form():
+    return formed(2)
+
+
+def sky(fields):
+    """Light that is bright in one place, and not the same from below."""
+    to = latlong.texel_directions(32, 64)
+    made = []
+    for number in range(fields):
+        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
+        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
+        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + 3.0 * patch + 0.5 * to[..., 1])
+    spectra = tuple(illuminant(name) for name in ("D65", "A"))[:fields]
+    return EnvironmentLight(np.array(made), spectra, rotation_deg=-40.0)
+
+
+def gaussian(directions, axis, sharpness):
+    norm = sharpness / (2 * np.pi * -np.expm1(-2 * sharpness))
+    return norm * np.exp(sharpness * (directions @ axis - 1.0))
+
+
+@pytest.mark.parametrize("index", [1, 2, 6, 10, 14])
+def test_a_lobe_is_a_gaussian_and_a_bent_cosine(index):
+    """Over the whole sphere, below the horizon too; about axes of any azimuth."""
+    to, table = spread(8000, -1.0), prefiltered(LOWEST)
+    level = np.linalg.norm(to[:, :2], axis=1)
+    low = to[:, 2] < LOWEST
+    lit = np.stack([*(to[:, :2] / level[:, None] * np.sqrt(1 - LOWEST**2)).T, np.full(len(to), LOWEST)], axis=1)
+    lit = np.where(low[:, None], lit, to)
+    falling = np.where(low, np.maximum(to[:, 2], 0.0) / LOWEST, 1.0)
+    for degrees, most in ((0, 0.06), (30, 0.10), (55, 0.15), (80, 0.25)):
+        theta, phi = np.radians(degrees), 1.0 + degrees
+        axis = np.array([[np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)]])
+        at = np.array([index]), nearest_angle(axis)
+        (about,), (matt,) = table.axes(*at, axis), table.matt(*at, axis)
+        truth = np.maximum(lit @ axis[0], 0.0) ** EXPONENTS[index] * falling
+        found = table.value[at][0] * gaussian(to, about, table.sharpness[at][0])
+        found = found + (bends(to) * np.maximum(to[:, 2:], 0.0)) @ matt
+        assert np.sqrt(np.mean((found - truth) ** 2) / np.mean(truth**2)) < most, degrees
+        assert found.mean() / truth.mean() == pytest.approx(1.0, abs=0.06), degrees
+        np.testing.assert_allclose(np.linalg.norm(about), 1.0, rtol=1e-12)
+
+
+def test_a_cosine_about_the_normal_is_the_cosine():
+    """n = 1: no Gaussian, and next to no polynomial, where light is measured down to the horizon."""
+    table = prefiltered(1e-3)
+    np.testing.assert_allclose(table.bent[2, 0], [1, 0, 0, 0, 0, 0], atol=0.01)
+    np.testing.assert_allclose(table.value[2, 0], 0.0, atol=0.02)
+
+
+@pytest.mark.parametrize(("lobes", "shared"), [(2, True), (2, False)])
+def test_what_is_gathered_is_the_sum_over_the_sky(lobes, shared):
+    """Beside f_r cos times light, summed up over every texel of the sky."""
+    form, light, draw, count = formed(lobes, shared), sky(1), np.random.default_rng(1), 12
+    wo = np.abs(draw.normal(size=(count, 3))) + np.array([0.0, 0.0, 0.4])
+    wo /= np.linalg.norm(wo, axis=1, keepdims=True)
+    uv = draw.uniform(size=(count, 2))
+    height, width = light.fields.shape[1:]
+    to, angles = latlong.texel_directions(height, width).reshape(-1, 3), latlong.solid_angles(height, width)
+    # The sky's y is the surface's normal.
+    local = np.stack([to[:, 0], -to[:, 2], to[:, 1]], axis=1)
+    luminance = light.fields[0].ravel() * np.repeat(angles, width)
+    truth = np.empty((count, 3))
+    for number in range(count):
+        points = Points(local, np.broadcast_to(wo[number], local.shape), np.broadcast_to(uv[number], (len(local), 2)))
+        truth[number] = luminance @ form.texels.terms(points).value
+    gathering = form.environment_form()
+    lobes_ = gathering.lobes(Points(wo, wo, uv))
+    assert lobes_.sharpness.shape == (count, gathering.count)
+    found = np.einsum("nb,nbj->nj", np.broadcast_to(luminance @ _moments(local), (count, 9)) / np.pi, lobes_.matt)
+    for number in range(count):
+        for axis, sharpness, value in zip(
+            lobes_.directions[number], lobes_.sharpness[number], lobes_.value[number], strict=True
+        ):
+            found[number] += luminance @ gaussian(local, axis, sharpness) * value
+    basis = form.texels.form.basis
+    to_xyz = folding_of(("D65",)).coefficients(basis) / truth.mean() * 0.2
+    off = delta_e_xyz(truth @ to_xyz, found @ to_xyz, folding_of(("D65",)).weights(basis.wavelengths_nm).sum(axis=0))
+    assert off.mean() < 0.5 and off.max() < 1.5
+
+
+def _moments(directions):
+    return bends(directions) * np.maximum(directions[:, 2:], 0.0)
+
+
+@pytest.mark.parametrize(("lobes", "shared"), [(1, True), (2, True), (2, False)])
+def test_gl_and_numpy_agree_under_a_sky(scenes, gl, lobes, shared):
+    camera = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=16, height_px=16, samples=1)
+    scene, surfaces = scenes.scene_of([(shapes.sphere(3, uv=True), "cloth")], [sky(2)], camera), {}
+    surfaces["cloth"] = formed(lobes, shared)
+    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+        (theirs, covered), (mine, _) = (one.render(scene, None, surfaces) for one in (hardware, software))
+    off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
+    assert off.max() < 0.1 and covered.max() == 1.0
+    lit = mine[..., 1] > 1e-3
+    assert np.percentile(np.abs(theirs[lit] / mine[lit] - 1.0), 99.9) < 2e-3
+
+
+def test_another_spectrum_costs_no_look_up(form):
+    """Gaussians and cosines are of coefficients: spectra stand in the palette alone."""
+    points = Points(*(np.array([[0.0, 0.0, 1.0]]),) * 2, np.array([[0.3, 0.4]]))
+    other = form.in_basis(IMAGES.basis)
+    first, second = (one.environment_form().lobes(points) for one in (form, other))
+    np.testing.assert_array_equal(first.value, second.value)
+    assert form.environment_form().key == other.environment_form().key
