@@ -11,15 +11,18 @@ import numpy as np
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
+from ..environment_form import EnvironmentForm
 from ..fast import Fast, Summand
 from ..fit_error import FitError
 from .field_gathering import FieldGathering
 from .field_texels import FieldTexels
+from .lobe_field import LobeField
+from .lobe_gathering import LobeGathering
 from .polynomials import Polynomials
 from .reflectance_field import ReflectanceField
 
 #: The kinds of fields that a file may hold.
-KINDS: dict[str, type[ReflectanceField]] = {kind.KIND: kind for kind in (Polynomials,)}
+KINDS: dict[str, type[ReflectanceField]] = {kind.KIND: kind for kind in (Polynomials, LobeField)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +45,10 @@ class FieldForm(Fast):
         """See `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
 
-    def environment_form(self) -> FieldGathering:
+    def environment_form(self) -> EnvironmentForm:
         """See `Fast.environment_form`; worked out when first asked for."""
-        return FieldGathering(texels=self.texels)
+        gathering = LobeGathering if isinstance(self.texels.form, LobeField) else FieldGathering
+        return gathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
         """What kind of field, the field (`ReflectanceField.stored`) and the palette."""

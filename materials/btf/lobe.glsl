@@ -1,4 +1,8 @@
-// Lobes of a texel as they are kept, twin of coding.py: `kept`, `size`, KEPT_LOBES lobes in SETS sets, FOURS of amplitudes.
+// Lobes of a texel as they are kept, twin of coding.py: of each view and texel SETS sets of KEPT_LOBES lobes, then FOURS
+// of each amplitude. `size` says how many texels there are.
+
+uniform sampler2D kept;
+uniform float tallest;          // what amplitudes are relative to
 
 const int STRIDE = SETS * KEPT_LOBES + (KEPT_LOBES + 1) * FOURS;
 
@@ -22,14 +26,4 @@ vec3 axis_of(vec2 code) {
 
 float exponent_of(float code) {
     return exp2(0.5 * code);
-}
-
-ivec2 corner_at(ivec2 first, int corner) {
-    ivec2 at = first + ivec2(corner & 1, corner >> 1);
-    return at - size * ivec2(floor(vec2(at) / vec2(size)));
-}
-
-float share_of(vec2 part, int corner) {
-    vec2 share = mix(1.0 - part, part, vec2(corner & 1, corner >> 1));
-    return share.x * share.y;
 }

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
@@ -20,6 +22,7 @@ from ...spectral.difference import lightness_slope
 from ...spectral.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
+from ..term_shader import TermShader
 from .coding import (
     coded_amplitudes,
     coded_axes,
@@ -28,11 +31,12 @@ from .coding import (
     decoded_axes,
     decoded_exponents,
 )
-from .fields import Field
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .lobes import fitted_lobes, lobe_values
+from .reflectance_field import ReflectanceField, registered_view
 from .side_by_side import solved
+from .texels import folded
 
 #: Lobes at most: eleven numbers and more for each are not a compact form any longer.
 MOST_LOBES = 8
@@ -46,13 +50,15 @@ _BLOCK = 1 << 12
 
 
 @dataclass(frozen=True, eq=False)
-class LobeField(Field):
+class LobeField(ReflectanceField):
     """H x W texels of V views, each rho + sum of k amplitudes times max(axis . l, 0)^exponent, kept in bytes.
 
     basis : of J coefficients. axes (V,H,W,G,k,2), exponents (V,H,W,G,k/2) : see `coding`; G is 1 where coefficients
     share their lobes, or J. amplitudes (V,H,W,k+1,J) : whole numbers, rho first. largest (V,k+1,J) : what they are
     relative to, 1/sr.
     """
+
+    KIND: ClassVar[str] = "rfnl"
 
     views: Hemisphere
     lights: Hemisphere
@@ -64,6 +70,21 @@ class LobeField(Field):
     _decoded: dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=dict, init=False, repr=False)
 
     @property
+    def height(self) -> int:
+        """H."""
+        return self.axes.shape[1]
+
+    @property
+    def width(self) -> int:
+        """W."""
+        return self.axes.shape[2]
+
+    @property
+    def nbytes(self) -> int:
+        """Of all arrays."""
+        return sum(array.nbytes for array in (self.axes, self.exponents, self.amplitudes, self.largest))
+
+    @property
     def lobes(self) -> int:
         """k."""
         return self.axes.shape[4]
@@ -72,7 +93,7 @@ class LobeField(Field):
     def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Of all views: two for each axis, half of one for each exponent, one for each amplitude."""
         kept = (self.axes, self.exponents, self.amplitudes)
-        return sum(array.nbytes for array in kept) // (self.axes.shape[1] * self.axes.shape[2])
+        return sum(array.nbytes for array in kept) // (self.height * self.width)
 
     def of_view(
         self, view: int
@@ -100,25 +121,61 @@ class LobeField(Field):
         column: Int[np.ndarray, " N"],
         light: Float[np.ndarray, "N 3"],
     ) -> Float[np.ndarray, "N J"]:
-        """Values of texels in measured views, under light no lower than what was measured, 1/sr."""
+        """See `ReflectanceField.at`."""
         axes, exponents, amplitudes = self.of(view, row, column)
         cosine = np.maximum(np.einsum("ngkx,nx->ngk", axes, light, optimize=True), 0.0)
         return amplitudes[:, 0] + summed(cosine**exponents, amplitudes[:, 1:])
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `Field.reconstruct`."""
+        """See `Field.reconstruct`; a view is decoded once for all its lights."""
         axes, exponents, amplitudes = self.of_view(view)
         values = lobe_values(axes, exponents, self.lights.directions[light, None])[..., 0]
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
 
+    def shader(self) -> TermShader:
+        """See `ReflectanceField.shader`; amplitudes are in half precision, relative to the largest of all."""
+        return self._shader("lobe_texels.glsl")
+
+    def gathering_shader(self) -> TermShader:
+        """What `lobe_gathering` reads of lobes."""
+        return self._shader("lobe_gathering.glsl")
+
+    def _shader(self, file: str) -> TermShader:
+        sizes = {"KEPT_LOBES": self.lobes, "SETS": self.axes.shape[3]}
+        return TermShader(Path(__file__).with_name(file), sizes, {"kept": self._listed}, {"tallest": self._tallest})
+
+    @property
+    def _tallest(self) -> float:
+        return float(self.largest.max(initial=0.0)) or 1.0
+
+    @cached_property
+    def _listed(self) -> np.ndarray:
+        """Of each view and texel its lobes, codes of axis and exponent, and then its amplitudes; float16."""
+        sets, lobes = self.axes.shape[3:5]
+        texels, size = self.height * self.width, self.basis.size
+        quads = -(-size // 4)
+        listed = np.zeros((len(self.views), texels, sets * lobes + (lobes + 1) * quads, 4), dtype=np.float16)
+        for view, one in enumerate(listed):
+            codes = np.zeros((texels, sets, lobes, 4), dtype=np.float16)
+            codes[..., :2] = self.axes[view].reshape(texels, sets, lobes, 2)
+            # Twice the binary logarithm, a whole number.
+            exponents = decoded_exponents(self.exponents[view], lobes).reshape(texels, sets, lobes)
+            codes[..., 2] = np.rint(2.0 * np.log2(exponents))
+            one[:, : sets * lobes] = codes.reshape(texels, -1, 4)
+            shares = decoded_amplitudes(self.amplitudes[view], self.largest[view]) / self._tallest
+            padded = np.zeros((texels, lobes + 1, 4 * quads), dtype=np.float16)
+            padded[..., :size] = shares.reshape(texels, lobes + 1, size)
+            one[:, sets * lobes :] = padded.reshape(texels, -1, 4)
+        return folded(listed.reshape(-1, 4))
+
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it but the basis."""
+        """See `ReflectanceField.stored`."""
         arrays = {name: getattr(self, name) for name in ("axes", "exponents", "amplitudes", "largest")}
         return arrays | {"views": self.views.directions, "lights": self.lights.directions}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> LobeField:
-        """The field whose `stored()` this is."""
+        """See `ReflectanceField.from_stored`."""
         arrays = {name: np.asarray(kept[name]) for name in ("axes", "exponents", "amplitudes", "largest")}
         views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
         return cls(views, lights, basis, **arrays)
@@ -151,7 +208,7 @@ def lobe_field(
     amplitudes = np.empty((*shape, lobes + 1, size), dtype=np.int8)
     largest = np.empty((len(images.views), lobes + 1, size))
     for view in range(len(images.views)):
-        values = _of_view(images, view)
+        values = registered_view(images, view)
         texels = values.shape[1]
         flat = axes[view].reshape(texels, sets, lobes, 2), exponents[view].reshape(texels, sets, -1)
         equations = _Equations(texels, lobes + 1, sets, size)
@@ -220,15 +277,3 @@ class _Equations:
 
             solved(square, right, kept)
         return largest, found
-
-
-def _of_view(images: BtfImages, view: int) -> Float[np.ndarray, "Lt T J"]:
-    """All registered images of a view; InputError where one is not finite."""
-    texels, size = images.height * images.width, images.basis.size
-    found = np.empty((len(images.lights), texels, size), dtype=np.float32)
-    for light in range(len(images.lights)):
-        found[light] = images.registered(view, light).reshape(texels, size)
-        if not np.isfinite(found[light]).all():
-            where = f"image of view {view}, light {light}"
-            raise InputError("a BTF that is not finite", field=where, found="NaN or infinity", expected="numbers")
-    return found

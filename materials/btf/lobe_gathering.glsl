@@ -1,12 +1,11 @@
 // What a lobe field gathers of light from all around, twin of lobe_gathering.py: a Gaussian and a bent cosine a lobe.
 
-uniform sampler2D kept;
 uniform sampler2D views;
 uniform sampler2D prefiltered;  // three texels an angle, a row an exponent; the last row is of what is even
 uniform ivec2 size;
-uniform float tallest;          // what amplitudes are relative to
 
 #include "hemisphere.glsl"
+#include "corners.glsl"
 #include "lobe.glsl"
 
 const int AROUND = 12;

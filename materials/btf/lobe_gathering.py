@@ -8,17 +8,19 @@ is prefiltered by its exponent. Here there are four texels about a point, and a 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
+from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ..environment_form import BENDS, EnvironmentForm, Lobes
 from ..points import Points
 from ..term_shader import TermShader
-from .lobe_texels import LobeTexels
+from .field_texels import FieldTexels
+from .lobe_field import LobeField
 from .prefiltered import Prefiltered, nearest_angle, prefiltered
+from .texels import directions_listed
 
 # Of a point twelve texels in a view: four times three.
 _AROUND = 12
@@ -31,7 +33,18 @@ class LobeGathering(EnvironmentForm):
     uses_uv: ClassVar[bool] = True
     bent = BENDS
 
-    texels: LobeTexels
+    texels: FieldTexels
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.texels.form, LobeField):
+            found = type(self.texels.form).__name__
+            raise InputError("texels that are no lobes", field="texels", found=found, expected="a LobeField")
+
+    @property
+    def field(self) -> LobeField:
+        """The lobes."""
+        assert isinstance(self.texels.form, LobeField)
+        return self.texels.form
 
     @property
     def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -41,13 +54,13 @@ class LobeGathering(EnvironmentForm):
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Gaussians a point."""
-        sets, lobes = self.texels.form.axes.shape[3:5]
+        sets, lobes = self.field.axes.shape[3:5]
         return _AROUND * sets * lobes + 1
 
     @property
     def table(self) -> Prefiltered:
         """For the lights that were measured."""
-        return prefiltered(round(self.texels.lowest, 6))
+        return prefiltered(round(self.field.lights.lowest, 6))
 
     def lobes(self, points: Points) -> Lobes:
         """See `EnvironmentForm.lobes`."""
@@ -59,7 +72,7 @@ class LobeGathering(EnvironmentForm):
         matt, even = np.zeros((count, BENDS, rank)), np.zeros((count, rank))
         first = 0
         for share, view, row, column in self.texels.around(points.uv, points.wo):
-            axes, exponents, amplitudes = self.texels.form.of(view, row, column)
+            axes, exponents, amplitudes = self.field.of(view, row, column)
             amplitudes = amplitudes * share[:, None, None]
             even += amplitudes[:, 0]
             exponent, angle = np.rint(2.0 * np.log2(exponents)).astype(np.int64) + 2, nearest_angle(axes)
@@ -82,10 +95,15 @@ class LobeGathering(EnvironmentForm):
 
     def shader(self, filtered: bool = False) -> TermShader:
         """The twin of `lobes`."""
-        looked_up = self.texels.shader(filtered)
-        textures = {name: looked_up.textures[name] for name in ("kept", "views")} | {"prefiltered": self.table.listed()}
-        uniforms = {name: looked_up.uniforms[name] for name in ("size", "tallest")}
-        return TermShader(Path(__file__).with_suffix(".glsl"), looked_up.sizes, textures, uniforms)
+        form = self.texels.form
+        kind = form.gathering_shader()
+        sizes = {"FOURS": -(-self.palette.rank // 4)}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        textures = {"views": directions_listed(form.views), "prefiltered": self.table.listed()}
+        uniforms = {"size": (form.width, form.height)}
+        return TermShader(
+            kind.file, {**kind.sizes, **sizes}, {**kind.textures, **textures}, {**kind.uniforms, **uniforms}
+        )
 
     @property
     def key(self) -> tuple:

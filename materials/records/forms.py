@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from ..btf.field_form import FieldForm
 from ..btf.form import BtfForm
-from ..btf.lobe_form import LobeForm
 from ..factored.pack import FactoredBrdf
 from ..fast import Fast
 from ..svbrdf.maps_form import MapsForm
 from ..svbrdf.texture_form import TextureForm
 
-FORMS: dict[str, type[Fast]] = {
-    form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm, BtfForm, LobeForm, FieldForm)
-}
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm, BtfForm, FieldForm)}

@@ -8,11 +8,11 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.materials.btf.coding import EXPONENTS
+from metamer.materials.btf.field_form import FieldForm
+from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
 from metamer.materials.btf.light_basis import spread
 from metamer.materials.btf.lobe_field import lobe_field
-from metamer.materials.btf.lobe_form import LobeForm
-from metamer.materials.btf.lobe_texels import LobeTexels
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.prefiltered import nearest_angle, prefiltered
 from metamer.materials.environment_form import bends
@@ -27,7 +27,7 @@ LOWEST = round(float(np.cos(np.radians(75.0))), 6)
 
 
 def formed(lobes, shared=True):
-    return LobeForm(LobeTexels(lobe_field(IMAGES, lobes, shared), palette_of(IMAGES.basis)))
+    return FieldForm(FieldTexels(lobe_field(IMAGES, lobes, shared), palette_of(IMAGES.basis)))
 
 
 @pytest.fixture(scope="module")
@@ -76,9 +76,9 @@ def test_a_lobe_is_a_gaussian_and_a_bent_cosine(index):
 
 def test_a_cosine_about_the_normal_is_the_cosine():
     """n = 1: no Gaussian, and next to no polynomial, where light is measured down to the horizon."""
-    table = prefiltered(0.0)
+    table = prefiltered(1e-3)
     np.testing.assert_allclose(table.bent[2, 0], [1, 0, 0, 0, 0, 0], atol=0.01)
-    np.testing.assert_allclose(table.value[2, 0], 0.0, atol=0.005)
+    np.testing.assert_allclose(table.value[2, 0], 0.0, atol=0.02)
 
 
 @pytest.mark.parametrize(("lobes", "shared"), [(2, True), (2, False)])

@@ -5,10 +5,10 @@ import pytest
 from btf_samples import bumps
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.materials.btf.field_form import FieldForm
+from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
 from metamer.materials.btf.lobe_field import lobe_field
-from metamer.materials.btf.lobe_form import LobeForm
-from metamer.materials.btf.lobe_texels import LobeTexels
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
@@ -20,7 +20,7 @@ KINDS = [(1, True), (2, True), (4, True), (2, False)]
 
 
 def formed(lobes, shared):
-    return LobeForm(LobeTexels(lobe_field(IMAGES, lobes, shared), palette_of(IMAGES.basis)))
+    return FieldForm(FieldTexels(lobe_field(IMAGES, lobes, shared), palette_of(IMAGES.basis)))
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_light_lower_than_any_measured_falls_with_its_cosine(form):
         wi = np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
         return form.texels.terms(Points(np.broadcast_to(wi, wo.shape), wo, uv)).value
 
-    lowest = np.arccos(form.texels.lowest)
+    lowest = np.arccos(IMAGES.lights.lowest)
     held, low = lit(lowest), lit(np.radians(89.0))
     np.testing.assert_allclose(low, held * np.cos(np.radians(89.0)) / np.cos(lowest), rtol=1e-6)
     np.testing.assert_allclose(lit(lowest - 1e-6), held, rtol=1e-3, atol=1e-7)
@@ -92,7 +92,7 @@ def test_gl_and_numpy_agree_on_every_pixel(scenes, gl, lobes, shared):
 
 
 def test_what_is_stored_draws_the_same(form):
-    again = LobeForm.from_stored(form.stored(), None)
+    again = FieldForm.from_stored(form.stored(), None)
     draw = np.random.default_rng(0)
     wi, wo = np.abs(draw.normal(size=(2, 20, 3)))
     points = Points(
@@ -106,4 +106,4 @@ def test_what_is_stored_draws_the_same(form):
 def test_a_palette_that_does_not_fit_is_refused(form):
     basis = IMAGES.basis.truncated(2)
     with pytest.raises(InputError, match="palette that does not fit"):
-        LobeTexels(form.texels.form, palette_of(basis))
+        FieldTexels(form.texels.form, palette_of(basis))
