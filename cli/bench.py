@@ -19,6 +19,7 @@ WHAT = {
     "interactive": "another light, camera, map or colour, beside drawing anew",
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
     "svbrdf": "glossy surfaces under environments, shadows and all, beside the truth: minutes",
+    "btf": "BTFs in few numbers, by what was published and by ours: minutes, all of it an hour",
     "all": "basis and shading",
 }
 
@@ -42,6 +43,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
             _add_factor_options(kind)
         if what == "svbrdf":
             _add_svbrdf_options(kind)
+        if what == "btf":
+            _add_btf_options(kind)
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
@@ -62,6 +65,14 @@ def _add_svbrdf_options(svbrdf: argparse.ArgumentParser) -> None:
         help="measured skies, meshes, maps and materials join in; default: $METAMER_DATA",
     )
     add_catalogue_option(svbrdf)
+
+
+def _add_btf_options(btf: argparse.ArgumentParser) -> None:
+    btf.add_argument("--full", action="store_true", help="larger crops, all cases and all methods: an hour")
+    btf.add_argument("--case", metavar="PATTERN", help="only BTFs called so: * and ? for anything")
+    btf.add_argument("--method", metavar="PATTERN", help="only methods called so: * and ? for anything")
+    btf.add_argument("--texels", type=int, metavar="N", help="crop measured BTFs to N x N; 64, with --full 128")
+    btf.add_argument("--data", type=Path, metavar="DIR", help="measured BTFs and skies join in; default: $METAMER_DATA")
 
 
 def _add_factor_options(factor: argparse.ArgumentParser) -> None:
@@ -102,6 +113,8 @@ def run(args: argparse.Namespace) -> int:
         print(edits.report(figures["interactive"]["edits"]))
     if args.what == "svbrdf":
         return _svbrdf(args)
+    if args.what == "btf":
+        return _btf(args)
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
@@ -119,6 +132,17 @@ def _svbrdf(args: argparse.Namespace) -> int:
     if (args.full and args.case is None) or args.catalogue or "/" in (args.case or ""):
         catalogue = catalogue_for(args.catalogue, jobs=1).folder
     measured = benchmark.run(args.full, _data(args), lambda line: print(line, flush=True), args.case, catalogue)
+    print(benchmark.report(measured))
+    if args.json:
+        _write(args.json, json.dumps({"rows": measured["rows"]}, indent=1) + "\n")
+    return 0
+
+
+def _btf(args: argparse.Namespace) -> int:
+    from ..benchmarks.btf import benchmark
+
+    say, data = lambda line: print(line, flush=True), _data(args)
+    measured = benchmark.run(args.full, data, say, args.case, args.method, args.texels)
     print(benchmark.report(measured))
     if args.json:
         _write(args.json, json.dumps({"rows": measured["rows"]}, indent=1) + "\n")

@@ -61,9 +61,14 @@ class PolynomialField(Field):
         """Six for each coefficient of the basis and each polynomial."""
         return self.coefficients.shape[0] * self.coefficients.shape[3] * 6
 
+    @property
+    def terms(self) -> Float[np.ndarray, "Lt 6"]:
+        """What coefficients are multiplied by under each light."""
+        return _terms(self.lights)
+
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """See `Field.reconstruct`."""
-        return self.coefficients[view % len(self.coefficients)] @ _terms(self.lights)[light]
+        return self.coefficients[view % len(self.coefficients)] @ self.terms[light]
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,7 +50,7 @@ class LightFunctions:
 
 def light_functions(lights: Hemisphere) -> LightFunctions:
     """The functions for some measured lights."""
-    return nearest(lights, _hats)
+    return nearest(lights, hats_at)
 
 
 def nearest(
@@ -117,7 +117,7 @@ def _functions(
     return np.concatenate([gaussians, bends(directions) * np.maximum(directions[:, 2:], 0.0)], axis=1)
 
 
-def _hats(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n Lt"]:
+def hats_at(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n Lt"]:
     """What each measured light stands for, at directions of the whole sphere."""
     found = np.zeros((len(directions), len(lights)))
     above = np.flatnonzero(directions[:, 2] > 0.0)
@@ -130,7 +130,7 @@ def _hats(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[np.
 def _likely(lights: Hemisphere) -> Float[np.ndarray, "Lt m"]:
     """A factor of the second moments of what the measured lights stand for, in light as it may be."""
     around = spread(_DIRECTIONS // 8, -1.0)
-    hats = _hats(lights, around)
+    hats = hats_at(lights, around)
     total = hats.T @ hats / len(around)
     from_all = spread(_DIRECTIONS // 32, -1.0)
     for sharpness in _LIGHTS:

@@ -21,8 +21,8 @@ from ..points import Points
 from ..svbrdf.texels import between
 from ..term_shader import TermShader
 from ..terms import Terms
+from .clustered_form import ClusteredForm
 from .hemisphere import Hemisphere
-from .local_pca import LocalPca
 
 # Points at once: nine pairs of directions of four texels' components are held of each.
 _BLOCK = 1 << 11
@@ -37,7 +37,7 @@ class BtfTexels(Summand):
 
     uses_uv: ClassVar[bool] = True
 
-    form: LocalPca
+    form: ClusteredForm
     palette: Palette
     precision: Literal["single", "half"] = "single"
     frame: Frame = "io"

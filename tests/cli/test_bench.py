@@ -4,6 +4,7 @@ import json
 
 import pytest
 from metamer.benchmarks import basis, shading
+from metamer.benchmarks.btf import benchmark as btf
 from metamer.benchmarks.factor import benchmark
 from metamer.benchmarks.svbrdf import benchmark as svbrdf
 
@@ -132,3 +133,28 @@ def test_svbrdf_prints_and_writes_its_rows(metamer, monkeypatch, tmp_path):
 def test_svbrdf_opens_a_catalogue_where_materials_are_asked_for(metamer, tmp_path):
     code, _, err = metamer("bench", "svbrdf", "--case", "metal/*", "--catalogue", tmp_path / "none")
     assert code == 4 and "no such catalogue" in err
+
+
+def test_btf_prints_and_writes_its_rows(metamer, monkeypatch, tmp_path):
+    row = {
+        "case": "wool", "method": "lpca", "texels": 16384, "bytes_per_texel": 29.0, "fit_cpu_seconds": 40.0,
+        "fold_ms": None, "ms_per_megapixel": 300.0, "light": "D65", "delta_e94": {"mean": 2.5, "p95": 4.0, "p99": 6.0},
+        "epsilon": 0.02, "published_epsilon": None, "registered": True,
+        "size": "medium", "bar": {"mean": 2.1, "p95": 4.7, "p99": 6.8},
+    }  # fmt: skip
+    asked = []
+    monkeypatch.setattr(btf, "run", lambda *given: asked.append(given) or {"missing": ["corduroy"], "rows": [row]})
+    monkeypatch.setenv("METAMER_DATA", str(tmp_path))
+    words = ["--case", "wool", "--method", "lpca*", "--texels", "256", "--full", "--json", tmp_path / "bench.json"]
+    code, out, _ = metamer("bench", "btf", *words)
+    assert code == 0
+    ((full, data, _, case, method, texels),) = asked
+    assert (full, data, case, method, texels) == (True, tmp_path, "wool", "lpca*", 256)
+    assert "2.1/4.7/6.8 over" in out and "without corduroy" in out
+    assert json.loads((tmp_path / "bench.json").read_text()) == {"rows": [row]}
+
+
+def test_btf_names_the_cases_that_there_are(metamer, monkeypatch):
+    monkeypatch.delenv("METAMER_DATA", raising=False)
+    code, _, err = metamer("bench", "btf", "--case", "velvet")
+    assert code == 4 and "velvet" in err and "synthetic-leather" in err

@@ -1,0 +1,93 @@
+"""Every BTF by every method: bytes, seconds, milliseconds and errors, beside the bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from ...calibration.text_tables import columns
+from ...spectral.errors import InputError
+from .cases import MEASURED, cases
+from .compared import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
+from .methods import methods
+from .published import published
+from .rows import with_bars, within
+
+Progress = Callable[[str], None]
+
+
+def run(
+    full: bool = False,
+    data: Path | None = None,
+    progress: Progress = lambda line: None,
+    case: str | None = None,
+    method: str | None = None,
+    texels: int | None = None,
+) -> dict:
+    """Measure all there is.
+
+    Parameters
+    ----------
+    full : larger crops, more BTFs and all methods. data : a folder with btf/ and light/, or None.
+    case, method : only those whose names fit, `*` and `?` for anything; those of the full run too.
+    texels : along each side of a crop of a measured BTF; None: `cases.CROP`.
+
+    Returns
+    -------
+    dict : `rows`, for JSON; `missing`, measured BTFs whose files are not there. A row has `case`, `method`, `texels`,
+    `bytes_per_texel`, `fit_cpu_seconds`, `fold_ms` (a light, before the first pixel), `ms_per_megapixel` (in numpy, on
+    one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`, `published_epsilon`, `registered`, `size` and
+    `bar`; None where a figure has no meaning.
+
+    Raises
+    ------
+    InputError : no case, or no method, fits.
+    """
+    chosen = [one for one in cases(data, full or case is not None, texels) if _fits(one.name, case)]
+    ways = methods(full or method is not None)
+    if not chosen:
+        names = ", ".join(one.name for one in cases(data, True))
+        raise InputError("no case is called so", field="--case", found=case, expected=names)
+    names = sorted({HELD, BALANCED, HARMONIC}.union(*(rows_of(way) for way in ways)))
+    if not any(_fits(name, method) for name in names):
+        raise InputError("no method is called so", field="--method", found=method, expected=", ".join(names))
+    there = {one.name for one in cases(data, True)}
+    sky, rows = Sky(data, progress), []
+    for one in chosen:
+        rows += Compared(one, lambda name: _fits(name, method), sky, progress).rows(ways)
+    return {"missing": [name for name in MEASURED if name not in there], "rows": with_bars(rows)}
+
+
+def _fits(name: str, pattern: str | None) -> bool:
+    return pattern is None or fnmatchcase(name, pattern)
+
+
+def report(figures: dict) -> str:
+    """The figures as a table."""
+    body = []
+    for one in figures["rows"]:
+        bar, kept = one["bar"], within(one)
+        body.append(
+            [
+                one["case"], one["method"], one["size"] or "-", one["light"],
+                *(_or_dash(one[name], form) for name, form in _FIGURES),
+                *(f"{one['delta_e94'][name]:.2f}" for name in ("mean", "p95", "p99")),
+                _or_dash(one["epsilon"], ".3f"), _or_dash(one["published_epsilon"], ".3f"),
+                "-" if bar is None else f"{bar['mean']:g}/{bar['p95']:g}/{bar['p99']:g}{'' if kept else ' over'}",
+            ]
+        )  # fmt: skip
+    headings = ["case", "method", "size", "light", "bytes", "fit CPU s", "fold ms", "ms/Mpx", "mean", "p95", "p99"]
+    title = "ΔE94 against the images; bytes a texel, dictionaries and all; bars as mean/p95/p99"
+    text = f"{title}\n{columns([*headings, 'epsilon', 'theirs', 'bar'], body, left=4)}\n\n{published()}"
+    if figures["missing"]:
+        text += f"\n\nwithout {', '.join(figures['missing'])}: set METAMER_DATA to a folder with btf/ and light/"
+    return text
+
+
+# Figures of the table, and how each is written.
+_FIGURES = (("bytes_per_texel", ".1f"), ("fit_cpu_seconds", ".1f"), ("fold_ms", ".1f"), ("ms_per_megapixel", ".0f"))
+
+
+def _or_dash(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)

@@ -1,0 +1,119 @@
+"""Every method that a BTF is written in few numbers by: what was published, and Metamer's."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.btf.clustered_form import ClusteredForm
+from ...materials.btf.fields import Field, lafortune, ptm, rfp
+from ...materials.btf.form import SIZES, BtfForm, btf_form, palette_of
+from ...materials.btf.images import BtfImages
+from ...materials.btf.lobe_field import lobe_field
+from ...materials.btf.paper_pca import paper_pca
+from ...materials.btf.texels import BtfTexels
+from .rows import Reconstruct
+from .stored import stored_bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A BTF in few numbers.
+
+    reconstruct : its images again. bytes_per_texel : dictionaries and all. form : `Field` or texels of clusters, which
+    can be drawn. fit_cpu_seconds : what finding it took.
+    """
+
+    reconstruct: Reconstruct
+    bytes_per_texel: float
+    form: Field | BtfTexels
+    fit_cpu_seconds: float
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to write a BTF.
+
+    name : of its rows. make : from images to what is kept. registered : whether it takes registered images. full :
+    only the long run has it. size : where there are several forms of one name. held : whether it is also fitted
+    without some views, and judged by them.
+    """
+
+    name: str
+    make: Callable[[BtfImages], Made]
+    registered: bool = False
+    full: bool = False
+    size: str | None = None
+    held: bool = False
+
+
+def methods(full: bool) -> list[Method]:
+    """Those that a run of this length has, first those that take images as they were measured."""
+    found = [
+        Method("ptm", partial(_field, ptm)),
+        Method("lafortune", partial(_field, lafortune), full=True),
+        Method("rfp", partial(_field, rfp)),
+        Method("lpca-paper", _paper, size="32 x 8"),
+        *(
+            Method(f"rfnl-{count}", partial(_lobes, lobes=count), True, count != 2, held=count == 2)
+            for count in (1, 2, 4)
+        ),
+        *(Method("lpca", partial(_ours, size=size), True, size != "medium", size, size == "medium") for size in SIZES),
+    ]
+    return [method for method in found if full or not method.full]
+
+
+def _field(fitted: Callable[[BtfImages], Field], images: BtfImages) -> Made:
+    begun = time.process_time()
+    field = fitted(images)
+    return Made(field.reconstruct, float(field.bytes_per_texel), field, time.process_time() - begun)
+
+
+def _lobes(images: BtfImages, lobes: int) -> Made:
+    return _field(partial(lobe_field, lobes=lobes), images)
+
+
+def _paper(images: BtfImages, clusters: int = 32, components: int = 8) -> Made:
+    begun = time.process_time()
+    found = paper_pca(images, clusters, components)
+    seconds = time.process_time() - begun
+    return _clustered(images, BtfTexels(found, palette_of(images.basis)), found.stored(), seconds)
+
+
+def _ours(images: BtfImages, size: str) -> Made:
+    begun = time.process_time()
+    form: BtfForm = btf_form(images, SIZES[size])
+    return _clustered(images, form.texels, form.stored(), time.process_time() - begun)
+
+
+def _clustered(images: BtfImages, texels: BtfTexels, kept: Mapping, seconds: float) -> Made:
+    each = stored_bytes(kept) / texels.form.number.size
+    again, basis = decoded(texels.form), texels.form.basis
+    if basis is images.basis:
+        return Made(again, each, texels, seconds)
+    back = (basis.synthesis.T @ images.basis.analysis).astype(np.float32)
+    return Made(lambda view, light: again(view, light) @ back, each, texels, seconds)
+
+
+def decoded(form: ClusteredForm) -> Reconstruct:
+    """Images again: each cluster's mean and its texels' shares of its components."""
+    table, number = form.table(), form.number.ravel()
+    weights = form.weights.reshape(len(number), -1).astype(np.float32)
+    weights = np.concatenate([np.ones((len(number), 1), np.float32), weights], axis=1)
+    order = np.argsort(number, kind="stable")
+    clusters, starts = np.unique(number[order], return_index=True)
+    groups = list(zip(clusters.tolist(), np.split(order, starts[1:]), strict=True))
+    shares = [weights[here] for _, here in groups]
+
+    def again(view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        found = np.empty((len(number), table.shape[-1]), dtype=np.float32)
+        for (cluster, here), share in zip(groups, shares, strict=True):
+            found[here] = share @ table[cluster, view, light]
+        return found.reshape(*form.number.shape, -1)
+
+    return again

@@ -1,0 +1,147 @@
+"""Rows of figures: what is said of each method, and what it is held to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.btf.fields import judged
+from ...materials.btf.images import BtfImages
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.upsampling import xyz_from_rgb
+from .published import published_epsilon
+
+#: What a texel of an image is made again by: view, light -> f_r cos(theta_i).
+Reconstruct = Callable[[int, int], Float[np.ndarray, "H W J"]]
+
+
+class Bar(NamedTuple):
+    """ΔE94 that a method is to stay within, and bytes a texel."""
+
+    mean: float
+    p95: float
+    p99: float
+    bytes_per_texel: float = np.inf
+
+
+#: What methods are held to, by case: from trials on crops of 128 x 128 texels, before any of this was written.
+BARS: Mapping[tuple[str, str], Bar] = {
+    ("wool", "lpca"): Bar(2.1, 4.7, 6.8, 30.0),
+    ("corduroy", "lpca"): Bar(2.0, 4.6, 7.0, 30.0),
+    ("wool", "rfnl-2"): Bar(4.7, 10.2, 15.0, 1134.0),
+    ("corduroy", "rfnl-2"): Bar(5.1, 11.5, 16.0, 1134.0),
+    ("wool", "held-views"): Bar(4.4, 9.8, 15.5),
+    ("corduroy", "held-views"): Bar(4.4, 10.4, 17.5),
+    ("wool", "held-lpca"): Bar(4.4, 9.8, 15.5),
+    ("corduroy", "held-lpca"): Bar(4.4, 10.4, 17.5),
+    ("wool", "held-rfnl-2"): Bar(4.4, 9.8, 15.5),
+    ("corduroy", "held-rfnl-2"): Bar(4.4, 10.4, 17.5),
+    ("wool", "light-basis-16"): Bar(0.6, 2.1, 4.3),
+    ("corduroy", "light-basis-16"): Bar(0.6, 2.2, 4.8),
+    ("wool", "end-to-end"): Bar(1.5, 3.7, 5.8, 30.0),
+    ("corduroy", "end-to-end"): Bar(1.5, 3.6, 6.1, 30.0),
+}
+# Texels of the smallest crop that they hold for.
+_TEXELS = 128 * 128
+
+
+def row(
+    case: str,
+    method: str,
+    light: str,
+    texels: int,
+    delta_e94: tuple[float, float, float],
+    *,
+    bytes_per_texel: float | None = None,
+    fit_cpu_seconds: float | None = None,
+    fold_ms: float | None = None,
+    ms_per_megapixel: float | None = None,
+    registered: bool = False,
+    epsilon: float | None = None,
+    size: str | None = None,
+) -> dict:
+    """For JSON.
+
+    texels : of the whole. delta_e94 : mean, 95th and 99th percentile. registered : whether the truth is registered
+    images. epsilon : mean absolute difference of encoded red, green and blue; beside it is what its paper has for the
+    same material, from other files. size : of several forms of one method this one's.
+    """
+    mean, p95, p99 = (float(one) for one in delta_e94)
+    return {
+        "case": case,
+        "method": method,
+        "texels": texels,
+        "bytes_per_texel": bytes_per_texel,
+        "fit_cpu_seconds": fit_cpu_seconds,
+        "fold_ms": fold_ms,
+        "ms_per_megapixel": ms_per_megapixel,
+        "light": light,
+        "delta_e94": {"mean": mean, "p95": p95, "p99": p99},
+        "epsilon": epsilon,
+        "published_epsilon": published_epsilon(case, method),
+        "registered": registered,
+        "size": size,
+        "bar": None,
+    }
+
+
+def with_bars(rows: Sequence[dict]) -> list[dict]:
+    """The rows, each bar beside the one that is held to it.
+
+    Of forms of several sizes it is the best of those that are small enough, and where none is the smallest. Crops of
+    fewer texels than `BARS` is for have too few to share a dictionary, and are held to nothing.
+    """
+    found: list[dict[str, Any]] = [{**one, "bar": None} for one in rows]
+    for (case, method), bar in BARS.items():
+        some = [one for one in found if (one["case"], one["method"]) == (case, method) and one["texels"] >= _TEXELS]
+        if not some:
+            continue
+        held: dict = {"mean": bar.mean, "p95": bar.p95, "p99": bar.p99}
+        if np.isfinite(bar.bytes_per_texel):
+            held["bytes_per_texel"] = bar.bytes_per_texel
+        small = [one for one in some if (one["bytes_per_texel"] or 0.0) <= bar.bytes_per_texel]
+        best = min(small, key=lambda one: one["delta_e94"]["mean"]) if small else min(some, key=_bytes)
+        best["bar"] = held
+    return found
+
+
+def _bytes(figures: Mapping) -> float:
+    return figures["bytes_per_texel"]
+
+
+def within(figures: Mapping) -> bool | None:
+    """Whether a row keeps to its bar; None where it has none."""
+    bar = figures["bar"]
+    if bar is None:
+        return None
+    kept = all(figures["delta_e94"][name] <= bar[name] for name in ("mean", "p95", "p99"))
+    return kept and ("bytes_per_texel" not in bar or figures["bytes_per_texel"] <= bar["bytes_per_texel"])
+
+
+def seen_error(images: BtfImages, reconstruct: Reconstruct) -> tuple[tuple[float, float, float], float]:
+    """ΔE94 under D65 (`judged`), and epsilon of the same images.
+
+    Epsilon is the mean absolute difference of Meseth, Mueller and Klein 2003 (section 5), of numbers from 0 to 1 that
+    are encoded as their images are, by sRGB's curve.
+    """
+    light, seen = illuminant("D65"), observer("1931_2")
+    to_rgb = np.pi * images.basis.fold(light, seen).T @ np.linalg.inv(xyz_from_rgb()).T
+    off: list[float] = []
+
+    def heard(view: int, lit: int) -> Float[np.ndarray, "H W J"]:
+        made = reconstruct(view, lit)
+        off.append(float(np.abs(_encoded(made @ to_rgb) - _encoded(images.image(view, lit) @ to_rgb)).mean()))
+        return made
+
+    found = judged(images, heard)
+    return (found.mean, found.p95, found.p99), float(np.mean(off))
+
+
+def _encoded(linear: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:
+    # An image holds no number below 0 and none above full scale.
+    held = np.clip(linear, 0.0, 1.0)
+    return np.where(held <= 0.0031308, 12.92 * held, 1.055 * held ** (1.0 / 2.4) - 0.055)

@@ -1,0 +1,26 @@
+"""How many bytes a form takes, as a catalogue's file has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...materials.records.hdf5_tree import form_node, write_tree
+
+
+def stored_bytes(kept: Mapping[str, Any]) -> int:
+    """Of all data sets of a form in HDF5, compressed as they are there, in place of the file's own bookkeeping."""
+    import h5py
+
+    total = 0
+
+    def add(name: str, found: object) -> None:
+        nonlocal total
+        if isinstance(found, h5py.Dataset):
+            total += found.id.get_storage_size()
+
+    with h5py.File("in memory", "w", driver="core", backing_store=False) as file:
+        write_tree(file, form_node(kept))
+        file.flush()
+        file.visititems(add)
+    return total

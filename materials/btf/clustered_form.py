@@ -1,0 +1,49 @@
+"""What texels are drawn from: clusters of texels, each with a mean and components over views and lights."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float, Int8, UInt8
+
+from ...spectral.basis import SpectralBasis
+from .hemisphere import Hemisphere
+
+
+@runtime_checkable
+class ClusteredForm(Protocol):
+    """H x W texels, each a cluster's mean and weighted components; however these are kept."""
+
+    @property
+    def views(self) -> Hemisphere:
+        """V directions."""
+        ...
+
+    @property
+    def lights(self) -> Hemisphere:
+        """Lt directions."""
+        ...
+
+    @property
+    def basis(self) -> SpectralBasis:
+        """Of the J coefficients."""
+        ...
+
+    @property
+    def number(self) -> UInt8[np.ndarray, "H W"]:
+        """Which cluster each texel belongs to."""
+        ...
+
+    @property
+    def weights(self) -> Int8[np.ndarray, "H W c"]:
+        """Of its cluster's components, whole numbers."""
+        ...
+
+    def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
+        """f_r cos(theta_i), 1/sr, of each cluster's mean, and of its components at a weight of 1; float32."""
+        ...
+
+    def stored(self) -> dict[str, Any]:
+        """What a file keeps of it but the basis."""
+        ...
