@@ -24,7 +24,8 @@ _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip f
 measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, BTFs, family
 descriptions (.toml); known by content. Default: what ships"""
 
-
+# As spectral.formats.answer has them, which `--help` does not wait for; a test holds them together.
+BTF_FORMS = ("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4")
 # So many refusals for one reason are said together.
 _MANY = 3
 
@@ -95,7 +96,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "--fill", type=float, metavar="SHARE", help="of a BTF's images that may be made of others (default: 0.01)"
     )
     bring.add_argument(
-        "--btf-form", choices=("lpca", "rfp"), help="how a BTF is drawn (default: what its error is smallest by)"
+        "--btf-form", choices=BTF_FORMS, help="how a BTF is drawn (default: what its error is smallest by)"
     )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, TypeVar, overload
 
 import numpy as np
 
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import UnknownNameError
+from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.palette import Palette
 from ..fast import Fast, Summand
 from ..fit_error import FitError
@@ -18,7 +19,9 @@ from .field_texels import FieldTexels
 from .gathering import BtfGathering
 from .images import BtfImages
 from .judging import Sample, worst_mean
+from .lobe_field import lobe_field
 from .local_pca import LocalPca, Size, local_pca
+from .paper_pca import PaperPca, paper_pca
 from .polynomials import polynomials
 from .reduced import reduced
 from .texels import BtfTexels
@@ -32,6 +35,8 @@ SIZES = {
 }
 # The name of local PCA for who asks for it.
 _LPCA = "lpca"
+#: Local PCA as a file may hold it: ours, and as it was published.
+KINDS: dict[str, type[LocalPca | PaperPca]] = {_LPCA: LocalPca, "lpca-paper": PaperPca}
 # So many times its budget, local PCA's error is far off; and what a field may take on a disk that nobody asked for.
 _FAR, _MOST_BYTES = 2.0, 128 << 20
 
@@ -61,32 +66,40 @@ class BtfForm(Fast):
         return BtfGathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
-        """The texels (`LocalPca.stored`) and the palette."""
-        return {"texels": self.texels.form.stored(), "palette": self.texels.palette.stored()}
+        """What made the clusters, the texels (`ClusteredForm.stored`) and the palette."""
+        form = self.texels.form
+        (kind,) = (name for name, one in KINDS.items() if isinstance(form, one))
+        return {"kind": kind, "texels": form.stored(), "palette": self.texels.palette.stored()}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> BtfForm:
         """See `Fast.from_stored`."""
+        kind = str(kept["kind"])
+        if kind not in KINDS:
+            raise InputError("an unknown kind of local PCA", field="kind", found=kind, expected=", ".join(KINDS))
         palette = Palette.from_stored(kept["palette"])
         spectra = palette.samples[0].T
         basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
-        return cls(BtfTexels(LocalPca.from_stored(kept["texels"], basis), palette), error)
+        return cls(BtfTexels(KINDS[kind].from_stored(kept["texels"], basis), palette), error)
 
 
-AnyForm = TypeVar("AnyForm", BtfForm, FieldForm)
-Made = Callable[[BtfImages, Callable[[float], None]], FieldForm]
+AnyForm = TypeVar("AnyForm", bound="BtfForm | FieldForm")
 
 
 @overload
 def btf_form(
-    images: BtfImages, budget: Size, seed: int = 0, heard: Callable[[float], None] = ..., name: str | None = None
-) -> BtfForm: ...
+    images: BtfImages, budget: Size, seed: int = 0, heard: Callable[[float], None] = ..., name: None = None
+) -> BtfForm:
+    """Of a size."""
+    ...
 
 
 @overload
 def btf_form(
     images: BtfImages, budget: float = 0.5, seed: int = 0, heard: Callable[[float], None] = ..., name: str | None = None
-) -> BtfForm | FieldForm: ...
+) -> BtfForm | FieldForm:
+    """By its budget, or by name."""
+    ...
 
 
 def btf_form(
@@ -101,25 +114,25 @@ def btf_form(
     budget : a size of local PCA; or the ΔE94 that the mean should not exceed under the worst light. Texels' own noise
     is in every figure, and none of a few sizes may be within: then it is the one called "fine", beyond which bytes buy
     little. Where that misses the budget by far, fields are tried, and one that does better is taken, with a note.
-    heard : hears the share that is done. name : of `NAMED`, whatever the budget. Of many wavelengths, images are
+    heard : hears the share that is done. name : of `NAMES`, whatever the budget. Of many wavelengths, images are
     brought into a small basis before.
 
     Raises
     ------
     UnknownNameError : a form that there is not.
     """
-    if name is not None and name not in NAMED:
-        raise UnknownNameError("btf-form", name, NAMED)
+    if name is not None and name not in NAMES:
+        raise UnknownNameError("btf-form", name, NAMES)
     images = reduced(images, seed)
     sample = Sample.drawn(images, seed + 1, lambda share: heard(0.1 * share))
     rest = _part(heard, 0.1, 1.0)
     if isinstance(budget, Size):
         return _of_size(images, budget, seed, rest, sample)
     if name is not None and name != _LPCA:
-        return _judged(FIELDS[name](images, rest), sample)
+        return _judged(NAMED[name](images, seed, rest), sample)
     found = _of_budget(images, budget, seed, rest if name else _part(heard, 0.1, 0.9), sample)
     if name is None and _mean(found) > _FAR * budget:
-        return _field_instead(images, found, sample, _part(heard, 0.9, 1.0))
+        return _field_instead(images, found, seed, _part(heard, 0.9, 1.0), sample)
     heard(1.0)
     return found
 
@@ -142,12 +155,12 @@ def _of_budget(images: BtfImages, budget: float, seed: int, heard: Callable[[flo
 
 
 def _field_instead(
-    images: BtfImages, found: BtfForm, sample: Sample, heard: Callable[[float], None]
+    images: BtfImages, found: BtfForm, seed: int, heard: Callable[[float], None], sample: Sample
 ) -> BtfForm | FieldForm:
     """The best field that is better than local PCA and not too large; else local PCA."""
     alone, least, best = sample.alone(), _mean(found), None
-    for name, made in FIELDS.items():
-        tried = made(alone.images, lambda share: None)
+    for name in _TRIED:
+        tried = _FIELDS[name](alone.images, seed, lambda share: None)
         if tried.texels.form.bytes_per_texel * images.height * images.width > _MOST_BYTES:
             continue
         mean = worst_mean(alone.error_of(tried.texels.form))
@@ -155,7 +168,7 @@ def _field_instead(
             least, best = mean, name
     if best is None:
         return found
-    instead = _judged(FIELDS[best](images, heard), sample)
+    instead = _judged(_FIELDS[best](images, seed, heard), sample)
     # Of all texels a field's steps are coarser than of a few.
     if _mean(instead) >= _mean(found):
         return found
@@ -186,11 +199,28 @@ def palette_of(basis: SpectralBasis) -> Palette:
     return Palette.of(basis.synthesis.T, SpectralBasis.sampled(basis.wavelengths_nm))
 
 
-def _rfp(images: BtfImages, heard: Callable[[float], None]) -> FieldForm:
+def _paper(images: BtfImages, seed: int, heard: Callable[[float], None]) -> BtfForm:
+    return BtfForm(BtfTexels(paper_pca(images, seed=seed, heard=heard), palette_of(images.basis)))
+
+
+def _rfp(images: BtfImages, seed: int, heard: Callable[[float], None]) -> FieldForm:
     return FieldForm(FieldTexels(polynomials(images, heard), palette_of(images.basis)))
 
 
-#: Fields that stand in for local PCA where that is far off.
-FIELDS: dict[str, Made] = {"rfp": _rfp}
-#: What can be asked for by name; local PCA's size is chosen by the budget.
-NAMED: tuple[str, ...] = (_LPCA, *FIELDS)
+def _lobes(images: BtfImages, seed: int, heard: Callable[[float], None], lobes: int) -> FieldForm:
+    return FieldForm(FieldTexels(lobe_field(images, lobes, heard=heard), palette_of(images.basis)))
+
+
+_FIELDS: dict[str, Callable[[BtfImages, int, Callable[[float], None]], FieldForm]] = {
+    "rfp": _rfp,
+    **{f"rfnl-{count}": partial(_lobes, lobes=count) for count in (1, 2, 4)},
+}
+# Fields that are tried where local PCA is far off.
+_TRIED = ("rfp", "rfnl-2")
+#: What can be asked for by name, and what makes it of images, a seed and who hears of it.
+NAMED: dict[str, Callable[[BtfImages, int, Callable[[float], None]], BtfForm | FieldForm]] = {
+    "lpca-paper": _paper,
+    **_FIELDS,
+}
+#: Names of all forms; of local PCA the budget chooses the size.
+NAMES = (_LPCA, *NAMED)

@@ -17,6 +17,7 @@ from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
+from .clustered_form import decoded
 from .clusters import Clusters, clustered
 from .dictionary import Dictionary, dictionary_of, rounded_mean
 from .hemisphere import Hemisphere
@@ -86,12 +87,8 @@ class LocalPca:
         return np.ascontiguousarray(found.transpose(0, 2, 3, 1, 4))
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-        """Texels one after the other, by their numbers row by row: f_r cos(theta_i), 1/sr, of each view and light."""
-        table, number = self.table(), self.number.ravel()
-        weights = self.weights.reshape(len(number), -1).astype(np.float32)
-        for texel in texels:
-            mean, components = table[number[texel], ..., 0, :], table[number[texel], ..., 1:, :]
-            yield mean + np.einsum("c,vlcj->vlj", weights[texel], components)
+        """See `ClusteredForm.decoded`."""
+        return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:
         """What a file keeps of it but the basis."""

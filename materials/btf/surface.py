@@ -64,7 +64,7 @@ class MeasuredBtf(Surface):
     ----------
     images : the measurement.
     means : (V,Lt,J) of each image, the mean over its texels.
-    form : the name of the fast form that was asked for (`form.NAMED`); "" leaves that to its budget.
+    form : the name of the fast form that was asked for (`form.NAMES`); "" leaves that to its budget.
 
     Raises
     ------

@@ -19,8 +19,8 @@ SpecularMap = Literal["f0-srgb", "f0-linear"]
 #: How numbers of images stand for light: by the curve of sRGB, linearly, linearly as X, Y and Z of CIE 1931.
 ImageEncoding = Literal["srgb", "linear", "xyz"]
 
-#: How a BTF is drawn: by local PCA, or by reflectance fields (polynomials).
-BtfFormName = Literal["lpca", "rfp"]
+#: How a BTF is drawn: by local PCA, ours or as it was published; by fields of polynomials, or of so many lobes.
+BtfFormName = Literal["lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"]
 
 
 @dataclass(frozen=True)

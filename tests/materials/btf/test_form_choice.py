@@ -1,18 +1,22 @@
 """Which fast form a BTF gets: by name, by its budget, and by one measure for all."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from btf_samples import bumps
+from metamer.cli import catalogue_import
 from metamer.materials.btf.field_form import FieldForm
-from metamer.materials.btf.form import NAMED, BtfForm, btf_form
+from metamer.materials.btf.form import NAMES, BtfForm, btf_form
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.judging import Sample, measured, worst_mean
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.polynomials import monomials, polynomials
+from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import UnknownNameError
+from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.spectral.formats.answer import BtfFormName
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +87,26 @@ def test_a_name_is_taken_at_its_word(bumpy):
     """A field that is asked for needs no reason."""
     found = btf_form(bumpy, 0.5, name="rfp")
     assert isinstance(found, FieldForm) and not found.note
-    assert set(NAMED) >= {"lpca", "rfp"}
+
+
+def test_names_are_the_same_wherever_they_are_asked_for():
+    assert get_args(BtfFormName) == catalogue_import.BTF_FORMS == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_form_is_kept_in_a_file_and_draws_the_same(bumpy, name):
+    found = btf_form(bumpy, 1.0, name=name)
+    kept = found.stored()
+    again = type(found).from_stored(kept, found.error)
+    assert type(again.texels.form) is type(found.texels.form)
+    draw = np.random.default_rng(0)
+    wi, wo = (np.abs(draw.normal(size=(30, 3))) for _ in range(2))
+    points = Points(
+        *(side / np.linalg.norm(side, axis=1, keepdims=True) for side in (wi, wo)), draw.uniform(size=(30, 2))
+    )
+    np.testing.assert_allclose(again.texels.terms(points).value, found.texels.terms(points).value, rtol=1e-5)
+    with pytest.raises(InputError, match="unknown kind"):
+        type(found).from_stored(kept | {"kind": "wavelets"}, None)
 
 
 def test_a_form_that_there_is_not_is_refused(bumpy):
@@ -92,7 +115,7 @@ def test_a_form_that_there_is_not_is_refused(bumpy):
 
 
 def test_work_is_heard_of_from_0_to_1(bumpy):
-    for name in NAMED:
+    for name in NAMES:
         heard = []
         btf_form(bumpy, 5.0, heard=heard.append, name=name)
         assert heard == sorted(heard) and 0.0 <= heard[0] < 0.2 and heard[-1] <= 1.0, name
