@@ -24,7 +24,8 @@ _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip f
 measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, BTFs, family
 descriptions (.toml); known by content. Default: what ships"""
 
-
+# As spectral.formats.answer has them, which `--help` does not wait for; a test holds them together.
+BTF_FORMS = ("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4")
 # So many refusals for one reason are said together.
 _MANY = 3
 
@@ -94,6 +95,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring.add_argument(
         "--fill", type=float, metavar="SHARE", help="of a BTF's images that may be made of others (default: 0.01)"
     )
+    bring.add_argument(
+        "--btf-form", choices=BTF_FORMS, help="how a BTF is drawn (default: what its error is smallest by)"
+    )
     bring.add_argument("--family", type=_family, metavar="NAME", help="family of all materials (default: the source's)")
     bring.add_argument("--again", action="store_true", help="also fit what is there already: mends damaged files")
     bring.add_argument(
@@ -155,7 +159,7 @@ def _answer(args: argparse.Namespace) -> Answer:
         raise UsageError("an emission has no scale: leave --scale out")
     quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
     cosine = {"yes": True, "no": False}.get(args.includes_cosine)
-    of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill)
+    of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill, args.btf_form)
     return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs)
 
 

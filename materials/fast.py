@@ -98,12 +98,14 @@ class Fast(Surface):
     ----------
     summands : at least one, all at the same wavelengths.
     error : measured against the original; None where it was not.
+    note : what is to be said of how it was chosen, once, where it is stored first.
     """
 
     NAME: ClassVar[str]
     WORDS: ClassVar[str] = "terms"
     summands: tuple[Summand, ...]
     error: FitError | None
+    note: str = ""
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int8, UInt8
+from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
 from .hemisphere import Hemisphere
@@ -47,3 +48,16 @@ class ClusteredForm(Protocol):
     def stored(self) -> dict[str, Any]:
         """What a file keeps of it but the basis."""
         ...
+
+    def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
+        """Texels one after the other, by their numbers row by row: f_r cos(theta_i), 1/sr, of each view and light."""
+        ...
+
+
+def decoded(form: ClusteredForm, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
+    """See `ClusteredForm.decoded`."""
+    table, number = form.table(), form.number.ravel()
+    weights = form.weights.reshape(len(number), -1).astype(np.float32)
+    for texel in texels:
+        mean, components = table[number[texel], ..., 0, :], table[number[texel], ..., 1:, :]
+        yield mean + np.einsum("c,vlcj->vlj", weights[texel], components)

@@ -35,6 +35,7 @@ class FieldForm(Fast):
 
     texels: FieldTexels
     error: FitError | None = None
+    note: str = ""
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]

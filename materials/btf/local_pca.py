@@ -8,7 +8,7 @@ registered to the sample's surface before; and a texel carries spectral coeffici
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
+from .clustered_form import decoded
 from .clusters import Clusters, clustered
 from .dictionary import Dictionary, dictionary_of, rounded_mean
 from .hemisphere import Hemisphere
@@ -84,6 +85,10 @@ class LocalPca:
         found = rows.reshape(count, parts.shape[1], views, lights, size)
         found[:, 0] += self.dictionary.average
         return np.ascontiguousarray(found.transpose(0, 2, 3, 1, 4))
+
+    def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
+        """See `ClusteredForm.decoded`."""
+        return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:
         """What a file keeps of it but the basis."""

@@ -7,15 +7,16 @@ is different in `local_pca` is told there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int8, UInt8
+from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
+from .clustered_form import decoded
 from .clusters import clustered
 from .hemisphere import Hemisphere
 from .images import BtfImages
@@ -51,10 +52,21 @@ class PaperPca:
         scaled = self.brdfs * self.steps[:, :, None, None, None].astype(np.float32)
         return np.ascontiguousarray(scaled.transpose(0, 2, 3, 1, 4))
 
+    def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
+        """See `ClusteredForm.decoded`."""
+        return decoded(self, texels)
+
     def stored(self) -> dict[str, Any]:
-        """What a file would keep of it but the basis."""
+        """What a file keeps of it but the basis."""
         arrays = {name: getattr(self, name) for name in ("number", "weights", "brdfs", "steps")}
         return arrays | {"views": self.views.directions, "lights": self.lights.directions}
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> PaperPca:
+        """The form whose `stored()` this is."""
+        arrays = {name: np.asarray(kept[name]) for name in ("number", "weights", "brdfs", "steps")}
+        views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
+        return cls(views, lights, basis, **arrays)
 
 
 def paper_pca(

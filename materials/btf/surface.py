@@ -64,6 +64,7 @@ class MeasuredBtf(Surface):
     ----------
     images : the measurement.
     means : (V,Lt,J) of each image, the mean over its texels.
+    form : the name of the fast form that was asked for (`form.NAMES`); "" leaves that to its budget.
 
     Raises
     ------
@@ -78,6 +79,7 @@ class MeasuredBtf(Surface):
 
     images: BtfImages
     means: Float[np.ndarray, "V Lt J"]
+    form: str = ""
 
     def __post_init__(self) -> None:
         expected = (len(self.images.views), len(self.images.lights), self.images.basis.size)
@@ -133,7 +135,7 @@ class MeasuredBtf(Surface):
         """See `form.btf_form`."""
         from .form import btf_form
 
-        return btf_form(self.images, budget)
+        return btf_form(self.images, budget, name=self.form) if self.form else btf_form(self.images, budget)
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> MeasuredBtf:
@@ -158,7 +160,7 @@ class MeasuredBtf(Surface):
             float(given["texel_mm"]) if "texel_mm" in given else None,
             float(given["offset"]),
         )
-        return cls(images, np.asarray(given["means"], dtype=np.float64))
+        return cls(images, np.asarray(given["means"], dtype=np.float64), str(given.get("form", "")))
 
     def parameters(self) -> dict[str, Any]:
         """What rebuilds this surface; its images must be in files."""
@@ -184,4 +186,5 @@ class MeasuredBtf(Surface):
         }
         if not images.basis.is_sampled:
             found |= {"analysis": images.basis.analysis, "synthesis": images.basis.synthesis}
+        found |= {"form": self.form} if self.form else {}
         return found | ({} if images.texel_mm is None else {"texel_mm": images.texel_mm})

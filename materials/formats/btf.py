@@ -101,6 +101,8 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
     if images.texel_mm is not None:
         notes.append(f"a texel is {images.texel_mm:g} mm wide: so it was answered")
+    if answer.btf_form is not None:
+        notes.append(f"fast form {answer.btf_form}: so it was answered")
     label = set_name(path)
     views, lights = len(images.views), len(images.lights)
     spectral = basis.is_sampled
@@ -112,7 +114,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         geometry=f"{views} views x {lights} lights",
         notes=" + ".join([said, *notes] + ([] if spectral else [f"spectra by {LINEAR_UPLIFT}, of linear sRGB"])),
     )
-    parameters = MeasuredBtf(images, survey.means).parameters()
+    parameters = MeasuredBtf(images, survey.means, answer.btf_form or "").parameters()
     original = {"folder": printable(folder.name), "views_degrees": found.views, "lights_degrees": found.lights}
     taken = f"reflectance, by the names of its images; {', '.join(notes[:3])}"
     yield MaterialSource(f"btf/{id_word(label)}", "btf", "btf", parameters, provenance, path, original, taken)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -301,13 +301,16 @@ def _stored(
 ) -> ImportOutcome:
     if source is None or fitted.reason:
         return ImportOutcome(material.id, "failed", fitted.reason, seconds=fitted.seconds)
+    provenance = source.provenance
+    if fitted.fast is not None and fitted.fast.note:
+        provenance = replace(provenance, notes=" + ".join(filter(None, (provenance.notes, fitted.fast.note))))
     source = source.heard(in_bytes("copying", source.stored, say))
     record = MaterialRecord(
         source.id,
         source.family,
         source.model,
         source.parameters,
-        source.provenance,
+        provenance,
         fitted.fast,
         material.source_hash,
         source.original,

@@ -19,6 +19,9 @@ SpecularMap = Literal["f0-srgb", "f0-linear"]
 #: How numbers of images stand for light: by the curve of sRGB, linearly, linearly as X, Y and Z of CIE 1931.
 ImageEncoding = Literal["srgb", "linear", "xyz"]
 
+#: How a BTF is drawn: by local PCA, ours or as it was published; by fields of polynomials, or of so many lobes.
+BtfFormName = Literal["lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"]
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -31,7 +34,7 @@ class Answer:
 
     Of the images of a BTF: encoding; white, the linear number of a perfect diffuser lit and seen straight on, 1 at full
     scale, one or one a colour; includes_cosine, whether values fall with the cosine of the light; texel_mm; fill, the
-    share of images that may be made of their neighbours.
+    share of images that may be made of their neighbours; btf_form, the fast form that it gets.
 
     Raises
     ------
@@ -49,12 +52,13 @@ class Answer:
     includes_cosine: bool | None = None
     texel_mm: float | None = None
     fill: float | None = None
+    btf_form: BtfFormName | None = None
 
     def __post_init__(self) -> None:
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
         said += (("specular-map", self.specular_map, SpecularMap),)
-        said += (("encoding", self.encoding, ImageEncoding),)
+        said += (("encoding", self.encoding, ImageEncoding), ("btf-form", self.btf_form, BtfFormName))
         for field, words, known in said:
             if words is not None and words not in get_args(known):
                 raise UnknownNameError(field, str(words), get_args(known))

@@ -3,12 +3,18 @@
 import os
 import time
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from btf_samples import bumps, rgb_basis
 from btf_sets import NINE, written
 from metamer.cli.main import main
 from metamer.materials.btf import form
+from metamer.materials.btf.field_form import FieldForm
+from metamer.materials.btf.field_texels import FieldTexels
+from metamer.materials.btf.form import palette_of
+from metamer.materials.btf.polynomials import polynomials
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path
@@ -41,8 +47,8 @@ def wool(tmp_path):
     return folder
 
 
-def brought(source, catalogue, **more):
-    return import_sources([source], catalogue, jobs=1, answer=SAID, **more)
+def brought(source, catalogue, said=SAID, **more):
+    return import_sources([source], catalogue, jobs=1, answer=said, **more)
 
 
 @pytest.mark.parametrize("copy", [False, True])
@@ -152,3 +158,29 @@ def test_an_import_that_is_ended_in_the_middle_goes_on(wool, tmp_path, monkeypat
         patch.setattr(form, "btf_form", ends)
         brought(wool, tmp_path / "cat")
     assert brought(wool, tmp_path / "cat").count("imported") == 1
+
+
+@pytest.mark.parametrize("name", ["rfp", "rfnl-1", "lpca", "lpca-paper"])
+def test_a_fast_form_is_asked_for_by_its_name(wool, tmp_path, monkeypatch, name):
+    monkeypatch.undo()
+    folder = tmp_path / "cat"
+    assert brought(wool, folder, said=replace(SAID, btf_form=name)).count("imported") == 1
+    found = Catalogue.open(folder)["btf/wool"]
+    assert ("btf" if name.startswith("lpca") else "btf-field") == found.fast.NAME
+    assert f"fast form {name}: so it was answered" in found.provenance.notes
+    # Whoever fits again finds the same form, and whoever asks for another imports anew.
+    assert found.surface().own_form(0.5).NAME == found.fast.NAME
+    assert brought(wool, folder, said=replace(SAID, btf_form=name)).count("skipped") == 1
+    other = brought(wool, folder, said=SAID, dry_run=True)
+    assert other.count("new") == 1
+    assert not verify_catalogue(folder, jobs=1).damaged
+
+
+def test_a_form_that_nobody_asked_for_is_said(wool, tmp_path, monkeypatch):
+    matt = texture_form(WORKING_WAVELENGTHS_NM, np.full((1, 1, 81), 0.3))
+    chosen = FieldForm(FieldTexels(polynomials(bumps(2, 2)), palette_of(rgb_basis())), note="fast form rfp, chosen")
+    for given in (matt, chosen):
+        monkeypatch.setattr(form, "btf_form", lambda images, budget, given=given: given)
+        brought(wool, tmp_path / given.NAME)
+        notes = Catalogue.open(tmp_path / given.NAME)["btf/wool"].provenance.notes
+        assert notes.endswith(" + fast form rfp, chosen") == bool(given.note)
