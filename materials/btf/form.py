@@ -34,7 +34,10 @@ SIZES = {
 
 @dataclass(frozen=True, eq=False)
 class BtfForm(Fast):
-    """The fast form of a BTF: registered, each texel a few weights of its cluster's components (`local_pca`)."""
+    """The fast form of a BTF: registered, each texel a few weights of its cluster's components (`local_pca`).
+
+    texel_error : see `Fast.texel_error`; `error` is the same until somebody measures another one.
+    """
 
     NAME: ClassVar[str] = "btf"
     WORDS: ClassVar[str] = "local PCA"
@@ -42,6 +45,7 @@ class BtfForm(Fast):
 
     texels: BtfTexels
     error: FitError | None = None
+    texel_error: FitError | None = None  # pyright: ignore[reportIncompatibleMethodOverride]
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -57,8 +61,9 @@ class BtfForm(Fast):
         return BtfGathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
-        """The texels (`LocalPca.stored`) and the palette."""
-        return {"texels": self.texels.form.stored(), "palette": self.texels.palette.stored()}
+        """The texels (`LocalPca.stored`), the palette, and the error of the texels."""
+        kept = {"texels": self.texels.form.stored(), "palette": self.texels.palette.stored()}
+        return kept | ({} if self.texel_error is None else {"texel_error": self.texel_error.stored()})
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> BtfForm:
@@ -66,7 +71,8 @@ class BtfForm(Fast):
         palette = Palette.from_stored(kept["palette"])
         spectra = palette.samples[0].T
         basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
-        return cls(BtfTexels(LocalPca.from_stored(kept["texels"], basis), palette), error)
+        texel_error = FitError.from_stored(kept["texel_error"]) if "texel_error" in kept else None
+        return cls(BtfTexels(LocalPca.from_stored(kept["texels"], basis), palette), error, texel_error)
 
 
 def btf_form(
@@ -104,7 +110,8 @@ def btf_form(
 def _of_size(images: BtfImages, size: Size, seed: int, heard: Callable[[float], None]) -> BtfForm:
     found = local_pca(images, size, seed, lambda share: heard(0.9 * share))
     form = BtfForm(BtfTexels(found, palette_of(images.basis)))
-    return replace(form, error=measured(images, found, seed + 1, lambda share: heard(0.9 + 0.1 * share)))
+    error = measured(images, found, seed + 1, lambda share: heard(0.9 + 0.1 * share))
+    return replace(form, error=error, texel_error=error)
 
 
 def _mean(form: BtfForm) -> float:
@@ -134,10 +141,9 @@ def measured(
         true = truth[place]
         sample = table[cluster, ..., 0, :] + np.einsum("c,vlcj->vlj", share, table[cluster, ..., 1:, :])
         squares += [np.sum(np.square(one, dtype=np.float64)) for one in (sample - true, true)]
-        spectra = [
-            images.basis.reconstruct(one.reshape(-1, one.shape[2])[place % _SPECTRA :: _SPECTRA])
-            for one in (sample, true)
-        ]
+        # There may be fewer images than that.
+        first = place % min(_SPECTRA, true.shape[0] * true.shape[1])
+        spectra = [images.basis.reconstruct(one.reshape(-1, one.shape[2])[first::_SPECTRA]) for one in (sample, true)]
         extremes = np.maximum(extremes, [-spectra[0].min(), spectra[0].max(), spectra[1].max()])
         for light in range(len(LIGHTS)):
             at = slice(3 * light, 3 * light + 3)
