@@ -87,6 +87,9 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
             words = (f"{one.light} {one.p99:.3f}{_highlight(one)}" for one in error.lights)
             lines.append(("p99 by light", ", ".join(words)))
         lines.append(("protocol", error.protocol))
+    if record.fast is not None and (texels := record.fast.texel_error):
+        figures = f"mean {texels.mean:.3f}, p95 {texels.p95:.3f}, p99 {texels.p99:.3f}, max {texels.maximum:.3f}"
+        lines += [("of texels", f"ΔE94 {figures} ({texels.light})"), ("its protocol", texels.protocol)]
     if record.environment_error:
         lines += _environment(record, record.environment_error)
     return lines

@@ -151,6 +151,11 @@ class Fast(Surface):
         raise InputError(problem, field=self.NAME, found="no environment form", expected=expected)
 
     @property
+    def texel_error(self) -> FitError | None:
+        """Of single texels, views and lights, where the original was measured so; None of any other form."""
+        return None
+
+    @property
     def environment_error(self) -> FitError | None:
         """How far that is from the original, where it was measured (`slices.error`)."""
         return None

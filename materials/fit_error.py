@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+# Of each light, in the order of `LightError`.
+_FIGURES = ("mean", "p95", "p99", "maximum")
 
 
 @dataclass(frozen=True)
@@ -41,6 +48,24 @@ class FitError:
     most_negative: float = 0.0
     largest: float | None = None
     lights: tuple[LightError, ...] = ()
+
+    def stored(self) -> dict[str, Any]:
+        """What a form keeps of an error of its own: text, numbers and arrays."""
+        kept = {name: value for name, value in vars(self).items() if name != "lights" and value is not None}
+        if self.lights:
+            columns = {name: [getattr(one, name) for one in self.lights] for name in _FIGURES}
+            kept |= {name + "_by_light": np.array(each, dtype=np.float64) for name, each in columns.items()}
+            kept["lights"] = "\n".join(one.light for one in self.lights)
+        return kept
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any]) -> FitError:
+        """The error whose `stored()` this is."""
+        names = str(kept.get("lights", "")).split()
+        columns = [kept[name + "_by_light"].tolist() for name in _FIGURES] if names else []
+        lights = tuple(LightError(name, *each) for name, *each in zip(names, *columns, strict=True))
+        figures = {name: kept[name] for name in cls.__dataclass_fields__ if name != "lights" and name in kept}
+        return cls(**figures, lights=lights)
 
     @property
     def highlight(self) -> float | None:

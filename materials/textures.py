@@ -121,11 +121,7 @@ class Texture:
 
     def linear(self, rows: slice, size: tuple[int, int] | None = None) -> Float[np.ndarray, "h W 3"]:
         """Linear red, green and blue; `rows` and `size` as in `band`."""
-        chosen = self._laid_over(rows, size or self.size)
-        chosen = chosen[..., :3] if chosen.shape[-1] >= 3 else np.repeat(chosen[..., :1], 3, axis=-1)
-        if self.encoding == "linear" or chosen.dtype.kind == "f":
-            return _fractions(chosen)
-        return _linear_codes(8 * chosen.dtype.itemsize)[chosen]
+        return linear_of_codes(self._laid_over(rows, size or self.size), self.encoding)
 
     def _laid_over(self, rows: slice, size: tuple[int, int]) -> np.ndarray:
         if size == self.size:
@@ -240,6 +236,14 @@ def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "
     [0.0, 0.214, 1.0]
     """
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def linear_of_codes(codes: np.ndarray, encoding: Encoding) -> Float[np.ndarray, "*batch 3"]:
+    """Linear red, green and blue of (..., C) values as `Texture.values` has them."""
+    chosen = codes[..., :3] if codes.shape[-1] >= 3 else np.repeat(codes[..., :1], 3, axis=-1)
+    if encoding == "linear" or chosen.dtype.kind == "f":
+        return _fractions(chosen)
+    return _linear_codes(8 * chosen.dtype.itemsize)[chosen]
 
 
 @cache

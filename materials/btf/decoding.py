@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError, UnknownNameError
@@ -18,7 +18,7 @@ from ...spectral.observers import observer
 from ...spectral.private_folder import private_folder
 from ...spectral.upsampling import upsampling, xyz_from_rgb
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..textures import MOST_TEXELS, Texture
+from ..textures import MOST_TEXELS, Texture, linear_of_codes
 
 #: How an image's numbers stand for light: the curve of sRGB; linearly; linearly, as X, Y and Z of CIE 1931.
 Encoding = Literal["srgb", "linear", "xyz"]
@@ -63,26 +63,38 @@ class Coding:
         ------
         InputError : not an image that is read, cut short, not finite; floats that are said to be encoded.
         """
-        found = self._of_exr(data, file) if data.startswith(MAGIC) else self._of_codes(data, file, grey)
-        if self.encoding == "xyz" and not grey:
-            found = found @ np.linalg.inv(xyz_from_rgb()).T
-        return found
+        return self.decoded(self.codes(data, file, grey), grey)
 
-    def _of_codes(self, data: bytes, file: Path, grey: bool) -> Float[np.ndarray, "H W C"]:
+    def codes(self, data: bytes, file: Path, grey: bool = False) -> Shaped[np.ndarray, "H W C"]:
+        """An image's numbers as its file has them, in as many bytes: what `decoded` takes. See `linear`."""
+        return self._of_exr(data, file) if data.startswith(MAGIC) else self._of_picture(data, file, grey)
+
+    def decoded(self, codes: Shaped[np.ndarray, "*batch C"], grey: bool = False) -> Float[np.ndarray, "*batch D"]:
+        """Linear numbers of some texels of `codes`; float64."""
+        if codes.dtype.kind == "f":
+            found = codes.astype(np.float64)
+        else:
+            found = linear_of_codes(codes, "sRGB" if self.encoding == "srgb" else "linear")
+            found = found[..., :1] if grey else found
+        return found @ np.linalg.inv(xyz_from_rgb()).T if self.encoding == "xyz" and not grey else found
+
+    def _of_picture(self, data: bytes, file: Path, grey: bool) -> Shaped[np.ndarray, "H W C"]:
         texture = Texture("image", data, "sRGB" if self.encoding == "srgb" else "linear", file, "image")
         if texture.floating and self.encoding == "srgb":
             raise _encoded_floats(file)
-        values = texture.linear(slice(0, texture.size[0]))
-        if not grey:
-            return values
-        if (values != values[..., :1]).any():
+        values = texture.values
+        # Alpha is no light.
+        colours = values[..., :3] if values.shape[2] >= 3 else values[..., :1]
+        if grey and (colours != colours[..., :1]).any():
             expected = "grey, as one wavelength is"
             raise InputError(
                 "an image in colour", file=file, field="image", found="red, green, blue", expected=expected
             )
-        return values[..., :1]
+        if texture.floating and not grey:
+            colours = np.broadcast_to(colours, (*colours.shape[:2], 3))
+        return np.ascontiguousarray(colours[..., :1] if grey else colours)
 
-    def _of_exr(self, data: bytes, file: Path) -> Float[np.ndarray, "H W C"]:
+    def _of_exr(self, data: bytes, file: Path) -> Shaped[np.ndarray, "H W C"]:
         if self.encoding == "srgb":
             raise _encoded_floats(file)
         with private_folder() as folder:
@@ -97,11 +109,12 @@ class Coding:
         if lacking or not self.channels:
             found, expected = ", ".join(list(picture.channels)[:6]), f"channels {', '.join(self.channels[:6])}"
             raise InputError("channels unlike those of the other images", file=file, found=found, expected=expected)
-        planes = [picture.channels[name].astype(np.float64) for name in self.channels]
+        planes = [picture.channels[name] for name in self.channels]
         if len({plane.shape for plane in planes}) > 1 or not all(np.isfinite(plane).all() for plane in planes):
             expected = "finite numbers, channels of one size"
             raise InputError("not an image", file=file, found="other channels", expected=expected)
-        return np.stack(planes, axis=-1)
+        found = np.stack(planes, axis=-1)
+        return found if found.dtype.kind == "f" else found.astype(np.float64)
 
     def reflected(self, linear: Float[np.ndarray, "H W C"], cosine: float) -> Float[np.ndarray, "H W C"]:
         """f_r cos(theta_i), 1/sr, of linear numbers; `cosine` is that of the light."""

@@ -16,6 +16,7 @@ from ..fast import Fast, Summand
 from ..fit_error import FitError
 from .field_gathering import FieldGathering
 from .field_texels import FieldTexels
+from .judging import error_stored, stored_error
 from .lobe_field import LobeField
 from .lobe_gathering import LobeGathering
 from .polynomials import Polynomials
@@ -36,6 +37,7 @@ class FieldForm(Fast):
     texels: FieldTexels
     error: FitError | None = None
     note: str = ""
+    texel_error: FitError | None = None  # pyright: ignore[reportIncompatibleMethodOverride]
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -54,7 +56,8 @@ class FieldForm(Fast):
     def stored(self) -> dict[str, Any]:
         """What kind of field, the field (`ReflectanceField.stored`) and the palette."""
         field = self.texels.form
-        return {"kind": field.KIND, "field": field.stored(), "palette": self.texels.palette.stored()}
+        kept = {"kind": field.KIND, "field": field.stored(), "palette": self.texels.palette.stored()}
+        return kept | stored_error(self.texel_error)
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FieldForm:
@@ -65,4 +68,5 @@ class FieldForm(Fast):
         palette = Palette.from_stored(kept["palette"])
         spectra = palette.samples[0].T
         basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
-        return cls(FieldTexels(KINDS[kind].from_stored(kept["field"], basis), palette), error)
+        texels = FieldTexels(KINDS[kind].from_stored(kept["field"], basis), palette)
+        return cls(texels, error, texel_error=error_stored(kept))

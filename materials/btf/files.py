@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, Shaped
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
@@ -21,6 +22,8 @@ from .images import BtfImages
 OTHER_SIZE = "an image of another size"
 #: Decoded images that are kept, bytes.
 KEPT_BYTES = 64 << 20
+#: Images that are kept as their files' numbers, a fourth to an eighth of that each, bytes.
+HELD_BYTES = 512 << 20
 
 
 @runtime_checkable
@@ -35,6 +38,41 @@ class Bytes(Protocol):
     def read(self, rows: slice) -> np.ndarray:
         """Some of the bytes; raises `InputError` where they are not what they were."""
         ...
+
+
+class HeldCodes:
+    """Images as numbers of their files, 8 or 16 bits or floats, for texels that are asked for again and again.
+
+    An image is held when it is asked for a second time, until `most` bytes are: who goes through all of them once keeps
+    none, and who goes through more than there is room for, time and again, reads the rest from their files each time.
+
+    most : bytes. spilt : how many images there was no room for.
+    """
+
+    def __init__(self, most: int = HELD_BYTES) -> None:
+        self.most, self.nbytes = most, 0
+        self._codes: dict[tuple[int, int], list[np.ndarray]] = {}
+        self._asked: set[tuple[int, int]] = set()
+        self._spilt: set[tuple[int, int]] = set()
+
+    @property
+    def spilt(self) -> int:
+        """Images that are read from their files each time, since there is no room."""
+        return len(self._spilt)
+
+    def of(self, key: tuple[int, int], read: Callable[[], list[np.ndarray]]) -> list[np.ndarray]:
+        """The numbers of one image."""
+        if key in self._codes:
+            return self._codes[key]
+        codes = read()
+        size = sum(one.nbytes for one in codes)
+        if key in self._asked and self.nbytes + size <= self.most:
+            self._codes[key] = codes
+            self.nbytes += size
+        elif key in self._asked:
+            self._spilt.add(key)
+        self._asked.add(key)
+        return codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +101,7 @@ class BtfFiles(BtfImages):
     texel_mm: float | None = None
     offset: float = 0.0
     kept_bytes: int = KEPT_BYTES
+    held: HeldCodes = field(default_factory=HeldCodes, repr=False)
     _kept: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict, repr=False)
 
     def __post_init__(self) -> None:
@@ -90,25 +129,54 @@ class BtfFiles(BtfImages):
         """(K,2) views and lights of images that are made of those around them."""
         return np.argwhere((self.index < 0).any(axis=2))
 
-    def _read(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        cosine = float(self.lights.directions[light, 2])
-        planes, coding, numbers = [], self.coding, self.index[view, light].tolist()
-        file = self.data.file / self.name(view, light)
-        for band, number in enumerate(numbers):
-            first, last = int(self.starts[number]), int(self.starts[number + 1])
-            data = np.asarray(self.data.read(slice(first, last))).tobytes()
-            one = coding.band(band) if len(numbers) > 1 else coding
-            values = one.linear(data, file, grey=len(numbers) > 1)
-            if values.shape[:2] != (self.height, self.width):
-                found, expected = size_words(*values.shape[:2]), size_words(self.height, self.width)
-                raise InputError(OTHER_SIZE, file=file, found=found, expected=expected)
-            planes.append(one.reflected(values, cosine).astype(np.float32))
-        return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)
+    def texels(
+        self, view: int, light: int, rows: Int[np.ndarray, "*n"], columns: Int[np.ndarray, "*n"]
+    ) -> Float[np.ndarray, "*n J"]:
+        """See `BtfImages.texels`. Images that are asked for again stay in memory as `held` has room, undecoded."""
+        key = (int(view), int(light))
+        if key in self._kept:
+            return self._kept[key][rows, columns]
+        if (self.index[key] < 0).any():
+            found = np.zeros((*rows.shape, self.basis.size))
+            for pair, part in self._around(*key):
+                found += part * self.texels(*pair, rows, columns)
+            return found.astype(np.float32)
+        codes = self.held.of(key, lambda: self._codes(*key))
+        return self._decoded([band[rows, columns] for band in codes], light)
 
-    def name(self, view: int, light: int) -> str:
+    def _read(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
+        return self._decoded(self._codes(view, light), light)
+
+    def _codes(self, view: int, light: int) -> list[Shaped[np.ndarray, "H W C"]]:
+        """Numbers of an image as its file has them; of each wavelength's file, where there are several."""
+        numbers, found, file = self.index[view, light].tolist(), [], self.data.file
+        for band, number in enumerate(numbers):
+            file = self.data.file / self.name(view, light, band)
+            data = np.asarray(self.data.read(slice(int(self.starts[number]), int(self.starts[number + 1])))).tobytes()
+            one = self.coding.codes(data, file, grey=len(numbers) > 1)
+            if one.shape[:2] != (self.height, self.width):
+                size, expected = size_words(*one.shape[:2]), size_words(self.height, self.width)
+                raise InputError(OTHER_SIZE, file=file, found=size, expected=expected)
+            found.append(one)
+        # Grey stands for every colour; of wavelengths, there are as many as of the other images.
+        channels, expected = found[0].shape[2], self.basis.size
+        if len(found) == 1 and channels != expected and not (channels == 1 and expected == 3):
+            words = f"{expected} channels"
+            raise InputError("channels unlike those of the other images", file=file, found=channels, expected=words)
+        return found
+
+    def _decoded(self, codes: list[Shaped[np.ndarray, "*n C"]], light: int) -> Float[np.ndarray, "*n J"]:
+        cosine, grey = float(self.lights.directions[light, 2]), len(codes) > 1
+        planes = []
+        for number, band in enumerate(codes):
+            coding = self.coding.band(number) if grey else self.coding
+            planes.append(coding.reflected(coding.decoded(band, grey), cosine).astype(np.float32))
+        return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=-1)
+
+    def name(self, view: int, light: int, band: int = 0) -> str:
         """The name of an image's file in its folder; its directions, where the files were copied."""
         names: tuple[str, ...] = getattr(self.data, "names", ())
-        number = int(self.index[view, light, 0])
+        number = int(self.index[view, light, band])
         return names[number] if 0 <= number < len(names) else self.words(view, light)
 
     def words(self, view: int, light: int) -> str:
@@ -116,8 +184,11 @@ class BtfFiles(BtfImages):
         found = [*_degrees(self.lights.directions[light]), *_degrees(self.views.directions[view])]
         return " ".join(f"{name}{angle:03.4g}" for name, angle in zip(("tl", "pl", "tv", "pv"), found, strict=True))
 
-    def _filled(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """Of the lights around it, seen from there; where there are none, of the views around it in that light."""
+    def _around(self, view: int, light: int) -> list[tuple[tuple[int, int], float]]:
+        """What a missing image is made of, and the share of each.
+
+        Of the lights around it, seen from there; where there are none, of the views around it in that light.
+        """
         here = np.asarray((self.index >= 0).all(axis=2))
         if here[view].any():
             some = np.flatnonzero(here[view])
@@ -130,10 +201,12 @@ class BtfFiles(BtfImages):
                 raise InputError("an image without any neighbour", field=f"view {view}, light {light}")
             index, share = Hemisphere(self.views.directions[some]).shares(self.views.directions[view][None])
             pairs = [(int(one), light) for one in some[index[0]]]
+        return [(pair, part) for pair, part in zip(pairs, share[0].tolist(), strict=True) if part]
+
+    def _filled(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         found = np.zeros((self.height, self.width, self.basis.size))
-        for pair, part in zip(pairs, share[0].tolist(), strict=True):
-            if part:
-                found += part * self.image(*pair)
+        for pair, part in self._around(view, light):
+            found += part * self.image(*pair)
         return found.astype(np.float32)
 
     def with_offset(self, offset: float) -> BtfFiles:

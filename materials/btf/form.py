@@ -18,7 +18,7 @@ from .field_form import FieldForm
 from .field_texels import FieldTexels
 from .gathering import BtfGathering
 from .images import BtfImages
-from .judging import Sample, worst_mean
+from .judging import Sample, error_stored, stored_error, worst_mean
 from .lobe_field import lobe_field
 from .local_pca import LocalPca, Size, local_pca
 from .paper_pca import PaperPca, paper_pca
@@ -43,7 +43,10 @@ _FAR, _MOST_BYTES = 2.0, 128 << 20
 
 @dataclass(frozen=True, eq=False)
 class BtfForm(Fast):
-    """The fast form of a BTF: registered, each texel a few weights of its cluster's components (`local_pca`)."""
+    """The fast form of a BTF: registered, each texel a few weights of its cluster's components (`local_pca`).
+
+    texel_error : see `Fast.texel_error`; `error` is the same until somebody measures another one.
+    """
 
     NAME: ClassVar[str] = "btf"
     WORDS: ClassVar[str] = "local PCA"
@@ -51,6 +54,7 @@ class BtfForm(Fast):
 
     texels: BtfTexels
     error: FitError | None = None
+    texel_error: FitError | None = None  # pyright: ignore[reportIncompatibleMethodOverride]
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -69,7 +73,8 @@ class BtfForm(Fast):
         """What made the clusters, the texels (`ClusteredForm.stored`) and the palette."""
         form = self.texels.form
         (kind,) = (name for name, one in KINDS.items() if isinstance(form, one))
-        return {"kind": kind, "texels": form.stored(), "palette": self.texels.palette.stored()}
+        kept = {"kind": kind, "texels": form.stored(), "palette": self.texels.palette.stored()}
+        return kept | stored_error(self.texel_error)
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> BtfForm:
@@ -80,7 +85,8 @@ class BtfForm(Fast):
         palette = Palette.from_stored(kept["palette"])
         spectra = palette.samples[0].T
         basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
-        return cls(BtfTexels(KINDS[kind].from_stored(kept["texels"], basis), palette), error)
+        texels = BtfTexels(KINDS[kind].from_stored(kept["texels"], basis), palette)
+        return cls(texels, error, texel_error=error_stored(kept))
 
 
 AnyForm = TypeVar("AnyForm", bound="BtfForm | FieldForm")
@@ -182,7 +188,8 @@ def _of_size(images: BtfImages, size: Size, seed: int, heard: Callable[[float], 
 
 
 def _judged(form: AnyForm, sample: Sample) -> AnyForm:
-    return replace(form, error=sample.error_of(form.texels.form))
+    error = sample.error_of(form.texels.form)
+    return replace(form, error=error, texel_error=error)
 
 
 def _mean(form: BtfForm | FieldForm) -> float:

@@ -6,7 +6,7 @@ import abc
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
@@ -41,6 +41,12 @@ class BtfImages(abc.ABC):
     @abc.abstractmethod
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, not registered."""
+
+    def texels(
+        self, view: int, light: int, rows: Int[np.ndarray, "*n"], columns: Int[np.ndarray, "*n"]
+    ) -> Float[np.ndarray, "*n J"]:
+        """Some texels of `image`; for who comes back to the same images with others."""
+        return self.image(view, light)[rows, columns]
 
     def registered(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """The image moved back by what `offset` displaces it, linear between texels."""

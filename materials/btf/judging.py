@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -78,13 +78,10 @@ def _error(sample: Sample, form: Decoded) -> FitError:
     squares, extremes = np.zeros(2), np.zeros(3)
     for place, (true, made) in enumerate(zip(sample.truth, form.decoded(sample.texels), strict=True)):
         squares += [np.sum(np.square(one, dtype=np.float64)) for one in (made - true, true)]
-        # A form of few images may have none of those looked at.
-        spectra = [
-            images.basis.reconstruct(one.reshape(-1, one.shape[2])[place % _SPECTRA :: _SPECTRA])
-            for one in (made, true)
-        ]
-        lows, highs = ([float(reach(one)) for one in spectra] for reach in (_least, _most))
-        extremes = np.maximum(extremes, [-lows[0], highs[0], highs[1]])
+        # There may be fewer images than that.
+        first = place % min(_SPECTRA, true.shape[0] * true.shape[1])
+        spectra = [images.basis.reconstruct(one.reshape(-1, one.shape[2])[first::_SPECTRA]) for one in (made, true)]
+        extremes = np.maximum(extremes, [-spectra[0].min(), spectra[0].max(), spectra[1].max()])
         for light in range(len(LIGHTS)):
             at = slice(3 * light, 3 * light + 3)
             off[light].append(delta_e_xyz(true @ to_xyz[:, at], made @ to_xyz[:, at], whites[at]).ravel())
@@ -108,14 +105,16 @@ def _error(sample: Sample, form: Decoded) -> FitError:
     )
 
 
-def _least(spectra: np.ndarray) -> float:
-    return spectra.min(initial=0.0)
-
-
-def _most(spectra: np.ndarray) -> float:
-    return spectra.max(initial=0.0)
-
-
 def worst_mean(error: FitError) -> float:
     """Of the lights judged, the mean under the one where it is largest: what budgets of BTFs are about."""
     return max(light.mean for light in error.lights)
+
+
+def stored_error(error: FitError | None) -> dict[str, Any]:
+    """What a form's file keeps of the error of its texels."""
+    return {} if error is None else {"texel_error": error.stored()}
+
+
+def error_stored(kept: Mapping[str, Any]) -> FitError | None:
+    """The error whose `stored_error` is among these; None where there is none."""
+    return FitError.from_stored(kept["texel_error"]) if "texel_error" in kept else None

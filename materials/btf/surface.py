@@ -121,9 +121,9 @@ class MeasuredBtf(Surface):
                 view, light = divmod(int(pair[rows[0]]), len(images.lights))
                 point = rows // 9
                 row, column, part = between(uv[point] + moved[view], images.height, images.width)
-                texels = np.einsum("nk,nkj->nj", part, images.image(view, light)[row, column].astype(np.float64))
+                four = images.texels(view, light, row, column).astype(np.float64)
                 # Beyond what was measured, a point may have one image twice.
-                np.add.at(found, point, share[rows, None] * texels)
+                np.add.at(found, point, share[rows, None] * np.einsum("nk,nkj->nj", part, four))
             out[lit] = found / wi[:, 2:]
         return out
 

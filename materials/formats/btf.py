@@ -21,7 +21,7 @@ from ...spectral.formats.spectral_exr import wavelength_of
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
-from ..btf.decoding import LINEAR_UPLIFT, Coding, uplifted_basis
+from ..btf.decoding import LINEAR_UPLIFT, Coding, is_grey, uplifted_basis
 from ..btf.files import BtfFiles
 from ..btf.hemisphere import Hemisphere
 from ..btf.registration import registered
@@ -30,7 +30,7 @@ from ..input_file import head_of
 from ..records.material import Provenance
 from ..records.stored_files import StoredFiles
 from ..source import MaterialSource, Rejected
-from .btf_names import directions_of, image_name, is_first, members, set_folder, set_name
+from .btf_names import bare_numbers, directions_of, image_name, is_first, members, set_folder, set_name
 from .btf_survey import Sorted, sorted_files, surveyed
 from .measured import placed
 from .naming import id_word, printable
@@ -91,7 +91,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     folder = set_folder(path)
     found = sorted_files(members(path), folder)
     with placed(folder):
-        coding, basis, notes = _coding(found, answer, uplift)
+        coding, basis, notes = _coding(found, folder, answer, uplift)
         images = _images(found, folder, coding, basis, answer)
         survey = surveyed(images, FILL if answer.fill is None else answer.fill, folder)
         registration = registered(survey.images, survey.pictures)
@@ -148,7 +148,7 @@ def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:
     raise problem if isinstance(problem, InputError) else InputError("cannot be read", found=str(problem))
 
 
-def _coding(found: Sorted, answer: Answer, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
+def _coding(found: Sorted, folder: Path, answer: Answer, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
     """How the images are decoded, what they are coefficients of, and notes on what says so."""
     first = next((file for file in found.files if _says(file)), found.files[0])
     head = head_of(first)
@@ -170,6 +170,16 @@ def _coding(found: Sorted, answer: Answer, uplift: str) -> tuple[Coding, Spectra
     white, by_white = answer.white, "so it was answered"
     if white is None and kind == "T":
         white, by_white = (1.0,), "as channels of reflectance have it"
+    numbers = bare_numbers(folder) if nm is None else []
+    if numbers and not head.startswith(MAGIC) and is_grey(first.read_bytes()):
+        raise InputError(
+            "grey images in folders that are numbers: of one wavelength each, or grey samples",
+            file=folder.parent,
+            field="folders",
+            found=", ".join(numbers[:6]),
+            expected="a wavelength that says so, as in 550nm, or a name",
+            hint="rename these folders: 550 to 550nm where it is a wavelength, else to a name with letters",
+        )
     asked = [
         words
         for words, known in (

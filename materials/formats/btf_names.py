@@ -3,7 +3,7 @@
 UBO2003 writes `00001 tl000 pl000 tv000 pv000.jpg`, UTIA `tl000_pl000_tv000_pv000.png`, each view in a folder of its
 own, `tv000_pv000`: tl and pl are theta and phi of the light, tv and pv those of the view. Angles that the name of a
 file lacks are those in the names of its folders. Running numbers say nothing. A set may have a file for each
-wavelength, whose name, or whose folder's, says it (`550nm`).
+wavelength, whose name, or whose folder's, says it (`550nm`, `w550`, `lambda=550`); a number alone does not.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ from jaxtyping import Float
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".exr", ".tif", ".tiff")
 _ANGLE = re.compile(r"(?<![a-z])(tl|pl|tv|pv)[ _=]?(-?\d+(?:\.\d+)?)(?![a-z])", re.IGNORECASE)
-_LENGTH = re.compile(r"(?<![\d.,a-z])(\d{3,4}(?:[.,]\d+)?) ?nm(?![a-z])", re.IGNORECASE)
+# 550nm, 550.5 nm, 550_nm; or what laboratories put before the number: w550, wl_550, lambda=550.
+_LENGTH = re.compile(
+    r"(?<![\d.,a-z])(\d{3,4}(?:[.,]\d+)?)[ _]?nm(?![a-z])"
+    r"|(?<![a-z])(?:wl?|wave|wavelength|lambda|\u03bb)[ _=-]?((?:[2-9]\d\d|1\d{3})(?:[.,]\d+)?)(?![a-z\d])",
+    re.IGNORECASE,
+)
 # A number that stands alone.
 _NUMBER = re.compile(r"(?<![A-Za-z0-9])\d+(?![A-Za-z0-9])")
 # Folders of views, and of wavelengths, lie in each other: so many levels.
@@ -60,7 +65,7 @@ def _image_name(stem: str, folders: tuple[str, ...]) -> ImageName | None:
         if number == 0 and not here:
             return None
         if length is None and (said := _LENGTH.search(text)):
-            length = float(said[1].replace(",", "."))
+            length = float((said[1] or said[2]).replace(",", "."))
     if len(found) < 4:
         return None
     rest = re.sub(r"[\W_]+", " ", _NUMBER.sub(" ", _LENGTH.sub(" ", _ANGLE.sub(" ", stem).replace("_", " "))))
@@ -136,6 +141,21 @@ def set_name(path: Path) -> str:
         if (one := image_name(path.parent / beside))
     }
     return f"{folder.name} {name.rest}".strip() if name and len(others) > 1 else folder.name
+
+
+def bare_numbers(folder: Path) -> list[str]:
+    """Names of a set's folder and of those beside it, where all are numbers that could be wavelengths in nm."""
+    if not _could_be_nm(folder.name):
+        return []
+    try:
+        beside = sorted(one.name for one in folder.parent.iterdir() if one.is_dir() and not one.name.startswith("."))
+    except OSError:
+        return []
+    return beside if len(beside) > 2 and all(map(_could_be_nm, beside)) else []
+
+
+def _could_be_nm(name: str) -> bool:
+    return re.fullmatch(r"\d{3,4}", name) is not None and 300 <= int(name) <= 1100
 
 
 def directions_of(degrees: Iterable[Any]) -> Float[np.ndarray, "D 3"]:

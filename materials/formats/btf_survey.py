@@ -73,7 +73,8 @@ def sorted_files(paths: list[Path], folder: Path) -> Sorted:
             field="names",
             found=_few(same, folder),
             expected="each view and light once",
-            hint="move one of each to another folder; of different samples, give each its own",
+            hint="move one of each to another folder; of different samples, give each its own; of different "
+            "wavelengths, write them as in 550nm",
         )
     views, lights = sorted({key[0] for key in keys.values()}), sorted({key[1] for key in keys.values()})
     bands = sorted(lengths, key=lambda length: length or 0.0)
