@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .catalogue_words import CATALOGUE_HELP, opened, say
+from .shared import progress_bar
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
     from ..materials.records.material import MaterialRecord
 
 # Names of `materials.exporting.FORMATS`, which is imported only when something is exported.
-_FORMATS = "csv, cxf, exr, gltf, merl or mitsuba"
+_FORMATS = "csv, cxf, exr, gltf, merl, mitsuba, ubo or ubo-spectral"
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -41,7 +42,11 @@ def run(args: argparse.Namespace) -> int:
 
     catalogue = opened(args.catalogue)
     ids = tuple(dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern)))
-    done = export(_Records(catalogue, ids), args.format, args.out, force=args.force)
+    with progress_bar("Writing", after=1.0) as progress:
+        records = _Records(catalogue, ids)
+        done = export(
+            records, args.format, args.out, force=args.force, progress=lambda n, of: progress(n, of, "images")
+        )
     # What is true of every file is said once.
     common = [note for note in done[0].notes if all(note in one.notes for one in done)] if len(done) > 1 else []
     for exported in done:

@@ -7,6 +7,7 @@ import uuid
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -44,22 +45,30 @@ class ExportFormat:
     together : one file can hold several materials.
     write : (path, records) -> notes; of a folder, the path is there and empty.
     words : what is written, for the help.
+    counts : `write` takes, third, who hears how many of its files are written, of how many: there are thousands.
     """
 
     suffix: str
     together: bool
-    write: Callable[[Path, Iterable[MaterialRecord]], tuple[str, ...]]
+    write: Callable[..., tuple[str, ...]]
     words: str
+    counts: bool = False
 
 
 def export(
-    records: Collection[MaterialRecord], format_name: str, out: str | Path, *, force: bool = False
+    records: Collection[MaterialRecord],
+    format_name: str,
+    out: str | Path,
+    *,
+    force: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[Exported, ...]:
     """Write materials in a format of `FORMATS`.
 
     `out` is the file, or, where it is a folder or a format's files hold one of several materials each, the folder of
     files named after the materials. A Mitsuba scene is a folder itself. Either everything is written or nothing.
-    `records` are asked for once, one after the other.
+    `records` are asked for once, one after the other. `progress` hears of materials with thousands of files how many of
+    them are written, of how many.
 
     Raises
     ------
@@ -89,7 +98,7 @@ def export(
             if not how.suffix:
                 place.mkdir()
             with _placed(work, folder):
-                done[name] = how.write(place, group)
+                done[name] = how.write(place, group, progress) if how.counts else how.write(place, group)
         written = sorted(path.relative_to(work) for path in work.rglob("*") if path.is_file())
         _check_free(folder, map(str, written), force, how)
         if into_folder:
@@ -305,6 +314,30 @@ def _gltf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def _btf(
+    path: Path, records: Iterable[MaterialRecord], heard: Callable[[int, int], None], spectral: bool = False
+) -> tuple[str, ...]:
+    """The images as they were measured; they have to be where they were."""
+    from .btf.surface import MeasuredBtf
+    from .formats.btf_writer import write_btf
+
+    (record,) = records
+    with _of(record):
+        surface = record.surface()
+        if not isinstance(surface, MeasuredBtf):
+            expected = "a BTF, which has images from many sides under many lights"
+            raise InputError("no images to write", found=record.model, expected=expected, hint="use another --format")
+        sampled = surface.images.basis.is_sampled
+        if not sampled and spectral:
+            said = [f"{record.id}: its spectra are made up of red, green and blue"]
+        elif sampled and not spectral:
+            said = [f"{record.id}: its spectra are left out; --format ubo-spectral has them"]
+        else:
+            said = []
+        notes = write_btf(path, surface.images, spectral, _lines(record.id, provenance_tags(record)) + said, heard)
+    return (*notes, *said)
+
+
 FORMATS = {
     "csv": ExportFormat(".csv", True, _csv, "table of spectra"),
     "cxf": ExportFormat(".cxf", True, _cxf, "CxF3: spectra, Lab under D50, provenance"),
@@ -314,4 +347,6 @@ FORMATS = {
     ),
     "merl": ExportFormat(".binary", False, _merl, "MERL table of the BRDF in red, green and blue"),
     "mitsuba": ExportFormat("", False, _mitsuba, "folder with a Mitsuba 3 scene of the material on a sphere"),
+    "ubo": ExportFormat("", False, _btf, "folder of a BTF's images under UBO2003's names: OpenEXR, linear sRGB", True),
+    "ubo-spectral": ExportFormat("", False, partial(_btf, spectral=True), "the same, a channel a wavelength", True),
 }

@@ -319,6 +319,13 @@ def test_a_merl_table_with_its_words_beside_it(tmp_path):
     assert "licence: CC0" in text and "linear sRGB" in text
 
 
+@pytest.mark.parametrize("form", ["ubo", "ubo-spectral"])
+def test_what_has_no_images_is_no_btf(tmp_path, lambert, form):
+    with pytest.raises(InputError, match="no images to write"):
+        export([of("x/grey", lambert)], form, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
 # Killed
 
 KILLED = """
