@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,6 +19,9 @@ from ...materials.btf.paper_pca import paper_pca
 from ...materials.btf.texels import BtfTexels
 from .rows import Reconstruct
 from .stored import stored_bytes
+
+#: Bytes a texel that local PCA is held to.
+BYTES = 30.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +66,7 @@ def methods(full: bool) -> list[Method]:
             Method(f"rfnl-{count}", partial(_lobes, lobes=count), True, count != 2, held=count == 2)
             for count in (1, 2, 4)
         ),
+        Method("lpca", _of_bytes, True, True, f"{BYTES:g} B"),
         *(Method("lpca", partial(_ours, size=size), True, size != "medium", size, size == "medium") for size in SIZES),
     ]
     return [method for method in found if full or not method.full]
@@ -88,6 +92,20 @@ def _paper(images: BtfImages, clusters: int = 32, components: int = 8) -> Made:
 def _ours(images: BtfImages, size: str) -> Made:
     begun = time.process_time()
     form: BtfForm = btf_form(images, SIZES[size])
+    return _clustered(images, form.texels, form.stored(), time.process_time() - begun)
+
+
+def _of_bytes(images: BtfImages) -> Made:
+    """The medium size, but as many clusters as `BYTES` a texel have room for: of large samples more than of small."""
+    begun = time.process_time()
+    size = SIZES["medium"]
+    form = btf_form(images, size)
+    count = len(form.texels.table)
+    each = stored_bytes({"parts": form.stored()["texels"]["parts"]}) / count
+    room = BYTES * images.height * images.width - stored_bytes(form.stored())
+    clusters = int(np.clip(count + room // max(each, 1.0), 1, 256))
+    if clusters != count:
+        form = btf_form(images, replace(size, clusters=clusters))
     return _clustered(images, form.texels, form.stored(), time.process_time() - begun)
 
 

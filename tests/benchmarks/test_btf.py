@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from btf_samples import bumps
 from metamer.benchmarks.btf import benchmark, cases, environments, speed, under_light
 from metamer.benchmarks.btf.compared import rows_of
-from metamer.benchmarks.btf.methods import methods
+from metamer.benchmarks.btf.methods import BYTES, methods
 from metamer.benchmarks.btf.rows import BARS, row, seen_error, with_bars, within
 from metamer.benchmarks.btf.stored import stored_bytes
 from metamer.materials.formats.btf_names import directions_of
@@ -83,6 +84,12 @@ def test_bytes_are_those_of_the_data_sets():
     random = np.random.default_rng(0).integers(0, 256, 5000).astype(np.uint8)
     assert 5000 <= stored_bytes({"of": {"random": random}}) < 5200
     assert stored_bytes({"same": np.zeros(5000, np.uint8), "text": "no data set"}) < 500
+
+
+def test_a_form_of_so_many_bytes_has_clusters_for_all_of_them():
+    images, ways = bumps(64, 64, views=3, lights=3), {way.size: way for way in methods(True)}
+    medium, filled = (ways[size].make(images) for size in ("medium", "30 B"))
+    assert medium.bytes_per_texel < 25.0 < filled.bytes_per_texel <= 1.01 * BYTES
 
 
 def made(case, method, texels, mean, bytes_per_texel):
