@@ -327,13 +327,9 @@ def _btf(
         if not isinstance(surface, MeasuredBtf):
             expected = "a BTF, which has images from many sides under many lights"
             raise InputError("no images to write", found=record.model, expected=expected, hint="use another --format")
-        sampled = surface.images.basis.is_sampled
-        if not sampled and spectral:
-            said = [f"{record.id}: its spectra are made up of red, green and blue"]
-        elif sampled and not spectral:
-            said = [f"{record.id}: its spectra are left out; --format ubo-spectral has them"]
-        else:
-            said = []
+        measured = surface.images.basis.is_sampled
+        words = "are made up of red, green and blue" if spectral else "are left out; --format ubo-spectral has them"
+        said = [] if measured == spectral else [f"{record.id}: its spectra {words}"]
         notes = write_btf(path, surface.images, spectral, _lines(record.id, provenance_tags(record)) + said, heard)
     return (*notes, *said)
 
