@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 
 from ..spectral.errors import InputError, UnknownNameError
 from .tangents import Tangents, horizontal_tangents, uv_tangents
+from .true_size import uv_lengths
 from .vectors import Number, VectorLike, dot, unit
 
 # A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
@@ -141,23 +142,26 @@ class Mesh:
         translate: VectorLike = (0.0, 0.0, 0.0),
         uv_scale: Number | Sequence[Number] = 1.0,
         uv_rotate_deg: Number = 0.0,
+        uv_size_mm: Number | Sequence[Number] | None = None,
     ) -> Mesh:
         """The mesh scaled, then turned about x, y and z in this order, then moved: the keys of a part of a scene file.
 
         uv_rotate_deg turns textures anticlockwise about (u, v) = (0, 0), then uv_scale repeats them so many times as
         often: one number, or one for u and one for v; a negative one mirrors. What lies along u, as the grain of an
-        anisotropic material, turns with it.
+        anisotropic material, turns with it. uv_size_mm, in place of uv_scale, is how wide and high a texture is on
+        the placed mesh, whose unit is a metre: on average, where it is laid out unevenly (`notes` say so).
 
         Raises
         ------
-        InputError : scales flatten the mesh; textures are to be turned of a mesh without texture coordinates.
+        InputError : scales flatten the mesh; textures are to be turned of a mesh without texture coordinates; a size
+        of a texture beside uv_scale, or one that is not above 0.
 
         >>> from metamer.lighting.shapes import plane
         >>> plane(2.0, 2.0).placed(scale=0.5, rotate_deg=(90, 0, 0), translate=(0, 0, 3)).bounds[1].round(6).tolist()
         [0.5, 0.5, 3.0]
         """
         repeats = np.broadcast_to(np.asarray(uv_scale, dtype=np.float64), 2)
-        stated = bool((repeats != 1.0).any() or uv_rotate_deg)
+        stated = bool((repeats != 1.0).any() or uv_rotate_deg or uv_size_mm is not None)
         if stated and self.uv is None:
             hint = "unwrap it in the program that made it and export it again"
             raise InputError("the mesh has no texture coordinates", field="uv_scale", found=self.name, hint=hint)
@@ -176,7 +180,15 @@ class Mesh:
         angle = np.deg2rad(uv_rotate_deg)
         u, v = placed.uv.T
         turned = np.stack([np.cos(angle) * u + np.sin(angle) * v, np.cos(angle) * v - np.sin(angle) * u], axis=1)
-        return replace(placed, uv=turned * repeats)
+        if uv_size_mm is None:
+            return replace(placed, uv=turned * repeats)
+        size = np.broadcast_to(np.asarray(uv_size_mm, dtype=np.float64), 2)
+        if (repeats != 1.0).any() or not (np.isfinite(size) & (size > 0.0)).all():
+            expected = "millimetres, more than 0, and no uv_scale beside it"
+            raise InputError("not a size of a texture", field="uv_size_mm", found=uv_size_mm, expected=expected)
+        lengths = uv_lengths(placed.vertices[placed.faces], turned[placed.faces], placed.name)
+        said = () if lengths.words is None else (f"{placed.name}: {lengths.words}",)
+        return replace(placed, uv=turned * (1000.0 * lengths.mean / size), notes=(*placed.notes, *said))
 
     def part(self, name: str) -> Mesh:
         """Only the triangles of the part called `name`."""

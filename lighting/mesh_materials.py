@@ -21,7 +21,7 @@ def worn_meshes(
     Parameters
     ----------
     worn : by the name of a material in the file an id of the catalogue, or a table with `material`, `uv_scale`,
-        `uv_rotate_deg`.
+        `uv_rotate_deg`, `uv_size_mm`.
     rest : what pieces wear that are not named in `worn`; None: every piece has to be.
     path, where : of the scene file and the table in it, for messages.
 

@@ -173,7 +173,7 @@ def _parts(
     for field, right in foreign.items():
         if field in got:
             raise InputError("not a key of this part", file=path, field=f"{where}.{field}", expected=right)
-    places = ("scale", "rotate_deg", "translate", "uv_scale", "uv_rotate_deg")
+    places = ("scale", "rotate_deg", "translate", "uv_scale", "uv_rotate_deg", "uv_size_mm")
     place = {key: got[key] for key in places if key in got}
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
@@ -203,7 +203,10 @@ def _parts(
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
         with placed(path, where):
-            there = mesh.placed(**(place | own))
+            # What one piece is told of its texture's size takes the place of what all are, whichever way it is said.
+            sized = {"uv_scale", "uv_size_mm"}
+            rest = {key: value for key, value in place.items() if not (sized & own.keys() and key in sized)}
+            there = mesh.placed(**(rest | own))
         yield Part(part_name, there, material)
 
 

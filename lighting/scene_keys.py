@@ -34,9 +34,10 @@ PART = {
     "scale": "scale",
     "uv_scale": "uv_scale",
     "uv_rotate_deg": "number",
+    "uv_size_mm": "uv_size",
 }
 # What one material of a mesh file can be told beside its id.
-WORN = {"material": "text", "uv_scale": "uv_scale", "uv_rotate_deg": "number"}
+WORN = {"material": "text", "uv_scale": "uv_scale", "uv_rotate_deg": "number", "uv_size_mm": "uv_size"}
 # What each generated shape can be told beside the keys of every part.
 SHAPES = {
     "sphere": {"subdivisions": "count", "uv": "flag"},
@@ -74,6 +75,7 @@ EXPECTED = {
     "vector": "a list of three finite numbers",
     "scale": "a number or a list of three, none of them 0",
     "uv_scale": "a number or a list of two, none of them 0",
+    "uv_size": "millimetres, or a list of two, more than 0",
 }
 
 
@@ -110,6 +112,8 @@ def _fits(value: Any, kind: str) -> bool:
     vector = len(items) == 3 and all(_fits(item, "number") for item in items)
     if kind == "vector":
         return vector
+    if kind == "uv_size":
+        return _fits(value, "uv_scale") and all(item > 0 for item in (items or [value]))
     if kind in ("scale", "uv_scale"):
         several = len(items) == (3 if kind == "scale" else 2) and all(_fits(item, "number") for item in items)
         return (number and value != 0) or (several and all(item != 0 for item in items))
