@@ -39,11 +39,10 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Draw; 0, or 4 where a file could not be used or nothing fits."""
-    from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.errors import InputError
     from ..spectral.files import check_writable
     from ..viewer.picture import lit_by
-    from ..viewer.preview import contact_sheet, thumbnails, write_sheet
+    from ..viewer.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
 
     png, html = args.png, args.html
     if png is None and html is None:
@@ -60,9 +59,9 @@ def run(args: argparse.Namespace) -> int:
             found += f", and {len(unusable)} files that cannot be used"
             hint = "metamer catalogue verify CAT says what is wrong with each"
         raise InputError("nothing to show", file=catalogue.folder, found=found, expected="one at least", hint=hint)
-    scene = lit_by(load_scene(shipped_scene("thumbnail")), args.illuminant)
+    scene, cloth = (lit_by(thumbnail_scene(model), args.illuminant) for model in ("", "btf"))
     with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:
-        drawn = list(thumbnails(catalogue, asked.fitting, scene, renderer, args.size, progress))
+        drawn = list(thumbnails(catalogue, asked.fitting, scene, renderer, args.size, progress, cloth))
         words = _words(scene, renderer.made_by, len(drawn))
     if png is not None:
         write_sheet(png, contact_sheet(drawn, args.columns, f"{catalogue.folder.resolve().name}: {words}"))
@@ -79,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _words(scene: Scene, made_by: str, count: int) -> str:
     lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
-    return f"{count} materials, their factor packs on a {scene.name.lower()} under {lights}, {made_by}"
+    return f"{count} materials, their fast forms on a {scene.name.lower()}, BTFs on a cloth, under {lights}, {made_by}"
 
 
 def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:

@@ -141,12 +141,12 @@ def _stated(record: MaterialRecord) -> str:
 
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
-    from ..lighting.scene_files import load_scene, shipped_scene
     from ..viewer.material_facts import material_page
+    from ..viewer.preview import thumbnail_scene
 
     if record.is_surface:
         with renderer_for(renderer) as drawing:
-            text = material_page(record, load_scene(shipped_scene("thumbnail")), drawing)
+            text = material_page(record, thumbnail_scene(record.model), drawing)
     else:
         text = material_page(record)
     write_text(path, text)

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from ..lighting.scene import Scene
+from ..lighting.scene_files import load_scene, shipped_scene
 from ..materials.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
 from ..materials.records.query import Summary
@@ -24,6 +25,8 @@ from .sheet_text import fitted_line, sheet_font, write_line
 _CAPTION_POINTS = 11
 _LINES = 3
 _GAP = 12
+# The model of records that are worn on a cloth.
+_BTF = "btf"
 _PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
 
 
@@ -47,20 +50,25 @@ def thumbnails(
     renderer: Renderer,
     pixels: int = 128,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    cloth: Scene | None = None,
 ) -> Iterator[Thumbnail]:
     """One thumbnail a summary, in that order; `scene`, whose reviewed part wears each material, is kept between them.
 
+    cloth : what BTFs are worn on instead (`thumbnail_scene`); None: the same as all.
+
     A file that cannot be used gives a grey thumbnail with the reason; it holds up no other.
     """
-    camera = replace(scene.camera(), width=pixels, height_px=pixels)
-    scene = replace(scene, cameras=(camera,))
+    scene, cloth = (
+        replace(one, cameras=(replace(one.camera(), width=pixels, height_px=pixels),))
+        for one in (scene, cloth or scene)
+    )
     display = display_for(scene.viewing)
     on = display_pass(renderer, display)
     for number, summary in enumerate(summaries, start=1):
         try:
             record = catalogue.load(summary.id)
             picture = (
-                material_picture(record, scene, renderer, display, on)[0]
+                material_picture(record, cloth if record.model == _BTF else scene, renderer, display, on)[0]
                 if record.is_surface
                 else _curve(record, pixels)
             )
@@ -68,6 +76,11 @@ def thumbnails(
         except InputError as reason:
             yield Thumbnail(summary, np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8), str(reason))
         progress(number, len(summaries), summary.id)
+
+
+def thumbnail_scene(model: str) -> Scene:
+    """What thumbnails show a material of this model on: a sphere, or of BTFs a cloth, which turns them every way."""
+    return load_scene(shipped_scene("thumbnail_cloth" if model == _BTF else "thumbnail"))
 
 
 def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "") -> UInt8[np.ndarray, "H W 3"]:

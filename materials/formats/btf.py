@@ -95,7 +95,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         images = _images(found, folder, coding, basis, answer)
         survey = surveyed(images, FILL if answer.fill is None else answer.fill, folder)
         registration = registered(survey.images, survey.pictures)
-    images = survey.images.with_offset(registration.offset)
+    images = _without_unused(survey.images, folder).with_offset(registration.offset)
     notes += [*survey.notes, registration.words]
     if survey.negative:
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
@@ -131,6 +131,19 @@ def _images(found: Sorted, folder: Path, coding: Coding, basis: SpectralBasis, a
     images = BtfFiles(views, lights, 1, 1, basis, data, starts, found.index, coding, answer.texel_mm)
     height, width = _size(images, found)
     return replace(images, height=height, width=width)
+
+
+def _without_unused(images: BtfFiles, folder: Path) -> BtfFiles:
+    """The same without the files that cannot be used: a record does not need them to be there."""
+    data = images.data
+    assert isinstance(data, StoredFiles)
+    used = np.unique(images.index[images.index >= 0])
+    if len(used) == len(data.names):
+        return images
+    names, sizes = (tuple(each[number] for number in used.tolist()) for each in (data.names, data.sizes))
+    starts = np.concatenate([[0], np.cumsum(np.array(sizes, dtype=np.int64))])
+    index = np.where(images.index >= 0, np.searchsorted(used, images.index), -1)
+    return replace(images, data=StoredFiles.of(folder, names, sizes=sizes), starts=starts, index=index)
 
 
 def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-SUFFIXES = (".jpg", ".jpeg", ".png", ".exr", ".tif", ".tiff")
+SUFFIXES = (".jpg", ".jpeg", ".png", ".exr", ".tif", ".tiff", ".bmp", ".webp")
 _ANGLE = re.compile(r"(?<![a-z])(tl|pl|tv|pv)[ _=]?(-?\d+(?:\.\d+)?)(?![a-z])", re.IGNORECASE)
 # 550nm, 550.5 nm, 550_nm; or what laboratories put before the number: w550, wl_550, lambda=550.
 _LENGTH = re.compile(
@@ -118,7 +118,8 @@ def _members(folder: Path, rest: str, changed_ns: tuple[int, ...]) -> tuple[Path
         for name in names:
             file = Path(here) / name
             said = None if name.startswith(".") else image_name(file)
-            if said is not None and said.rest == rest and set_folder(file) == folder:
+            # What a link leads nowhere to is missing.
+            if said is not None and said.rest == rest and file.is_file() and set_folder(file) == folder:
                 found.append(file)
     return tuple(sorted(found))
 
@@ -176,7 +177,8 @@ def _before(path: Path) -> Iterable[ImageName | None]:
 def _images_in(folder: Path, changed_ns: int) -> tuple[str, ...]:
     """Names of a folder's images."""
     try:
-        names = sorted(os.listdir(folder))  # noqa: PTH208
+        with os.scandir(folder) as entries:
+            names = sorted(entry.name for entry in entries if entry.is_file())
     except OSError:
         return ()
     return tuple(name for name in names if not name.startswith(".") and image_name(folder / name) is not None)

@@ -83,7 +83,10 @@ def _local(path: Path, named: bool = True) -> Iterator[InputFile]:
     # A pipe or a device would wait for ever.
     files = sorted(file for file in files if file.is_file())
     if not files:
-        raise InputError("nothing to import", file=path, found="an empty folder", expected="files of materials")
+        found, hint = "an empty folder", ""
+        if any(one.is_symlink() and one.is_dir() for one in path.iterdir()):
+            found, hint = "links to folders, which are not followed", "name the folders that they lead to"
+        raise InputError("nothing to import", file=path, found=found, expected="files of materials", hint=hint)
     yield from (InputFile(file, str(file), False) for file in files)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.preview import contact_sheet, thumbnails
+from metamer.viewer.preview import contact_sheet, thumbnail_scene, thumbnails
 from metamer.viewer.sheet_text import line_length, write_line
 from metamer.viewer.software import SoftwareRenderer
 from PIL import Image, ImageFont
@@ -150,3 +150,13 @@ def test_where_every_file_is_damaged_it_says_so(metamer, folder, tmp_path):
         file.write_bytes(b"garbage")
     code, _, err = metamer("catalogue", "preview", folder, "--html", tmp_path / "x.html")
     assert code == 4 and "3 files that cannot be used" in err and "catalogue verify" in err
+
+
+def test_a_btf_is_shown_on_a_cloth():
+    """The sphere's thumbnail fills the middle alone; a cloth hangs from side to side."""
+    worn = {model: thumbnail_scene(model) for model in ("btf", "cook_torrance")}
+    assert {model: scene.parts[0].name for model, scene in worn.items()} == {"btf": "cloth", "cook_torrance": "sphere"}
+    assert worn["btf"].parts[0].mesh.uv is not None
+    assert [light.spectrum_name for light in worn["btf"].lights] == [
+        light.spectrum_name for light in worn["cook_torrance"].lights
+    ]
