@@ -1,9 +1,12 @@
-"""A BTF of bumps that shine, made on the spot: full rank, with views and lights of UBO2003's rings."""
+"""A BTF of bumps that shine, made on the spot: full rank, views and lights of UBO2003's rings; and a sky for it."""
 
 import numpy as np
+from metamer.lighting.environment import latlong
+from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.illuminants import illuminant
 from metamer.spectral.upsampling import upsampling
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
@@ -43,3 +46,15 @@ def bumps(height=12, width=16, views=5, lights=5, shine=0.2, seed=0, basis=None)
         * to_light[:, 2, None, None, None]
     )
     return HeldImages(Hemisphere(to_view), Hemisphere(to_light), (body + glint).astype(np.float32), basis)
+
+
+def sky(fields):
+    """Light that is bright in one place, and not the same from below."""
+    to = latlong.texel_directions(32, 64)
+    made = []
+    for number in range(fields):
+        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
+        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
+        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + 3.0 * patch + 0.5 * to[..., 1])
+    spectra = tuple(illuminant(name) for name in ("D65", "A"))[:fields]
+    return EnvironmentLight(np.array(made), spectra, rotation_deg=-40.0)

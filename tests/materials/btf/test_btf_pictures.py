@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from btf_samples import bumps
+from btf_samples import bumps, sky
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
-from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.light_basis import light_functions
 from metamer.materials.btf.local_pca import Size
@@ -16,7 +15,6 @@ from metamer.materials.btf.metric import folding_of
 from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.illuminants import illuminant
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.software import SoftwareRenderer
 
@@ -44,18 +42,6 @@ def test_gl_and_numpy_agree_on_every_pixel(scenes, form, gl):
     lit = mine[..., 1] > 1e-3
     assert np.percentile(np.abs(theirs[lit] / mine[lit] - 1.0), 99.9) < 1e-3
     assert mine[coverage == 1.0].std() > 0.02, "a texture is to be seen"
-
-
-def sky(fields):
-    """Light that is bright in one place, and not the same from below."""
-    to = latlong.texel_directions(32, 64)
-    made = []
-    for number in range(fields):
-        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
-        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
-        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + 3.0 * patch + 0.5 * to[..., 1])
-    spectra = tuple(illuminant(name) for name in ("D65", "A"))[:fields]
-    return EnvironmentLight(np.array(made), spectra, rotation_deg=-40.0)
 
 
 def test_gl_and_numpy_agree_under_a_sky(scenes, form, gl):

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from btf_samples import bumps
+from btf_samples import bumps, sky
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
-from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
@@ -16,7 +15,6 @@ from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.illuminants import illuminant
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.software import SoftwareRenderer
 
@@ -35,18 +33,6 @@ def bands(count):
 @pytest.fixture(scope="module", params=["rgb", "six coefficients"])
 def form(request):
     return form_of(bumps() if request.param == "rgb" else bumps(7, 5, basis=bands(6)))
-
-
-def sky(fields):
-    """Light that is bright in one place, and not the same from below."""
-    to = latlong.texel_directions(32, 64)
-    made = []
-    for number in range(fields):
-        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
-        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
-        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + 3.0 * patch + 0.5 * to[..., 1])
-    spectra = tuple(illuminant(name) for name in ("D65", "A"))[:fields]
-    return EnvironmentLight(np.array(made), spectra, rotation_deg=-40.0)
 
 
 def pictures_of(gl, scene, form):

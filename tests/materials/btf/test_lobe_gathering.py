@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from btf_samples import bumps
+from btf_samples import bumps, sky
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
-from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.materials.btf.coding import EXPONENTS
 from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
@@ -18,7 +17,6 @@ from metamer.materials.btf.prefiltered import nearest_angle, prefiltered
 from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.illuminants import illuminant
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.software import SoftwareRenderer
 
@@ -33,18 +31,6 @@ def formed(lobes, shared=True):
 @pytest.fixture(scope="module")
 def form():
     return formed(2)
-
-
-def sky(fields):
-    """Light that is bright in one place, and not the same from below."""
-    to = latlong.texel_directions(32, 64)
-    made = []
-    for number in range(fields):
-        axis = np.array([np.sin(number + 0.5), 0.6, np.cos(number + 0.5)])
-        patch = np.exp(20.0 * (to @ (axis / np.linalg.norm(axis)) - 1.0))
-        made.append(1.0 + 0.5 * np.sin(3.0 * to[..., 0] + number) + 3.0 * patch + 0.5 * to[..., 1])
-    spectra = tuple(illuminant(name) for name in ("D65", "A"))[:fields]
-    return EnvironmentLight(np.array(made), spectra, rotation_deg=-40.0)
 
 
 def gaussian(directions, axis, sharpness):
