@@ -21,8 +21,8 @@ _ENOUGH = 2e-3
 class Clusters:
     """N vectors in k clusters of c components.
 
-    number (N,) : which cluster each belongs to. origin (k,G), axes (k,c,G) : mean and orthonormal components, some of
-    them 0 where a cluster has fewer. weights (N,c) : of the components.
+    number (N,) : which cluster each belongs to. origin (k,G), axes (k,c,G) : mean and components, orthonormal in
+    whatever vectors are compared by, some of them 0 where a cluster has fewer. weights (N,c) : of the components.
     """
 
     number: Int[np.ndarray, " N"]
@@ -123,15 +123,20 @@ def _components(
         origin[cluster] = mine.mean(axis=0)
         if not components:
             continue
-        off = mine - origin[cluster]
-        squares, directions = np.linalg.eigh(off.T @ off)
-        directions = directions[:, ::-1][:, :components].T
-        # An eigenvector's sign is rounding's choice: its largest entry is positive.
-        largest = np.abs(directions).argmax(axis=1)
-        sign = np.sign(directions[np.arange(len(directions)), largest])
-        some = squares[::-1][:components] > 1e-12 * max(float(squares[-1]), np.finfo(np.float32).tiny)
-        axes[cluster, : len(directions)] = directions * (sign * some)[:, None]
+        directions = principal(mine - origin[cluster], components)
+        axes[cluster, : len(directions)] = directions
     return origin, axes
+
+
+def principal(off: Float[np.ndarray, "n G"], components: int) -> Float[np.ndarray, "c G"]:
+    """Principal components of vectors about their mean, the largest first, at most so many; 0 where there are fewer."""
+    squares, directions = np.linalg.eigh(off.T @ off)
+    directions = directions[:, ::-1][:, :components].T
+    # An eigenvector's sign is rounding's choice: its largest entry is positive.
+    largest = np.abs(directions).argmax(axis=1)
+    sign = np.sign(directions[np.arange(len(directions)), largest])
+    some = squares[::-1][:components] > 1e-12 * max(float(squares[-1]), np.finfo(np.float32).tiny)
+    return directions * (sign * some)[:, None]
 
 
 def _left(

@@ -17,6 +17,7 @@ from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
+from .cluster_metric import seen_by_clusters
 from .clustered_form import decoded
 from .clusters import Clusters, clustered
 from .dictionary import Dictionary, dictionary_of, rounded_mean
@@ -121,14 +122,16 @@ def local_pca(
     numbers = len(images.views) * len(images.lights) * images.basis.size
     count = max(1, min(_LEARNT, _NUMBERS // numbers, texels))
     learnt = np.sort(np.random.default_rng(seed).permutation(texels)[:count])
-    values = gathered(images, learnt, lambda share: heard(0.45 * share))
+    values = gathered(images, learnt, lambda share: heard(0.3 * share))
     mean, scale = rounded_mean(values.mean(axis=0))
     empty = dictionary_of(np.zeros((0, *values.shape[1:]), np.float32), mean, scale, images.basis, size.rounded)
     found = dictionary_of(_functions(values, empty, size.dimensions), mean, scale, images.basis, size.rounded)
     del values
     orthonormal, back = _orthonormal(found)
-    coordinates = _coordinates(images, found, orthonormal, lambda share: heard(0.45 + 0.5 * share))
+    coordinates = _coordinates(images, found, orthonormal, lambda share: heard(0.3 + 0.3 * share))
     clusters = clustered(coordinates, size.clusters, size.components, seed)
+    del coordinates
+    clusters = seen_by_clusters(images, found, orthonormal, clusters, lambda share: heard(0.65 + 0.3 * share))
     number, weights, parts, steps = _rounded(clusters, back * found.lengths.astype(np.float32), size.weights)
     shape = (images.height, images.width)
     heard(1.0)

@@ -234,3 +234,15 @@ def test_a_budget_chooses_the_size():
 
 def worst_mean(form):
     return max(light.mean for light in form.error.lights)
+
+
+def test_dark_clusters_are_seen_as_dark_ones(bumpy, monkeypatch):
+    """Every second stripe lies in shadow: what is off there shows more than at the mean colour of all texels."""
+    draw = np.random.default_rng(8)
+    shade = np.where(np.arange(bumpy.width) // 2 % 2, 0.04, 1.0) * draw.uniform(0.8, 1.2, (bumpy.height, bumpy.width))
+    striped = with_values(bumpy, bumpy.values * shade[:, :, None])
+    few = Size(32, 4, 4, 0.3, 0.5)
+    found = np.percentile(off(local_pca(striped, few), striped), (50.0, 99.0))
+    monkeypatch.setattr("metamer.materials.btf.local_pca.seen_by_clusters", lambda *given: given[3])
+    as_the_mean_shows = np.percentile(off(local_pca(striped, few), striped), (50.0, 99.0))
+    assert found[1] < 0.85 * as_the_mean_shows[1] and found[0] < 1.1 * as_the_mean_shows[0]
