@@ -63,12 +63,14 @@ def row(
     registered: bool = False,
     epsilon: float | None = None,
     size: str | None = None,
+    dictionary_bytes: int | None = None,
 ) -> dict:
     """For JSON.
 
     texels : of the whole. delta_e94 : mean, 95th and 99th percentile. registered : whether the truth is registered
     images. epsilon : mean absolute difference of encoded red, green and blue; beside it is what its paper has for the
-    same material, from other files. size : of several forms of one method this one's.
+    same material, from other files. size : of several forms of one method this one's. dictionary_bytes : of what
+    all texels share but their clusters' parts of it.
     """
     mean, p95, p99 = (float(one) for one in delta_e94)
     return {
@@ -85,6 +87,7 @@ def row(
         "published_epsilon": published_epsilon(case, method),
         "registered": registered,
         "size": size,
+        "dictionary_bytes": dictionary_bytes,
         "bar": None,
     }
 
