@@ -81,7 +81,7 @@ def _uplifts(sample: SyntheticBtf, to_xyz: Float[np.ndarray, "L M3"]) -> Mapping
     """From linear red, green and blue to what lights show."""
 
     def published(name: str) -> _ToXyz:
-        # What a fit leaves below 0 has no spectrum.
+        # What a fit leaves below 0 has no spectrum; `_Judged.rows` holds all other forms' colours at 0, too.
         return lambda rgb: upsampling(name).folded(np.maximum(rgb, 0.0), to_xyz)
 
     def learnt(spectra: Float[np.ndarray, "n L"]) -> _ToXyz:
@@ -99,7 +99,7 @@ def _uplifts(sample: SyntheticBtf, to_xyz: Float[np.ndarray, "L M3"]) -> Mapping
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """A form of medium size, and what it took."""
+    """A form of the size beyond which bytes buy little, and what it took."""
 
     form: LocalPca
     seconds: float
@@ -107,7 +107,7 @@ class _Fitted:
     @classmethod
     def of(cls, images: BtfImages) -> _Fitted:
         begun = time.process_time()
-        return cls(local_pca(images, SIZES["medium"]), time.process_time() - begun)
+        return cls(local_pca(images, SIZES["fine"]), time.process_time() - begun)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,8 @@ class _Judged:
         form = made.form
         found = np.concatenate([one.reshape(-1, form.basis.size) for one in form.decoded(self.texels)])
         parts = np.array_split(np.pi * found.astype(np.float64), max(1, len(found) // _BLOCK))
-        shown, whites = np.concatenate([to_xyz(part) for part in parts]), self.to_xyz.sum(axis=0)
+        shown = np.maximum(np.concatenate([to_xyz(part) for part in parts]), 0.0)
+        whites = self.to_xyz.sum(axis=0)
         count = self.images.height * self.images.width
         more = {
             "bytes_per_texel": stored_bytes(form.stored()) / count,

@@ -69,10 +69,10 @@ def refused(source, catalogue, said=SAID):
 def draped(scenes):
     """A ball and what it stands on, covered with "cloth"."""
     parts = [
-        (shapes.sphere(3, uv=True).placed(translate=(0.0, 0.9, 0.0)), "cloth"),
+        (shapes.sphere(2, uv=True).placed(translate=(0.0, 0.9, 0.0)), "cloth"),
         (shapes.plane(6.0, 6.0), "cloth"),
     ]
-    camera = Camera("c", (0.5, 3.5, 6.0), (0.0, 0.5, 0.0), vertical_fov_deg=30.0, width=24, height_px=20, samples=1)
+    camera = Camera("c", (0.5, 3.5, 6.0), (0.0, 0.5, 0.0), vertical_fov_deg=30.0, width=18, height_px=14, samples=1)
     return scenes.scene_of(parts, [scenes.sun(), scenes.lamp()], camera)
 
 
@@ -90,5 +90,5 @@ def drawn(scenes, fast, renderer=None):
 
 def error_of(found):
     """Mean ΔE94 of a record's fast form against its own images, under the light where it is largest."""
-    form = measured(found.fast, found.surface(), 24)
+    form = measured(found.fast, found.surface(), 16)
     return max(light.mean for light in form.error.lights)

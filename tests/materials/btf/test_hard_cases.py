@@ -23,12 +23,12 @@ def test_a_cloth_that_is_not_odd(scenes, gl, tmp_path):
     shown_alike(scenes, gl, found.fast)
 
 
-def test_a_constant_texture_is_one_cluster_and_exact(scenes, gl, tmp_path):
+def test_a_constant_texture_is_one_cluster_and_exact(scenes, tmp_path):
     flat = np.repeat(np.repeat(cloth(size=(1, 1)), 8, axis=2), 8, axis=3)
     found = imported(saved(tmp_path / "felt", flat), tmp_path / "cat")
     assert not found.fast.texels.form.number.any() and len(found.fast.texels.table) == 1
     assert error_of(found) < 0.1
-    shown_alike(scenes, gl, found.fast)
+    drawn(scenes, found.fast)
 
 
 def test_a_texel_that_is_black_in_every_image(scenes, gl, tmp_path):
@@ -86,10 +86,10 @@ def test_directions_below_the_horizon_are_refused(tmp_path, which):
     assert "100" in reason and "horizon" in reason
 
 
-def test_a_single_light(scenes, gl, tmp_path):
+def test_a_single_light(scenes, tmp_path):
     found = imported(saved(tmp_path / "wool", cloth(lights=[(30, 0)]), lights=[(30, 0)]), tmp_path / "cat")
     assert error_of(found) < 0.8
-    shown_alike(scenes, gl, found.fast)
+    drawn(scenes, found.fast)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 5)])
