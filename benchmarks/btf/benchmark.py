@@ -14,7 +14,7 @@ from .cases import MEASURED, cases
 from .compared import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
 from .methods import methods
 from .published import published
-from .rows import with_bars, within
+from .rows import OFFSETS, offsets, with_bars, within
 
 Progress = Callable[[str], None]
 
@@ -40,8 +40,12 @@ def run(
     dict : `rows`, for JSON; `missing`, measured BTFs whose files are not there; `claims` (`spectral.claims`). A row
     has `case`, `method`, `texels`, `bytes_per_texel`, `fit_cpu_seconds`, `fold_ms` (a light, before the first
     pixel), `ms_per_megapixel` (in numpy, on one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`,
-    `published_epsilon`, `registered`, `size`, `dictionary_bytes` and `bar`; None where a figure has no meaning.
-    Raises ------ InputError : no case, or no method, fits.
+    `published_epsilon`, `registered`, `size`, `dictionary_bytes`, `offset` and `bar`; None where a figure has no
+    meaning.
+
+    Raises
+    ------
+    InputError : no case, or no method, fits.
     """
     chosen = [one for one in cases(data, full or case is not None, texels) if _fits(one.name, case)]
     ways = methods(full or method is not None)
@@ -81,6 +85,12 @@ def report(figures: dict) -> str:
     headings = ["case", "method", "size", "light", "bytes", "fit CPU s", "fold ms", "ms/Mpx", "mean", "p95", "p99"]
     title = "ΔE94 against the images; bytes a texel, dictionaries and all; bars as mean/p95/p99"
     text = f"{title}\n{columns([*headings, 'epsilon', 'theirs', 'bar'], body, left=4)}\n\n{published()}"
+    for case, found in offsets(figures["rows"]).items():
+        text += f"\n{case}: the surface is {found:.2f} texels above the measured plane"
+        if case in OFFSETS:
+            expected, most = OFFSETS[case]
+            kept = "kept" if abs(found - expected) <= most else "MISSED"
+            text += f", {expected:g} within {most:g}: {kept}"
     for one in figures["claims"]:
         kept = "kept" if one["kept"] else "MISSED"
         text += f"\n{one['claim']}: {one['found']:.3f}, at most {one['bar']:g}: {kept}"

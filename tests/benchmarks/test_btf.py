@@ -17,7 +17,7 @@ FEW = directions_of([(0, 0)] + [(theta, phi) for theta in (30, 60) for phi in ra
 KEYS = {
     "case", "method", "texels", "bytes_per_texel", "fit_cpu_seconds", "fold_ms", "ms_per_megapixel", "light",
     "delta_e94", "epsilon", "published_epsilon", "registered", "size",
-    "dictionary_bytes", "bar",
+    "dictionary_bytes", "offset", "bar",
 }  # fmt: skip
 
 
@@ -130,6 +130,15 @@ def test_a_bar_is_held_by_the_best_form_that_is_small_enough():
     assert within(found[1]) is True and within(found[4]) is None
     over = with_bars([made("wool", "lpca", 16384, 1.5, 40.0)])[0]
     assert within(over) is False
+
+
+def test_the_plane_of_a_surface_is_said_and_held_to_what_was_found():
+    moved = [
+        row(case, "lpca", "D65", 64, (1.0, 2.0, 3.0), offset=at) for case, at in (("wool", 4.3), ("corduroy", 7.0))
+    ]
+    shown = benchmark.report({"missing": [], "claims": [], "rows": moved})
+    assert "wool: the surface is 4.30 texels above the measured plane, 4 within 0.5: kept" in shown
+    assert "5.5 within 0.5: MISSED" in shown
 
 
 def test_the_papers_rows_stand_beside_ours():
