@@ -25,7 +25,10 @@ measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL,
 descriptions (.toml); known by content. Default: what ships"""
 
 # As spectral.formats.answer has them, which `--help` does not wait for; a test holds them together.
-BTF_FORMS = ("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4")
+BTF_FORMS = (
+    *("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"),
+    *("rfnl-1-separate", "rfnl-2-separate", "rfnl-4-separate"),
+)
 # So many refusals for one reason are said together.
 _MANY = 3
 

@@ -8,11 +8,13 @@ from pathlib import Path
 
 from ...calibration.text_tables import columns
 from ...spectral.errors import InputError
+from . import cases as there_are
+from . import spectral
 from .cases import MEASURED, cases
 from .compared import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
 from .methods import methods
 from .published import published
-from .rows import with_bars, within
+from .rows import OFFSETS, offsets, with_bars, within
 
 Progress = Callable[[str], None]
 
@@ -35,10 +37,11 @@ def run(
 
     Returns
     -------
-    dict : `rows`, for JSON; `missing`, measured BTFs whose files are not there. A row has `case`, `method`, `texels`,
-    `bytes_per_texel`, `fit_cpu_seconds`, `fold_ms` (a light, before the first pixel), `ms_per_megapixel` (in numpy, on
-    one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`, `published_epsilon`, `registered`, `size` and
-    `bar`; None where a figure has no meaning.
+    dict : `rows`, for JSON; `missing`, measured BTFs whose files are not there; `claims` (`spectral.claims`). A row
+    has `case`, `method`, `texels`, `bytes_per_texel`, `fit_cpu_seconds`, `fold_ms` (a light, before the first
+    pixel), `ms_per_megapixel` (in numpy, on one core), `light`, `delta_e94` (`mean`, `p95`, `p99`), `epsilon`,
+    `published_epsilon`, `registered`, `size`, `dictionary_bytes`, `offset` and `bar`; None where a figure has no
+    meaning.
 
     Raises
     ------
@@ -49,14 +52,16 @@ def run(
     if not chosen:
         names = ", ".join(one.name for one in cases(data, True))
         raise InputError("no case is called so", field="--case", found=case, expected=names)
-    names = sorted({HELD, BALANCED, HARMONIC}.union(*(rows_of(way) for way in ways)))
+    names = sorted({HELD, BALANCED, HARMONIC, *spectral.NAMES}.union(*(rows_of(way) for way in ways)))
     if not any(_fits(name, method) for name in names):
         raise InputError("no method is called so", field="--method", found=method, expected=", ".join(names))
     there = {one.name for one in cases(data, True)}
     sky, rows = Sky(data, progress), []
     for one in chosen:
         rows += Compared(one, lambda name: _fits(name, method), sky, progress).rows(ways)
-    return {"missing": [name for name in MEASURED if name not in there], "rows": with_bars(rows)}
+        rows += spectral.rows(one, there_are.DIRECTIONS, lambda name: _fits(name, method))
+    missing = [name for name in MEASURED if name not in there]
+    return {"missing": missing, "rows": with_bars(rows), "claims": spectral.claims(rows)}
 
 
 def _fits(name: str, pattern: str | None) -> bool:
@@ -80,6 +85,15 @@ def report(figures: dict) -> str:
     headings = ["case", "method", "size", "light", "bytes", "fit CPU s", "fold ms", "ms/Mpx", "mean", "p95", "p99"]
     title = "ΔE94 against the images; bytes a texel, dictionaries and all; bars as mean/p95/p99"
     text = f"{title}\n{columns([*headings, 'epsilon', 'theirs', 'bar'], body, left=4)}\n\n{published()}"
+    for case, found in offsets(figures["rows"]).items():
+        text += f"\n{case}: the surface is {found:.2f} texels above the measured plane"
+        if case in OFFSETS:
+            expected, most = OFFSETS[case]
+            kept = "kept" if abs(found - expected) <= most else "MISSED"
+            text += f", {expected:g} within {most:g}: {kept}"
+    for one in figures["claims"]:
+        kept = "kept" if one["kept"] else "MISSED"
+        text += f"\n{one['claim']}: {one['found']:.3f}, at most {one['bar']:g}: {kept}"
     if figures["missing"]:
         text += f"\n\nwithout {', '.join(figures['missing'])}: set METAMER_DATA to a folder with btf/ and light/"
     return text

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from ...lighting.synthetic_btf.samples import corduroy, leather, woven
 from ...lighting.synthetic_btf.synthetic import SyntheticBtf
@@ -33,7 +34,8 @@ class BtfCase:
 
     name : as rows call it. measured, registered : its images, as they were taken, and moved back by what views
     displace; neither needs `BtfImages.registered` any more. offset : what they were moved by, texels. full : only the
-    long run has it.
+    long run has it. spectral : the sample that was traced, for all that its spectra tell; None where nobody looks at
+    them.
     """
 
     name: str
@@ -41,6 +43,7 @@ class BtfCase:
     registered: Callable[[], HeldImages]
     offset: Callable[[], float]
     full: bool = False
+    spectral: Callable[[], SyntheticBtf] | None = None
 
 
 def cases(data: Path | None, full: bool, texels: int | None = None) -> list[BtfCase]:
@@ -93,6 +96,7 @@ def _traced(texels: int) -> Iterator[BtfCase]:
             lambda traced=traced: moved(traced.images),
             lambda traced=traced: traced.images.offset,
             full=name != "dyes",
+            spectral=made if name == "dyes" else None,
         )
 
 
@@ -106,12 +110,16 @@ class _Traced:
     def images(self) -> HeldImages:
         """All of them, in a small basis."""
         sample, both = self._made(), Hemisphere(DIRECTIONS)
-        dyes = sample.dyes.samples
-        products = (dyes[:, None] * dyes).reshape(-1, dyes.shape[1])
-        spectra = np.concatenate([dyes, products, np.ones((1, dyes.shape[1]))])
         nm = sample.dyes.wavelengths_nm
-        basis = SpectralBasis.balanced(spectra, folding_of().weights(nm), _SIZE, nm)
+        basis = SpectralBasis.balanced(spectra_of(sample), folding_of().weights(nm), _SIZE, nm)
         return sample.images(both, both, basis=basis)
+
+
+def spectra_of(sample: SyntheticBtf) -> Float[np.ndarray, "n L"]:
+    """All that a traced sample's spectra are sums of: dyes, their products and white."""
+    dyes = sample.dyes.samples
+    products = (dyes[:, None] * dyes).reshape(-1, dyes.shape[1])
+    return np.concatenate([dyes, products, np.ones((1, dyes.shape[1]))])
 
 
 def moved(images: HeldImages) -> HeldImages:

@@ -78,6 +78,7 @@ class _Half:
 
     def __init__(self, compared: Compared, images: HeldImages, registered: bool) -> None:
         self._case, self._wanted, self._progress = compared.case.name, compared.wanted, compared.progress
+        self._offset = compared.case.offset
         self._sky, self._images, self._registered = compared.sky, images, registered
 
     @cached_property
@@ -129,4 +130,5 @@ class _Half:
         texels = self._images.height * self._images.width
         if made is not None:
             more |= {"bytes_per_texel": made.bytes_per_texel, "fit_cpu_seconds": made.fit_cpu_seconds}
-        return row(self._case, name, light, texels, found, registered=self._registered, **more)
+        offset = self._offset() if self._registered else None
+        return row(self._case, name, light, texels, found, registered=self._registered, offset=offset, **more)

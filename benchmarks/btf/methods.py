@@ -60,12 +60,13 @@ def methods(full: bool) -> list[Method]:
     found = [
         Method("ptm", partial(_field, ptm)),
         Method("lafortune", partial(_field, lafortune), full=True),
-        Method("rfp", partial(_field, rfp)),
         Method("lpca-paper", _paper, size="32 x 8"),
+        Method("rfp", partial(_field, rfp), True),
         *(
             Method(f"rfnl-{count}", partial(_lobes, lobes=count), True, count != 2, held=count == 2)
             for count in (1, 2, 4)
         ),
+        Method("rfnl-2-separate", partial(_lobes, lobes=2, shared=False), True),
         Method("lpca", _of_bytes, True, True, f"{BYTES:g} B"),
         *(Method("lpca", partial(_ours, size=size), True, size != "medium", size, size == "medium") for size in SIZES),
     ]
@@ -78,8 +79,8 @@ def _field(fitted: Callable[[BtfImages], Field], images: BtfImages) -> Made:
     return Made(field.reconstruct, float(field.bytes_per_texel), field, time.process_time() - begun)
 
 
-def _lobes(images: BtfImages, lobes: int) -> Made:
-    return _field(partial(lobe_field, lobes=lobes), images)
+def _lobes(images: BtfImages, lobes: int, shared: bool = True) -> Made:
+    return _field(partial(lobe_field, lobes=lobes, shared=shared), images)
 
 
 def _paper(images: BtfImages, clusters: int = 32, components: int = 8) -> Made:

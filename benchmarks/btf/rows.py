@@ -45,6 +45,8 @@ BARS: Mapping[tuple[str, str], Bar] = {
     ("wool", "end-to-end"): Bar(1.5, 3.7, 5.8, 30.0),
     ("corduroy", "end-to-end"): Bar(1.5, 3.6, 6.1, 30.0),
 }
+#: How far surfaces were found above the measured plane in those trials, texels, and what it may be off by.
+OFFSETS: Mapping[str, tuple[float, float]] = {"wool": (4.0, 0.5), "corduroy": (5.5, 0.5)}
 # Texels of the smallest crop that they hold for.
 _TEXELS = 128 * 128
 
@@ -63,12 +65,15 @@ def row(
     registered: bool = False,
     epsilon: float | None = None,
     size: str | None = None,
+    dictionary_bytes: int | None = None,
+    offset: float | None = None,
 ) -> dict:
     """For JSON.
 
     texels : of the whole. delta_e94 : mean, 95th and 99th percentile. registered : whether the truth is registered
     images. epsilon : mean absolute difference of encoded red, green and blue; beside it is what its paper has for the
-    same material, from other files. size : of several forms of one method this one's.
+    same material, from other files. size : of several forms of one method this one's. dictionary_bytes : of what
+    all texels share but their clusters' parts of it. offset : texels that images were moved by to be registered.
     """
     mean, p95, p99 = (float(one) for one in delta_e94)
     return {
@@ -85,6 +90,8 @@ def row(
         "published_epsilon": published_epsilon(case, method),
         "registered": registered,
         "size": size,
+        "dictionary_bytes": dictionary_bytes,
+        "offset": offset,
         "bar": None,
     }
 
@@ -107,6 +114,11 @@ def with_bars(rows: Sequence[dict]) -> list[dict]:
         best = min(small, key=lambda one: one["delta_e94"]["mean"]) if small else min(some, key=_bytes)
         best["bar"] = held
     return found
+
+
+def offsets(rows: Sequence[Mapping]) -> dict[str, float]:
+    """By case, how far its surface was found above the measured plane, texels."""
+    return {one["case"]: one["offset"] for one in rows if one["offset"] is not None}
 
 
 def _bytes(figures: Mapping) -> float:

@@ -1,9 +1,9 @@
 """The dictionary of a BTF: the few functions of view, light and spectrum that all its texels are sums of.
 
 It is the largest part of a form, and a tensor of four axes. Turned along its views, its lights and its spectra into
-their principal components (Tucker's decomposition), most of it is nearly nothing: rounded to whole steps, and packed
-without loss in a file, it takes a third of what it takes with eight bits a number, or less. Steps are those of what is
-seen (`metric`), so that whatever is rounded away shows alike.
+their principal components (Tucker's decomposition), most of it is nearly nothing: rounded to whole steps, a few
+numbers in a hundred are left (`sparse`). Steps are those of what is seen (`metric`), so that whatever is rounded away
+shows alike, and coefficients that hardly show cost hardly anything.
 """
 
 from __future__ import annotations
@@ -18,36 +18,39 @@ from jaxtyping import Float, Int
 
 from ...spectral.basis import SpectralBasis
 from .metric import seen
+from .rounded_mean import RoundedMean, principal
+from .sparse import dense, sparse
 
 # Largest numbers that whole steps are stored as.
 _NARROW, _WIDE = np.iinfo(np.int8), np.iinfo(np.int16)
+# Dimensions of colour: what is seen has no more, however many coefficients there are.
+_COLOURS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Dictionary:
     """G functions beside a mean: f_r cos(theta_i) of a texel is the mean and its own sum of them.
 
-    basis : of the J coefficients. mean (V,Lt,J) : 1/sr, as half precision holds it, relative to `scale`.
-    core (G,V,Lt,J) : whole steps. by_view (V,V), by_light (Lt,Lt), by_spectrum (J,J) : principal components
-    of the three axes, in columns, in half precision. step : ΔE94 of 1.
+    basis : of the J coefficients. mean : 1/sr. core (G,v,l,j) : whole steps. by_view (V,v), by_light (Lt,l),
+    by_spectrum (J,j) : principal components of the three axes, in columns, those that the core needs, in half
+    precision. step : ΔE94 of 1.
     """
 
     basis: SpectralBasis
-    mean: Float[np.ndarray, "V Lt J"]
-    scale: float
-    core: Int[np.ndarray, "G V Lt J"]
-    by_view: Float[np.ndarray, "V V"]
-    by_light: Float[np.ndarray, "Lt Lt"]
-    by_spectrum: Float[np.ndarray, "J J"]
+    mean: RoundedMean
+    core: Int[np.ndarray, "G v l j"]
+    by_view: Float[np.ndarray, "V v"]
+    by_light: Float[np.ndarray, "Lt l"]
+    by_spectrum: Float[np.ndarray, "J j"]
     step: float
 
     def __len__(self) -> int:
         return len(self.core)
 
-    @cached_property
+    @property
     def average(self) -> Float[np.ndarray, "V Lt J"]:
         """The mean, 1/sr, float32."""
-        return self.mean.astype(np.float32) * np.float32(self.scale)
+        return self.mean.values
 
     @cached_property
     def seen(self) -> Float[np.ndarray, "V Lt J J"]:
@@ -74,45 +77,46 @@ class Dictionary:
 
     def stored(self) -> dict[str, Any]:
         """What a file keeps of it but the basis."""
-        names = ("mean", "scale", "core", "by_view", "by_light", "by_spectrum", "step")
-        return {name: getattr(self, name) for name in names}
+        # Zeros lie together where the components of the axes are the outer ones.
+        core = sparse(np.ascontiguousarray(self.core.transpose(3, 1, 2, 0)))
+        turns = {name: getattr(self, name) for name in ("by_view", "by_light", "by_spectrum")}
+        return turns | {"mean": self.mean.stored(), "core": core, "step": self.step}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Dictionary:
         """The dictionary whose `stored()` this is."""
-        arrays = {name: np.asarray(kept[name]) for name in ("mean", "core", "by_view", "by_light", "by_spectrum")}
-        return cls(basis=basis, scale=float(kept["scale"]), step=float(kept["step"]), **arrays)
-
-
-def rounded_mean(mean: Float[np.ndarray, "V Lt J"]) -> tuple[Float[np.ndarray, "V Lt J"], float]:
-    """A mean in half precision, and what it is relative to: its largest magnitude; 1 where all is black."""
-    scale = float(np.abs(mean).max())
-    scale = scale if scale > 0.0 else 1.0
-    return (mean / scale).astype(np.float16), scale
+        turns = {name: np.asarray(kept[name]) for name in ("by_view", "by_light", "by_spectrum")}
+        core = np.ascontiguousarray(dense(kept["core"]).transpose(3, 1, 2, 0))
+        mean = RoundedMean.from_stored(kept["mean"], basis)
+        return cls(basis=basis, mean=mean, core=core, step=float(kept["step"]), **turns)
 
 
 def dictionary_of(
-    functions: Float[np.ndarray, "G V Lt J"],
-    mean: Float[np.ndarray, "V Lt J"],
-    scale: float,
-    basis: SpectralBasis,
-    step: float,
+    functions: Float[np.ndarray, "G V Lt J"], mean: RoundedMean, basis: SpectralBasis, step: float
 ) -> Dictionary:
     """Functions as they are seen, rounded to steps; those of which nothing is left are left out.
 
-    functions : in ΔE94, as large as they occur in texels. mean, scale : of `rounded_mean`. step : of a whole number, in
-    root mean squares of all turned functions' numbers.
+    functions : in ΔE94, as large as they occur in texels. step : of a whole number, in root mean squares of all
+    functions, a dimension of colour: as coarse for many coefficients as for three.
     """
     turns = [_principal(functions, axis) for axis in (1, 2, 3)]
     core = turned(functions, *(turn.astype(np.float32).T for turn in turns))
-    size = float(np.sqrt(np.mean(np.square(core, dtype=np.float64)))) if core.size else 0.0
+    size = (
+        float(np.sqrt(np.sum(np.square(core, dtype=np.float64)) / (_COLOURS * core[..., 0].size))) if core.size else 0.0
+    )
     # A number that int16 does not hold would need steps that are smaller than anything a texel shows.
     size = max(step * size, float(np.abs(core).max(initial=0.0)) / _WIDE.max)
     size = size if size > 0.0 else 1.0
     steps = np.rint(core / size)
     steps = steps[np.any(steps != 0.0, axis=(1, 2, 3))]
+    # The components of each axis are in order: those beyond the last that is needed are left out.
+    for axis in (1, 2, 3):
+        some = np.any(steps != 0.0, axis=tuple({0, 1, 2, 3} - {axis}))
+        count = int(np.flatnonzero(some).max(initial=-1)) + 1
+        steps = steps.take(range(count), axis=axis)
+        turns[axis - 1] = turns[axis - 1][:, :count]
     narrow = np.abs(steps).max(initial=0.0) <= _NARROW.max
-    return Dictionary(basis, mean, scale, steps.astype(np.int8 if narrow else np.int16), *turns, step=size)
+    return Dictionary(basis, mean, steps.astype(np.int8 if narrow else np.int16), *turns, step=size)
 
 
 def turned(
@@ -130,6 +134,4 @@ def turned(
 def _principal(functions: Float[np.ndarray, "G V Lt J"], axis: int) -> Float[np.ndarray, "n n"]:
     """Principal components of one axis, in columns, the largest first, in half precision."""
     rows = np.moveaxis(functions, axis, 0).reshape(functions.shape[axis], -1).astype(np.float64)
-    found = np.linalg.eigh(rows @ rows.T)[1][:, ::-1]
-    largest = np.abs(found).argmax(axis=0)
-    return (found * np.sign(found[largest, np.arange(len(found))])).astype(np.float16)
+    return principal(rows @ rows.T)

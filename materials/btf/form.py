@@ -214,13 +214,14 @@ def _rfp(images: BtfImages, seed: int, heard: Callable[[float], None]) -> FieldF
     return FieldForm(FieldTexels(polynomials(images, heard), palette_of(images.basis)))
 
 
-def _lobes(images: BtfImages, seed: int, heard: Callable[[float], None], lobes: int) -> FieldForm:
-    return FieldForm(FieldTexels(lobe_field(images, lobes, heard=heard), palette_of(images.basis)))
+def _lobes(images: BtfImages, seed: int, heard: Callable[[float], None], lobes: int, shared: bool = True) -> FieldForm:
+    return FieldForm(FieldTexels(lobe_field(images, lobes, shared, heard), palette_of(images.basis)))
 
 
 _FIELDS: dict[str, Callable[[BtfImages, int, Callable[[float], None]], FieldForm]] = {
     "rfp": _rfp,
     **{f"rfnl-{count}": partial(_lobes, lobes=count) for count in (1, 2, 4)},
+    **{f"rfnl-{count}-separate": partial(_lobes, lobes=count, shared=False) for count in (1, 2, 4)},
 }
 # Fields that are tried where local PCA is far off.
 _TRIED = ("rfp", "rfnl-2")

@@ -3,7 +3,8 @@
 Meseth, Mueller and Klein 2003 (section 4.1): views are fitted one by one, and mixed when they are looked at, so that
 what a view hides from one side it need not hide from another. Their lobes have one colour and are found for luminance.
 Here each has a spectrum of its own: axes and exponents are found for luminance, amplitudes of all coefficients then by
-least squares. By `shared=False` each coefficient has lobes of its own, at more bytes. Images are registered.
+least squares. By `shared=False` each coefficient has lobes of its own, at more bytes: red, green and blue where images
+are of these, else the coefficients of a spectral basis. Images are registered.
 """
 
 from __future__ import annotations

@@ -20,9 +20,10 @@ from ...spectral.errors import InputError
 from .cluster_metric import seen_by_clusters
 from .clustered_form import decoded
 from .clusters import Clusters, clustered
-from .dictionary import Dictionary, dictionary_of, rounded_mean
+from .dictionary import Dictionary, dictionary_of
 from .hemisphere import Hemisphere
 from .images import BtfImages
+from .rounded_mean import rounded_mean
 
 # Texels that the dictionary is found on, at most so many numbers of them, and those that are only judged.
 _LEARNT, _NUMBERS, JUDGED = 2048, 48 << 20, 256
@@ -123,9 +124,9 @@ def local_pca(
     count = max(1, min(_LEARNT, _NUMBERS // numbers, texels))
     learnt = np.sort(np.random.default_rng(seed).permutation(texels)[:count])
     values = gathered(images, learnt, lambda share: heard(0.3 * share))
-    mean, scale = rounded_mean(values.mean(axis=0))
-    empty = dictionary_of(np.zeros((0, *values.shape[1:]), np.float32), mean, scale, images.basis, size.rounded)
-    found = dictionary_of(_functions(values, empty, size.dimensions), mean, scale, images.basis, size.rounded)
+    mean = rounded_mean(values.mean(axis=0), images.basis)
+    empty = dictionary_of(np.zeros((0, *values.shape[1:]), np.float32), mean, images.basis, size.rounded)
+    found = dictionary_of(_functions(values, empty, size.dimensions), mean, images.basis, size.rounded)
     del values
     orthonormal, back = _orthonormal(found)
     coordinates = _coordinates(images, found, orthonormal, lambda share: heard(0.3 + 0.3 * share))

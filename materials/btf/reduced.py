@@ -10,14 +10,16 @@ from jaxtyping import Float
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
-from ..protocol import LIGHTS
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .metric import folding_of
 
+# Lights that spectra are to be right under: daylight, tungsten, narrow bands, a blue LED with a phosphor, and sodium.
+# Another sodium lamp, HP1, is among those that forms are judged under, and no fit sees it.
+_LIGHTS = ("D65", "A", "FL11", "LED-B3", "HP2")
 # With so few coefficients nothing is gained by fewer.
 _FEW = 4
-# ΔE94 that spectra may be off by at the 99th percentile, under each of the protocol's lights.
+# ΔE94 that spectra may be off by at the 99th percentile, under each of those lights.
 _OFF = 0.1
 # Images, and texels of each, whose spectra the basis is found for.
 _IMAGES, _TEXELS = 64, 64
@@ -69,30 +71,36 @@ class InBasis(BtfImages):
         return np.asarray(self.images.image(view, light), dtype=np.float32) @ self._turned
 
 
-def reduced(images: BtfImages, seed: int = 0) -> BtfImages:
-    """The images in the smallest balanced basis that shows their spectra within ΔE94 0.1 under each protocol light.
+def reduced(images: BtfImages, seed: int = 0, size: int | None = None) -> BtfImages:
+    """The images in the smallest balanced basis that shows their spectra within ΔE94 0.1 under each of five lights.
 
     They are returned as they are where that saves nothing. Spectra are those of some texels of some images, drawn at
-    random, each as bright as it is.
+    random, each as bright as it is. size : so many coefficients, whatever they show; fewer where there are no more.
     """
-    if images.basis.size <= _FEW:
+    if size is None and images.basis.size <= _FEW:
         return images
-    draw = np.random.default_rng(seed)
-    pairs = draw.permutation(len(images.views) * len(images.lights))[:_IMAGES]
-    texels = draw.permutation(images.height * images.width)[:_TEXELS]
-    found = [
-        images.image(*divmod(int(pair), len(images.lights))).reshape(-1, images.basis.size)[texels] for pair in pairs
-    ]
-    spectra = np.pi * images.basis.reconstruct(np.concatenate(found).astype(np.float64))
-    wavelengths, folding = images.basis.wavelengths_nm, folding_of(LIGHTS)
-    weights = folding.weights(wavelengths)
+    spectra, wavelengths = _drawn(images, seed), images.basis.wavelengths_nm
+    weights = folding_of(_LIGHTS).weights(wavelengths)
     full = SpectralBasis.balanced(spectra, weights, wavelengths_nm=wavelengths)
+    if size is not None:
+        return InBasis(images, full.truncated(size))
     truth, whites = spectra @ weights, weights.sum(axis=0)
-    for size in range(_FEW, min(full.size, images.basis.size)):
-        basis = full.truncated(size)
+    for count in range(_FEW, min(full.size, images.basis.size)):
+        basis = full.truncated(count)
         shown = spectra @ basis.analysis @ (basis.synthesis.T @ weights)
         each = (slice(start, start + 3) for start in range(0, len(whites), 3))
         off = [np.percentile(delta_e_xyz(truth[:, at], shown[:, at], whites[at]), 99) for at in each]
         if max(off) <= _OFF:
             return InBasis(images, basis)
     return images
+
+
+def _drawn(images: BtfImages, seed: int) -> Float[np.ndarray, "n L"]:
+    """Reflectances of some texels of some images."""
+    draw = np.random.default_rng(seed)
+    pairs = draw.permutation(len(images.views) * len(images.lights))[:_IMAGES]
+    texels = draw.permutation(images.height * images.width)[:_TEXELS]
+    found = [
+        images.image(*divmod(int(pair), len(images.lights))).reshape(-1, images.basis.size)[texels] for pair in pairs
+    ]
+    return np.pi * images.basis.reconstruct(np.concatenate(found).astype(np.float64))

@@ -19,8 +19,12 @@ SpecularMap = Literal["f0-srgb", "f0-linear"]
 #: How numbers of images stand for light: by the curve of sRGB, linearly, linearly as X, Y and Z of CIE 1931.
 ImageEncoding = Literal["srgb", "linear", "xyz"]
 
-#: How a BTF is drawn: by local PCA, ours or as it was published; by fields of polynomials, or of so many lobes.
-BtfFormName = Literal["lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"]
+#: How a BTF is drawn: by local PCA, ours or as it was published; by fields of polynomials, or of so many lobes, which
+#: all coefficients share, or each has for itself.
+BtfFormName = Literal[
+    "lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4",
+    "rfnl-1-separate", "rfnl-2-separate", "rfnl-4-separate",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)

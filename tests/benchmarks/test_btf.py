@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from btf_samples import bumps
-from metamer.benchmarks.btf import benchmark, cases, environments, speed, under_light
+from metamer.benchmarks.btf import benchmark, cases, environments, spectral, speed, under_light
 from metamer.benchmarks.btf.compared import rows_of
 from metamer.benchmarks.btf.methods import BYTES, methods
 from metamer.benchmarks.btf.rows import BARS, row, seen_error, with_bars, within
@@ -16,7 +16,8 @@ from metamer.spectral.errors import InputError
 FEW = directions_of([(0, 0)] + [(theta, phi) for theta in (30, 60) for phi in range(0, 360, 60)])
 KEYS = {
     "case", "method", "texels", "bytes_per_texel", "fit_cpu_seconds", "fold_ms", "ms_per_megapixel", "light",
-    "delta_e94", "epsilon", "published_epsilon", "registered", "size", "bar",
+    "delta_e94", "epsilon", "published_epsilon", "registered", "size",
+    "dictionary_bytes", "offset", "bar",
 }  # fmt: skip
 
 
@@ -45,7 +46,7 @@ def test_rows_say_what_was_fitted_how_and_how_well(figures):
         assert set(one) == KEYS and set(one["delta_e94"]) == {"mean", "p95", "p99"}
         each = [one["delta_e94"][name] for name in ("mean", "p95", "p99")]
         assert 0.0 < each[0] <= each[1] <= each[2] < 100.0
-    bare = {"held-views", "light-basis-16", "light-basis-sh25"}
+    bare = {"held-views", "light-basis-16", "light-basis-sh25", *spectral.NAMES}
     assert {one["method"] for one in figures["rows"]} == bare.union(*(rows_of(way) for way in methods(True)))
     assert "synthetic-dyes" in benchmark.report(figures) and "METAMER_DATA" in benchmark.report(figures)
 
@@ -55,6 +56,25 @@ def test_more_bytes_buy_less_error(figures):
     assert by["rfp", None] < by["ptm", None]
     assert by["lpca", "finest"] < by["lpca", "small"]
     assert by["end-to-end", "finest"] < by["end-to-end", "small"]
+
+
+def test_spectra_are_right_under_a_light_that_no_fit_saw(figures):
+    by = {(one["method"], one["light"]): one for one in figures["rows"]}
+    mean = {name: by[name, "HP1"]["delta_e94"]["mean"] for name in spectral.NAMES}
+    assert mean["spectral"] < 0.75 * min(mean[name] for name in spectral.UPLIFTS[:-1])
+    assert abs(mean["spectral"] - mean["spectral-8"]) < 0.05
+    # A camera's colours are themselves right.
+    assert by["rgb-mallett-yuksel", "D65"]["delta_e94"]["mean"] < 1.3 * by["spectral", "D65"]["delta_e94"]["mean"]
+
+
+def test_claims_are_those_of_the_rows_that_there_are(figures):
+    found = {one["claim"]: one for one in figures["claims"]}
+    assert len(found) == 8
+    (size,) = (one for claim, one in found.items() if claim.startswith("bytes of the dictionary"))
+    assert size["kept"] == (size["found"] <= 1.05)
+    assert "which no fit saw" in benchmark.report(figures)
+    some = [one for one in figures["rows"] if one["method"] == "spectral"]
+    assert spectral.claims(some) == [] and spectral.claims([]) == []
 
 
 def test_a_quick_run_has_fewer_rows(small):
@@ -112,9 +132,18 @@ def test_a_bar_is_held_by_the_best_form_that_is_small_enough():
     assert within(over) is False
 
 
+def test_the_plane_of_a_surface_is_said_and_held_to_what_was_found():
+    moved = [
+        row(case, "lpca", "D65", 64, (1.0, 2.0, 3.0), offset=at) for case, at in (("wool", 4.3), ("corduroy", 7.0))
+    ]
+    shown = benchmark.report({"missing": [], "claims": [], "rows": moved})
+    assert "wool: the surface is 4.30 texels above the measured plane, 4 within 0.5: kept" in shown
+    assert "5.5 within 0.5: MISSED" in shown
+
+
 def test_the_papers_rows_stand_beside_ours():
     assert made("corduroy", "rfp", 64, 5.0, 1458.0)["published_epsilon"] == 0.0513
     assert made("wool", "rfnl-2", 64, 5.0, 1134.0)["published_epsilon"] == 0.0582
     assert made("wool", "lpca", 64, 2.0, 29.0)["published_epsilon"] is None
-    shown = benchmark.report({"missing": [], "rows": [made("wool", "rfp", 64, 6.0, 1458.0)]})
+    shown = benchmark.report({"missing": [], "claims": [], "rows": [made("wool", "rfp", 64, 6.0, 1458.0)]})
     assert "0.072" in shown and "aluminium" in shown

@@ -140,10 +140,10 @@ def test_btf_prints_and_writes_its_rows(metamer, monkeypatch, tmp_path):
         "case": "wool", "method": "lpca", "texels": 16384, "bytes_per_texel": 29.0, "fit_cpu_seconds": 40.0,
         "fold_ms": None, "ms_per_megapixel": 300.0, "light": "D65", "delta_e94": {"mean": 2.5, "p95": 4.0, "p99": 6.0},
         "epsilon": 0.02, "published_epsilon": None, "registered": True,
-        "size": "medium", "bar": {"mean": 2.1, "p95": 4.7, "p99": 6.8},
+        "size": "medium", "dictionary_bytes": None, "offset": 4.1, "bar": {"mean": 2.1, "p95": 4.7, "p99": 6.8},
     }  # fmt: skip
-    asked = []
-    monkeypatch.setattr(btf, "run", lambda *given: asked.append(given) or {"missing": ["corduroy"], "rows": [row]})
+    asked, figures = [], {"missing": ["corduroy"], "rows": [row], "claims": []}
+    monkeypatch.setattr(btf, "run", lambda *given: asked.append(given) or figures)
     monkeypatch.setenv("METAMER_DATA", str(tmp_path))
     words = ["--case", "wool", "--method", "lpca*", "--texels", "256", "--full", "--json", tmp_path / "bench.json"]
     code, out, _ = metamer("bench", "btf", *words)
