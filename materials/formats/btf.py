@@ -30,6 +30,7 @@ from ..input_file import head_of
 from ..records.material import Provenance
 from ..records.stored_files import StoredFiles
 from ..source import MaterialSource, Rejected
+from .btf_headers import header_notes
 from .btf_names import bare_numbers, directions_of, image_name, is_first, members, set_folder, set_name
 from .btf_survey import Sorted, sorted_files, surveyed
 from .measured import placed
@@ -96,7 +97,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         survey = surveyed(images, FILL if answer.fill is None else answer.fill, folder)
         registration = registered(survey.images, survey.pictures)
     images = _without_unused(survey.images, folder).with_offset(registration.offset)
-    notes += [*survey.notes, registration.words]
+    notes += [*header_notes(members(path), folder), *survey.notes, registration.words]
     if survey.negative:
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
     if images.texel_mm is not None:

@@ -1,0 +1,40 @@
+"""Headers of a BTF's images that ask for what is not done are in the notes, by the name of the first."""
+
+import pytest
+from metamer.materials.formats.btf import read_sources
+from metamer.materials.formats.btf_headers import header_notes
+from metamer.spectral.formats.answer import Answer
+from PIL import Image, ImageCms
+
+NAMES = [f"{n:05d} tl{tl:03d} pl000 tv000 pv000.jpg" for n, tl in enumerate((0, 15, 30, 45))]
+
+
+@pytest.fixture
+def wool(tmp_path):
+    folder = tmp_path / "wool"
+    folder.mkdir()
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    picture = Image.new("RGB", (8, 8), (90, 120, 60))
+    for name, more in zip(NAMES, ({}, {"exif": exif}, {"exif": exif}, {"icc_profile": profile}), strict=True):
+        picture.save(folder / name, **more)
+    return folder
+
+
+def test_images_that_are_to_be_turned_and_profiles_are_named(wool):
+    notes = header_notes([wool / name for name in NAMES], wool)
+    assert notes == [
+        f"images to be turned by EXIF: 2 ({NAMES[1]}: 6), read as they are stored",
+        f"images with an ICC profile: 1 ({NAMES[3]}), not applied",
+    ]
+
+
+def test_plain_and_damaged_images_give_no_note(wool):
+    (wool / NAMES[2]).write_bytes(b"no image")
+    assert header_notes([wool / NAMES[0], wool / NAMES[2]], wool) == []
+
+
+def test_the_record_says_so(wool):
+    (one,) = read_sources(wool / NAMES[0], "mallett-yuksel", Answer(encoding="srgb", white=(1.0,)))
+    assert f"EXIF: 2 ({NAMES[1]}: 6)" in one.provenance.notes and "ICC profile" in one.provenance.notes
