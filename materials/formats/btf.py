@@ -57,6 +57,16 @@ def recognises(path: Path, head: bytes) -> bool:
     return image_name(path) is not None and is_first(path)
 
 
+def check_named(path: Path) -> None:
+    """Raises `InputError` for an image that was named in place of its set and is not the one that stands for it."""
+    if image_name(path) is None or len(found := members(path)) < 2 or path not in found:
+        return
+    hint = f"name the folder {set_folder(path)}, or the first of its images, {found[0].name}"
+    raise InputError(
+        "one image of a BTF", file=path, found=f"one of {len(found)}", expected="the set as a whole", hint=hint
+    )
+
+
 def companions(path: Path) -> Iterable[Path]:
     """The other images of the set."""
     return tuple(other for other in members(path) if other != path)

@@ -1,8 +1,10 @@
-"""Headers of a BTF's images that ask for what is not done are in the notes, by the name of the first."""
+"""What is said of a BTF's images: headers that ask for what is not done, and one named in place of its set."""
 
 import pytest
 from metamer.materials.formats.btf import read_sources
 from metamer.materials.formats.btf_headers import header_notes
+from metamer.materials.formats.registry import format_for
+from metamer.spectral.errors import InputError
 from metamer.spectral.formats.answer import Answer
 from PIL import Image, ImageCms
 
@@ -38,3 +40,10 @@ def test_plain_and_damaged_images_give_no_note(wool):
 def test_the_record_says_so(wool):
     (one,) = read_sources(wool / NAMES[0], "mallett-yuksel", Answer(encoding="srgb", white=(1.0,)))
     assert f"EXIF: 2 ({NAMES[1]}: 6)" in one.provenance.notes and "ICC profile" in one.provenance.notes
+
+
+def test_an_image_that_does_not_stand_for_its_set_is_refused_with_the_one_that_does(wool):
+    with pytest.raises(InputError, match="one image of a BTF") as caught:
+        format_for(wool / NAMES[2], named=True)
+    assert NAMES[0] in str(caught.value) and "one of 4" in str(caught.value)
+    assert format_for(wool / NAMES[0], named=True).NAME == "BTF"
