@@ -39,7 +39,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "--of",
         choices=("packs", "original"),
         default="packs",
-        help="compare what pictures show (packs, the default) or what was measured",
+        help="compare what pictures show (packs: fast forms, the default) or what was measured",
     )
     diff.add_argument("--fail", type=positive_delta_e, metavar="D", help="end with 2 where a ΔE94 p99 is above D")
     diff.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")

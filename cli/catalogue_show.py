@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..calibration.text_tables import columns
 from ..spectral.errors import visible
+from .catalogue_texel import print_texel, texel
 from .catalogue_words import add_catalogue_argument, opened, write_text
 from .shared import add_renderer_option, counted, renderer_for
 
@@ -32,15 +33,25 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     show.add_argument("id", metavar="ID", help='such as "colorchecker/red-gloss"')
     add_catalogue_argument(show)
     show.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead")
+    show.add_argument("--texel", type=texel, metavar="X,Y", help="what one texel of a BTF shows, as charts instead")
+    show.add_argument("--json", action="store_true", help="with --texel: every figure, for a program")
     add_renderer_option(show)
     show.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Show; 0."""
+    from ..spectral.errors import UsageError
     from ..spectral.files import check_writable
 
+    if args.json and args.texel is None:
+        raise UsageError("--json is for --texel X,Y; what the heads of materials say is in `list --json`")
+    if args.html is not None and args.texel is not None:
+        raise UsageError("--html and --texel do not go together: the page is of the whole material")
     record = opened(args.catalogue).load(args.id)
+    if args.texel is not None:
+        print_texel(record, args.texel, args.json)
+        return 0
     if args.html is not None:
         check_writable(args.html)
         _write_page(record, args.html, args.renderer)

@@ -54,7 +54,8 @@ def _print(found: Verification) -> None:
         print(f"{those[0]}{more}: error not measured: {note}")
     for path in found.strays:
         print(f"{path}: left behind by a writer that was killed; no reader uses it, and it may be deleted")
-    measured = sum(error is not None for one in found.results for error in (one.measured, one.measured_environment))
+    again = [each for one in found.results for each in (one.measured, one.measured_environment, one.measured_texels)]
+    measured = sum(error is not None for error in again)
     if measured:
         hold = "it holds where both" if measured == 1 else "they hold where they"
         print(f"{counted(measured, 'error')} measured again; {hold} agree within ΔE94 {TOLERANCE:g}")
@@ -72,6 +73,10 @@ def _print_json(found: Verification) -> None:
             "environment": {
                 "declared": one.declared_environment and _figures(one.declared_environment),
                 "measured": one.measured_environment and _figures(one.measured_environment),
+            },
+            "texels": {
+                "declared": one.declared_texels and _figures(one.declared_texels),
+                "measured": one.measured_texels and _figures(one.measured_texels),
             },
             "note": one.note,
             "missing": one.missing and str(one.missing),

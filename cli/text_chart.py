@@ -11,9 +11,16 @@ _EIGHTHS = " ▁▂▃▄▅▆▇█"
 
 
 def text_chart(
-    wavelengths_nm: Float[np.ndarray, " L"], values: Float[np.ndarray, " L"], width: int = 64, height: int = 8
+    wavelengths_nm: Float[np.ndarray, " L"],
+    values: Float[np.ndarray, " L"],
+    width: int = 64,
+    height: int = 8,
+    unit: str = "nm",
 ) -> str:
     """Bars of a spectrum, 0 at the foot; a column shows the largest value of its stretch, so that no line is lost.
+
+    unit : of what goes across, where that is no wavelength.
+
 
     >>> print(text_chart(np.array([400.0, 500.0, 600.0]), np.array([0.0, 0.5, 1.0]), width=5, height=2))
           1 │   ▃▆
@@ -30,7 +37,7 @@ def text_chart(
         lines.append(f"{f'{top:g}' if row == height - 1 else '':>7} │{bars}".rstrip())
     lines.append(f"{'0':>7} └" + "─" * width)
     first, last = (f"{edge:g}" for edge in (wavelengths_nm[0], wavelengths_nm[-1]))
-    lines.append(f"{'':9}{first}{last:>{max(width - len(first), len(last) + 1)}} nm")
+    lines.append(f"{'':9}{first}{last:>{max(width - len(first), len(last) + 1)}} {unit}")
     return "\n".join(lines)
 
 

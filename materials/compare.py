@@ -23,10 +23,11 @@ from ..spectral.processes import each_done, usable_cores
 from ..spectral.spectrum import Spectrum
 from .catalogue import Catalogue
 from .factored.pack import FactoredBrdf
+from .fast import Fast
 from .protocol import sphere_protocol
 from .records.material import MaterialRecord
 from .records.query import Summary
-from .records.record import read_record
+from .records.record import read_record, stored_arrays
 from .slices.error import error_between, samples
 
 Of = Literal["packs", "original"]
@@ -84,7 +85,7 @@ class Comparison:
     @property
     def protocol(self) -> str:
         """How the differences were measured, for a person."""
-        what = "factor packs" if self.of == "packs" else "original data"
+        what = "fast forms" if self.of == "packs" else "original data"
         return (
             f"ΔE94 of the {what} of B against those of A, the reference: sphere {_PIXELS} x {_PIXELS}, directional "
             f"lights from five sides, under {', '.join(self.illuminants)}, observer {self.observer}"
@@ -140,13 +141,23 @@ def compare_records(
     observer_name: str = "1931_2",
     of: Of = "packs",
 ) -> Difference:
-    """Compare two materials, whatever their ids; "not comparable" where they are not of the same quantity."""
+    """Compare two materials, whatever their ids; "not comparable" where they are not of the same quantity.
+
+    Raises
+    ------
+    InputError : `of` "original", and a file that a part of an original was left in is gone.
+    """
     name = a.id if a.id == b.id else f"{a.id} -> {b.id}"
     said = [] if a.model == b.model else [f"model {a.model} -> {b.model}"]
     if a.provenance.kind != b.provenance.kind:
         said.append(f"kind {a.provenance.kind} -> {b.provenance.kind}")
-    if of == "packs" and (changed := _environment_words(a, b)):
+    if of == "original":
+        for record in (a, b):
+            _check_original(record)
+    elif changed := _environment_words(a, b):
         said.append(changed)
+    if of == "packs" and a.fast is not None and b.fast is not None:
+        said += _form_words(a.fast, b.fast)
     words = ", ".join(said)
     lights, eye = [illuminant(light) for light in illuminants], observer(observer_name)
     if a.fast is not None and b.fast is not None:
@@ -170,6 +181,30 @@ def compare_records(
         for light, spectrum, one, other in zip(illuminants, lights, reference, sample, strict=True)
     )
     return Difference(name, "changed", words, figures)
+
+
+def _check_original(record: MaterialRecord) -> None:
+    gone = next((array for array in stored_arrays(record) if not array.is_there), None)
+    if gone is not None:
+        raise InputError(
+            "the original is gone",
+            file=gone.file,
+            field=record.id,
+            found="files that it was left in are not there",
+            expected="all of them, as they were imported",
+            hint="bring them back, or compare what pictures show: --of packs",
+        )
+
+
+def _form_words(a: Fast, b: Fast) -> list[str]:
+    """What became of the kind of form, and of those of texels with an error of their own, size and error."""
+    said = [] if a.WORDS == b.WORDS else [f"form {a.WORDS} -> {b.WORDS}"]
+    if a.texel_error is None and b.texel_error is None:
+        return said
+    sizes = [sum(one.nbytes for one in form.summands) for form in (a, b)]
+    errors = ["not measured" if one is None else f"{one.mean:.3f}" for one in (a.texel_error, b.texel_error)]
+    name = [] if said else [a.WORDS]
+    return [*said, *name, f"bytes {sizes[0]} -> {sizes[1]}", f"texel error mean {errors[0]} -> {errors[1]}"]
 
 
 def _environment_words(a: MaterialRecord, b: MaterialRecord) -> str:

@@ -30,6 +30,7 @@ from ..input_file import head_of
 from ..records.material import Provenance
 from ..records.stored_files import StoredFiles
 from ..source import MaterialSource, Rejected
+from .btf_headers import header_notes
 from .btf_names import bare_numbers, directions_of, image_name, is_first, members, set_folder, set_name
 from .btf_survey import Sorted, sorted_files, surveyed
 from .measured import placed
@@ -54,6 +55,16 @@ _NUMBER_S = 2.5e-7
 def recognises(path: Path, head: bytes) -> bool:
     """True for the first image of a set."""
     return image_name(path) is not None and is_first(path)
+
+
+def check_named(path: Path) -> None:
+    """Raises `InputError` for an image that was named in place of its set and is not the one that stands for it."""
+    if image_name(path) is None or len(found := members(path)) < 2 or path not in found:
+        return
+    hint = f"name the folder {set_folder(path)}, or the first of its images, {found[0].name}"
+    raise InputError(
+        "one image of a BTF", file=path, found=f"one of {len(found)}", expected="the set as a whole", hint=hint
+    )
 
 
 def companions(path: Path) -> Iterable[Path]:
@@ -96,7 +107,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         survey = surveyed(images, FILL if answer.fill is None else answer.fill, folder)
         registration = registered(survey.images, survey.pictures)
     images = _without_unused(survey.images, folder).with_offset(registration.offset)
-    notes += [*survey.notes, registration.words]
+    notes += [*header_notes(members(path), folder), *survey.notes, registration.words]
     if survey.negative:
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
     if images.texel_mm is not None:

@@ -74,6 +74,8 @@ def format_for(path: Path, named: bool = False) -> Format | None:
     head = head_of(path)
     known = next((reader for reader in formats() if reader.recognises(path, head)), None)
     if known is None and named:
+        for reader in formats():
+            getattr(reader, "check_named", lambda path: None)(path)
         known = next((reader for reader in formats() if path.suffix.lower() in reader.SUFFIXES), None)
     return known
 

@@ -28,12 +28,14 @@ from .material import MaterialRecord
 from .query import material_files
 from .record import SUFFIX, read_record, stored_arrays
 from .record_head import IMPORT_AGAIN, other_material
+from .texel_verification import check_decodes, gone_words, texels_measured_again
 
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
 _FIGURES = ("mean", "p95", "p99", "maximum")
 # Where the other error lies in a file.
 _ENVIRONMENT = "packs/slices/error"
+_TEXELS = "texel_error"
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Verified:
     """One material: what is wrong with it, or None; the error that it declares and the one measured now.
 
     declared_environment, measured_environment : those of its environment form, where it stores one.
+    declared_texels, measured_texels : those of single texels of a BTF.
 
     note : why the error was not measured, where it was not.
     missing : a file outside of the catalogue that large arrays were left in, and that is not there any more.
@@ -54,6 +57,8 @@ class Verified:
     missing: Path | None = None
     declared_environment: FitError | None = None
     measured_environment: FitError | None = None
+    declared_texels: FitError | None = None
+    measured_texels: FitError | None = None
 
 
 @dataclass(frozen=True)
@@ -137,13 +142,13 @@ def verify_material(
         if record.id != material_id:
             raise other_material(path, record.id, material_id)
         declared = record.error
-        gone = [array.file for array in stored_arrays(record) if not array.is_there]
+        gone = [array for array in stored_arrays(record) if not array.is_there]
         for array in stored_arrays(record):
-            if array.file not in gone:
+            if array.file not in [one.file for one in gone]:
                 replace(array, heard=say).check()
+        check_decodes(record)
         if gone:
-            note = f"large arrays were left in a file that is gone: {gone[0]}"
-            return Verified(material_id, declared=declared, note=note, missing=Path(gone[0]))
+            return Verified(material_id, declared=declared, note=gone_words(gone), missing=Path(gone[0].file))
         if quick or declared is None or record.fast is None:
             return Verified(material_id, declared=declared, note="" if quick or declared is None else "no packs")
         measured = measured_again(record)
@@ -153,7 +158,11 @@ def verify_material(
         problem = _mismatch(declared, measured, path)
         if problem is None and said is not None and found is not None:
             problem = _mismatch(said, found, path, _ENVIRONMENT)
-        return Verified(material_id, problem, declared, measured, declared_environment=said, measured_environment=found)
+        texels, again = record.fast.texel_error, texels_measured_again(record)
+        if problem is None and texels is not None and again is not None:
+            problem = _mismatch(texels, again, path, _TEXELS)
+        note = "" if texels is None or again is not None else f"of texels, by another protocol: {texels.protocol}"
+        return Verified(material_id, problem, declared, measured, note, None, said, found, texels, again)
     except InputError as reason:
         # Of a file that large arrays were left in, nobody else says whose they are.
         named = reason if reason.file in (None, path) else reason.at(named_in=material_id)

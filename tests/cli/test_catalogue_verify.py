@@ -96,7 +96,7 @@ def test_diff_of_catalogues(metamer, folder, other):
     assert code == 0
     assert "added: paint/new" in out and "removed: lamp/led" in out
     assert "1 changed, 1 same, 1 added, 1 removed" in out
-    assert "packs of B against those of A, the reference" in out and "under D65, A, FL11" in out
+    assert "fast forms of B against those of A, the reference" in out and "under D65, A, FL11" in out
 
 
 def test_diff_counts_what_looks_the_same_and_lists_what_does_not(metamer, folder, other):

@@ -1,0 +1,38 @@
+"""What headers of a BTF's images ask for and is not done: to be turned, or shown by a colour profile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+# Of EXIF: how a picture is to be turned; 1 is not at all.
+_ORIENTATION, _UPRIGHT = 0x0112, 1
+
+
+def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
+    """A note for each thing asked for, with the number of images and the name of the first.
+
+    A file that cannot be opened is passed over: who reads it says what is wrong with it.
+    """
+    from PIL import Image
+
+    turned: list[tuple[Path, int]] = []
+    profiled: list[Path] = []
+    for file in files:
+        try:
+            with Image.open(file) as picture:
+                orientation, profile = picture.getexif().get(_ORIENTATION, _UPRIGHT), picture.info.get("icc_profile")
+        except Exception:  # OpenEXR, or damaged
+            continue
+        if orientation != _UPRIGHT:
+            turned.append((file, orientation))
+        if profile:
+            profiled.append(file)
+    notes = []
+    if turned:
+        name, asked = turned[0][0].relative_to(folder), turned[0][1]
+        notes.append(f"images to be turned by EXIF: {len(turned)} ({name}: {asked}), read as they are stored")
+    if profiled:
+        name = profiled[0].relative_to(folder)
+        notes.append(f"images with an ICC profile: {len(profiled)} ({name}), not applied")
+    return notes
