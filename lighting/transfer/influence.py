@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -23,7 +24,8 @@ from ..visibility.refinement import refined
 from ..visibility.sites import scaled_triangles
 from .bounces import ENOUGH, Interreflection, Regions, interreflected
 from .direct import direct_illuminance
-from .hits import RAYS, Hits, scene_hits, shifted_pattern
+from .hits import RAYS, Hits, shifted_pattern
+from .kept import kept_hits
 from .operator import irradiance_operator
 
 # Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
@@ -75,17 +77,21 @@ def influence(
     rays: int = RAYS,
     enough: float = ENOUGH,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    folder: Path | None = None,
+    jobs: int = 1,
+    say: Callable[[str], object] = lambda words: None,
 ) -> Influence:
     """Follow light through a scene, as it is and without each of its parts.
 
     surfaces : by material id. rays : of each site. enough : see `interreflected`.
+    folder, jobs, say : where rays are kept, processes that trace them, who hears of damage; see `kept_hits`.
 
     Raises
     ------
     InputError : it would not fit into memory; a material that reflects all that it receives, or more.
     """
     scene.check_surfaces(surfaces)
-    hits = scene_hits(scene, rays, progress)
+    hits = kept_hits(scene, folder, rays, jobs, progress, say=say)
     operator = irradiance_operator(hits)
     occluders = Occluders(scaled_triangles(refined(scene)[0]).astype(np.float32))
     lux = np.concatenate(direct_illuminance(scene, hits.sites, occluders), axis=1)
