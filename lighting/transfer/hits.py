@@ -89,15 +89,19 @@ class Hits:
 
         A corner that is dark has the number 0 and no share; the sum of shares is then below 1.
         """
-        count = len(self.corners)
+        return self.about(self.triangle[rows], self.place[rows])
+
+    def about(
+        self, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]
+    ) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
+        """`ends` of other rays of this scene."""
         both = np.concatenate([self.corners, self.backs])
-        triangle = self.triangle[rows]
         found = both[np.where(triangle < 0, 0, triangle)]
-        place = self.place[rows].astype(np.float64) / _WHOLE
-        shares = np.concatenate([1.0 - place.sum(axis=2, keepdims=True), place], axis=2)
+        part = place.astype(np.float64) / _WHOLE
+        shares = np.concatenate([1.0 - part.sum(axis=2, keepdims=True), part], axis=2)
         shares[(triangle < 0)] = 0.0
         shares[found < 0] = 0.0
-        assert triangle.max(initial=-1) < 2 * count
+        assert triangle.max(initial=-1) < len(both)
         return np.maximum(found, 0), shares
 
 
@@ -191,7 +195,13 @@ class RayTracer:
         self, starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], first: int, rays: int
     ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
         """`triangle` and `place`, as `Hits` has them, of sites that are numbered from `first` on."""
-        to = ray_directions(normals, first + np.arange(len(starts)), rays).reshape(-1, 3)
+        return self.met(starts, ray_directions(normals, first + np.arange(len(starts)), rays))
+
+    def met(
+        self, starts: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n N 3"]
+    ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
+        """The same in directions of the caller's."""
+        rays, to = directions.shape[1], directions.reshape(-1, 3)
         origins = np.repeat(starts, rays, axis=0)
         met = self._embree.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
         face = met["primID"].astype(np.int64)

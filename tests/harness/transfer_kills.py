@@ -2,10 +2,10 @@
 
     python tests/harness/transfer_kills.py [--rounds 5] [--kills 20] [--jobs 2] [--json OUT.json]
 
-A round is one folder: `metamer transfer build` is killed so many times, the command itself or one of its workers, at
-random moments; after each kill every block that is there must be one of an undisturbed build, bit for bit; in the end
-the same command must finish, leave nothing half-written, and have the bytes of the undisturbed build. Linux only:
-processes are found in /proc.
+A round is one folder: `metamer transfer build` is killed so many times, some times one of its workers first, most
+times shortly after it has kept another block, else before it has; after each kill every block that is there must be one
+of an undisturbed build, bit for bit; in the end the same command must finish, leave nothing half-written, and have the
+bytes of the undisturbed build. Linux only: processes are found in /proc.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import os
 import random
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -73,13 +74,18 @@ def killed_round(
     rng, hits, there = random.Random(seed), {"command": 0, "worker": 0, "nothing": 0}, []
     for _ in range(kills):
         with started(command(scene, folder, jobs, rays)) as (process, _):
-            time.sleep(rng.uniform(0.3, 1.0) * seconds)
+            # Some times before there is any block more.
+            _another_block(process, folder, rng.uniform(0.0, seconds) if rng.random() < 0.2 else 600.0)
+            time.sleep(rng.uniform(0.0, 0.03))
             living = processes_of(process.pid)
-            victim = process.pid if rng.random() < 0.5 else rng.choice(living)
-            done = process.poll() is not None
-            hits["nothing" if done else "command" if victim == process.pid else "worker"] += 1
-            if not done:
-                _kill(victim)
+            if len(living) > 1 and rng.random() < 0.3:
+                # The command goes on without it, until it is hit as well.
+                _kill(rng.choice(living[1:]))
+                hits["worker"] += 1
+                _another_block(process, folder)
+                living = processes_of(process.pid)
+            hits["command" if process.poll() is None else "nothing"] += 1
+            _kill(process.pid)
             process.wait(timeout=600)
         for pid in living[1:]:
             gone_within(pid, 10.0)
@@ -91,6 +97,17 @@ def killed_round(
     if half_written(folder) or contents(folder) != expected:
         raise RuntimeError("other bytes than an undisturbed build")
     return {**hits, "blocks": there}
+
+
+def _another_block(process: subprocess.Popen, folder: Path, patience: float = 600.0) -> None:
+    """Wait until there is a block more, or the process is done, or for so many seconds."""
+
+    def blocks() -> int:
+        return len(list(folder.glob("[!.]*")))
+
+    before, begun = blocks(), time.monotonic()
+    while process.poll() is None and blocks() == before and time.monotonic() - begun < patience:
+        time.sleep(0.001)
 
 
 def _kill(pid: int) -> None:
