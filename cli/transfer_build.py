@@ -21,6 +21,9 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     )
     build.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
     add_kept_options(build, "--into", "folder to keep them in, for good (default: the user's cache)")
+    build.add_argument(
+        "--scheduler", metavar="ADDRESS", help="let the workers of this Dask scheduler trace (extra: cluster)"
+    )
     add_catalogue_option(build)
     build.set_defaults(run=run)
 
@@ -56,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
             progress,
             say=say,
             most=most,
+            scheduler=args.scheduler,
         )
     for note in scene.notes:
         print(note)

@@ -27,6 +27,7 @@ from ..scene import Scene
 from ..visibility.keeping import most_bytes, pruned, used
 from ..visibility.kept_arrays import UNREADABLE, read_arrays, write_arrays
 from .hits import RAYS, Bodies, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
+from .on_cluster import traced_on_cluster
 
 Progress = Callable[[int, int, str], None]
 # Where rays end is Embree's; their directions are numpy's.
@@ -71,6 +72,7 @@ def build_rays(
     longest_edge: float | None = None,
     say: Callable[[str], object] = lambda words: None,
     most: int | None = None,
+    scheduler: str | None = None,
 ) -> Kept:
     """Trace the rays of a scene that are not in `folder` yet, and keep them there; few blocks are in memory at once.
 
@@ -80,16 +82,18 @@ def build_rays(
     jobs : processes, at most; the files are the same bytes with any number.
     say : hears a sentence of each block that is damaged.
     most : bytes that the folder may hold beside these files; what was not used for longest goes. None removes nothing.
+    scheduler : address of a Dask scheduler, whose workers then trace; needs the extra `cluster`.
 
     Raises
     ------
-    InputError : the folder cannot be made or written to. NoRoomError : its disk is full; what is there stays.
+    InputError : the folder cannot be made or written to; see `traced_on_cluster`. NoRoomError : its disk is full; what
+    is there stays.
     """
     bodies = Bodies.of(scene, longest_edge)
     key = ray_key(bodies, rays)
     folder = made_folder(folder)
     there = 0
-    for block in _blocks(bodies, key, folder, rays, jobs, progress, say):
+    for block in _blocks(bodies, key, folder, rays, jobs, progress, say, scheduler):
         there += block.there
     files = tuple(_files(folder, key, len(blocks_of(len(bodies.sites), rays))))
     if most is not None:
@@ -132,12 +136,12 @@ def ray_key(bodies: Bodies, rays: int) -> str:
     """The hash of everything that the rays of sites depend on."""
     where = bodies.sites
     given = (where.starts, where.normals, bodies.triangles, bodies.corners.face_normals, rays)
-    return fingerprint(given, len(blocks_of(len(where), rays)), _code_hash())
+    return fingerprint(given, len(blocks_of(len(where), rays)), tracing_code())
 
 
 @cache
-def _code_hash() -> str:
-    """Of the modules that trace, and the versions of libraries."""
+def tracing_code() -> str:
+    """A hash of the modules that trace, and the versions of libraries."""
     found = hashlib.sha256(" ".join(f"{name} {version(name)}" for name in _LIBRARIES).encode())
     here = Path(__file__).parent
     for module in (here / "hits.py", here.parent / "vectors.py"):
@@ -157,6 +161,7 @@ def _blocks(
     jobs: int,
     progress: Progress,
     say: Callable[[str], object],
+    scheduler: str | None = None,
 ) -> Iterator[_Block]:
     """All blocks, each once: first those that are on disk, then those that are traced, as they come, on disk too."""
     rows = blocks_of(len(bodies.sites), rays)
@@ -183,15 +188,18 @@ def _blocks(
         for number in missing:
             check_writable(files[number])
     tasks = ((bodies.sites.starts[rows[n]], bodies.sites.normals[rows[n]], rows[n].start, rays) for n in missing)
-    start = _start_worker, (bodies.triangles, bodies.corners.face_normals)
+    held = bodies.triangles, bodies.corners.face_normals
     jobs = max(1, min(jobs, len(missing) // _A_PROCESS))
+    if scheduler is None:
+        traced = numbered(_traced, tasks, jobs, (_start_worker, held))
+    else:
+        traced = traced_on_cluster(tasks, key, held, scheduler, tracing_code)
     try:
-        with closing(numbered(_traced, tasks, jobs, start)) as results:
+        with closing(traced) as results:
             for which, (triangle, place) in results:
                 number = missing[which]
                 if files:
-                    held = {"of": _of(key, number), "triangle": triangle, "place": place}
-                    write_arrays(files[number], held)
+                    write_arrays(files[number], {"of": _of(key, number), "triangle": triangle, "place": place})
                 yield passed(_Block(number, rows[number], triangle, place, there=False))
     finally:
         _worker.clear()
