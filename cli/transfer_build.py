@@ -40,6 +40,7 @@ def run(args: argparse.Namespace) -> int:
     from ..lighting.scene_files import load_scene
     from ..lighting.transfer.kept import build_rays
     from ..lighting.visibility.keeping import LIMIT_VARIABLE, most_bytes, transfer_folder
+    from ..spectral.ending import saying
     from ..spectral.errors import InputError
     from ..spectral.files import existing_file
     from ..spectral.processes import usable_cores
@@ -50,7 +51,8 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("nothing is kept", field=LIMIT_VARIABLE, found="0", expected=words, hint="name one by --into")
     scene = load_scene(existing_file(args.scene), catalogue_for(args.catalogue, 1), say)
     begun = time.monotonic()
-    with progress_bar("Tracing") as progress:
+    goes_on = "What is traced is kept; the same command goes on from there."
+    with saying(lambda: goes_on), progress_bar("Tracing") as progress:
         built = build_rays(
             scene,
             args.into or transfer_folder(),
