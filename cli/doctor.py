@@ -80,11 +80,13 @@ def _reference() -> str:
 
 
 def _cache(clear: bool) -> str:
-    from ..lighting.visibility.keeping import pruned, visibility_folder, words
+    from ..lighting.visibility.keeping import pruned, transfer_folder, visibility_folder, words
 
+    folders = (visibility_folder(), transfer_folder())
     if clear:
-        pruned(visibility_folder(), 0)
-    return words(visibility_folder())
+        for folder in folders:
+            pruned(folder, 0)
+    return "\n            ".join(words(folder) for folder in folders)
 
 
 def _version(library: str) -> str:

@@ -3,20 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from .catalogue_words import write_text
-from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import counted, positive_count, progress_bar, say
-
-if TYPE_CHECKING:
-    from ..lighting.scene import Scene
-    from ..lighting.transfer.influence import Influence, Shown
-
-# Differences that are smaller, on average and at the 95th percentile, are left out of the table: nobody sees them.
-_SAID_FROM = 0.1
+from . import transfer_build, transfer_show
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -26,101 +14,6 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what the parts of a scene put on each other",
         description="What light does between the parts of a scene.",
     )
-    kinds = command.add_subparsers(metavar="{show}", required=True)
-    show = kinds.add_parser(
-        "show",
-        help="how many bounces a scene needs, and what each part puts on each other",
-        description="Follow light from part to part until no further bounce changes a colour by ΔE94 0.1, and say what "
-        "that changes: on each part as a whole, and by each other part. Every material counts as a matt surface that "
-        "reflects as much as it does of even light.",
-    )
-    show.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
-    show.add_argument("--rays", type=positive_count, default=256, metavar="N", help="of each vertex (default: 256)")
-    show.add_argument("--illuminant", metavar="NAME", help="in place of every light's own spectrum")
-    show.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    add_catalogue_option(show)
-    show.set_defaults(run=run)
-
-
-def run(args: argparse.Namespace) -> int:
-    """Follow and print; 0."""
-    from ..lighting.scene_files import load_scene
-    from ..lighting.transfer.influence import influence
-    from ..spectral.files import check_writable, existing_file
-    from ..viewer.picture import lit_by
-
-    existing_file(args.scene)
-    if args.json is not None:
-        check_writable(args.json)
-    catalogue = catalogue_for(args.catalogue, 1)
-    scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
-    surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
-    with progress_bar("Following light") as progress:
-        found = influence(scene, surfaces, args.rays, progress=progress)
-    for note in scene.notes:
-        print(note)
-    print(_words(scene, found))
-    if args.json is not None:
-        write_text(args.json, json.dumps(_figures(scene, found), indent=1, ensure_ascii=False) + "\n")
-        print(args.json)
-    return 0
-
-
-def _words(scene: Scene, found: Influence) -> str:
-    from ..calibration.text_tables import columns
-
-    names = [part.name for part in scene.parts]
-    needs = f"this scene needs {counted(found.bounces, 'bounce') if found.bounces else 'no bounce'}"
-    size = f"{found.sites:,} vertices of {found.rays} rays, {found.nbytes / 1e6:.1f} MB"
-    lines = [f"{scene.name}: {needs}; further ones change no colour by more than ΔE94 {found.left:.2g} ({size})"]
-    rows = [
-        [name, part.material, f"{y:.2f}", *_numbers(shown)]
-        for name, part, y, shown in zip(names, scene.parts, found.albedo_y, found.all, strict=True)
-    ]
-    head = ["part", "material", "Y", "ΔE94 mean", "p95", "max"]
-    lines += ["", "what light that is passed on changes on each part", columns(head, rows, left=2)]
-    pairs = [
-        (shown, names[on], names[by])
-        for on, row in enumerate(found.of)
-        for by, shown in enumerate(row)
-        if max(shown.mean, shown.p95) >= _SAID_FROM
-    ]
-    pairs.sort(key=lambda pair: -pair[0].mean)
-    if pairs:
-        head = ["on", "by", "ΔE94 mean", "p95", "max"]
-        rows = [[on, by, *_numbers(shown)] for shown, on, by in pairs]
-        lines += ["", "what a part puts on another, or on itself", columns(head, rows, left=2)]
-    else:
-        lines += ["", f"no part changes the colour of another by ΔE94 {_SAID_FROM:g} or more"]
-    return "\n".join(lines)
-
-
-def _numbers(shown: Shown) -> list[str]:
-    return [f"{value:.2f}" for value in (shown.mean, shown.p95, shown.maximum)]
-
-
-def _figures(scene: Scene, found: Influence) -> dict[str, Any]:
-    """What `--json` holds."""
-
-    def numbers(shown: Shown) -> dict[str, float]:
-        return {"mean": shown.mean, "p95": shown.p95, "max": shown.maximum}
-
-    names = [part.name for part in scene.parts]
-    parts = [
-        {"part": part.name, "material": part.material, "albedo_y": y, "delta_e94": numbers(shown)}
-        for part, y, shown in zip(scene.parts, found.albedo_y, found.all, strict=True)
-    ]
-    pairs = [
-        {"on": names[on], "by": names[by], "delta_e94": numbers(shown)}
-        for on, row in enumerate(found.of)
-        for by, shown in enumerate(row)
-    ]
-    size = {"vertices": found.sites, "rays": found.rays, "bytes": found.nbytes}
-    return {
-        "scene": scene.name,
-        "bounces": found.bounces,
-        "left_delta_e94": found.left,
-        **size,
-        "parts": parts,
-        "pairs": pairs,
-    }
+    kinds = command.add_subparsers(metavar="{show,build}", required=True)
+    transfer_show.add_parser(kinds)
+    transfer_build.add_parser(kinds)

@@ -1,4 +1,5 @@
-"""What comes to each pixel of a reference by way of other surfaces: paths, every wavelength, the original surfaces.
+"""What comes to each pixel of a reference by way of other surfaces: paths, every wavelength, the original surfaces,
+fluorescent ones among them (`path_colours`).
 
 A path starts at a sample of the picture and goes on as the surface there scatters. Where it meets a surface, that
 one's direct light counts: of each light from one direction as it is; of each that spreads from one direction that is
@@ -15,18 +16,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..materials.points import Points
 from ..materials.scattering import Scattering
-from ..spectral.errors import InputError
 from ..spectral.spectrum import Spectrum
-from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
 from .geometry import Met, Tracer, VisibleGeometry
-from .lights import DeltaLight, Light, SpreadLight
+from .lights import DeltaLight, SpreadLight
+from .path_colours import Carried, PathColours
 from .scene import Scene
 from .vectors import dot
 
-# Paths worked on at once: 81 wavelengths of them take 10 MB.
-_PATHS = 16384
+# Paths worked on at once: 81 wavelengths of them take 10 MB. Of more wavelengths, fewer.
+_PATHS, _WAVELENGTHS = 16384, 81
 # From this bounce on dark paths may end; one goes on with at least this chance.
 _ROULETTE, _LEAST = 3, 0.05
 
@@ -39,10 +38,6 @@ class BounceSum:
     geometry : with `frame` and `geometric`. tracer : of the same scene. surfaces : by material id.
     illuminants : see `reference.reference_images`. seed : equal seeds give equal pictures. most : paths that a pixel
     may be asked for, in each half. bounces : surfaces beside the one that is seen, 1 or more.
-
-    Raises
-    ------
-    InputError : a material that sends light out at other wavelengths than it receives.
     """
 
     def __init__(
@@ -56,19 +51,11 @@ class BounceSum:
         most: int,
         bounces: int,
     ) -> None:
-        for name in scene.material_ids:
-            if surfaces[name].surface.bispectral is not None:
-                words = "no bounces, or another material"
-                raise InputError("a fluorescent surface among others", field="bounces", found=name, expected=words)
         assert geometry.frame is not None
         assert geometry.geometric is not None
         self._scene, self._geometry, self._tracer, self._bounces = scene, geometry, tracer, bounces
         self._wearing = [surfaces[part.material] for part in scene.parts]
-        self._nm = common_wavelengths([one.surface.wavelengths_nm for one in self._wearing])
-        grids = [one.surface.wavelengths_nm for one in self._wearing]
-        self._to_common = [None if np.array_equal(g, self._nm) else interpolation_matrix(g, self._nm).T for g in grids]
-        self._folds = [self._fold(light, illuminants) for light in scene.lights]
-        self._bright = np.sum([fold.sum(axis=0) for fold in self._folds], axis=0)
+        self._colours = PathColours(scene, surfaces, illuminants)
         self._sums = np.zeros((2, geometry.rows * geometry.width, 3 * len(illuminants)))
         self._order = np.argsort(geometry.pixel, kind="stable")
         self._hits = np.bincount(geometry.pixel, minlength=self._sums.shape[1])
@@ -79,15 +66,6 @@ class BounceSum:
         self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
         #: (H W,) pixels that meet a surface.
         self.covered = self._hits > 0
-
-    def _fold(self, light: Light, illuminants: Sequence[Spectrum | None]) -> Float[np.ndarray, "K L M3"]:
-        """Of each of a light's spectra, from reflectances to XYZ in each picture."""
-        seen_by = self._scene.observer
-        columns = [
-            [seen_by.weights(own if other is None else other, self._nm).T for other in illuminants]
-            for own in light.spectra
-        ]
-        return np.stack([np.concatenate(each, axis=1) for each in columns])
 
     @property
     def _dimensions(self) -> int:
@@ -113,7 +91,8 @@ class BounceSum:
         for half, (points, shift) in enumerate(self._pools):
             rng = np.random.default_rng([*self._seed, 3 + half, start])
             numbers = np.arange(start, directions)
-            step = max(1, _PATHS // len(numbers))
+            most = _PATHS * min(1.0, _WAVELENGTHS / self._colours.numbers)
+            step = max(1, int(most) // len(numbers))
             for begin in range(0, len(pixels), step):
                 some = pixels[begin : begin + step]
                 pixel, which = np.repeat(some, len(numbers)), np.tile(numbers, len(some))
@@ -148,41 +127,28 @@ class BounceSum:
             geometry.wo[sample],
         )
         uv = None if geometry.uv is None else geometry.uv[sample]
-        path, through = np.arange(len(pixel)), np.ones((len(pixel), len(self._nm)))
+        path, carried = np.arange(len(pixel)), self._colours.begun(len(pixel))
         found = np.zeros((len(pixel), sums.shape[1]))
         size = self._dimensions
         for bounce in range(self._bounces + 1):
             held = points[path, 1 + size * bounce : 1 + size * (bounce + 1)]
             uniform = held if held.shape[1] else rng.random((len(path), size))
             if bounce > 0:
-                self._lit(found, path, met, uv, through, uniform)
+                self._lit(found, path, met, uv, carried, uniform)
             if bounce >= _ROULETTE:
                 # Light that is seen goes with Y, and with X and Z where those are all there is.
-                chance = np.clip((through @ self._bright).max(axis=1) / self._bright.sum(axis=0).max(), _LEAST, 1.0)
+                chance = np.clip(self._colours.brightness(carried), _LEAST, 1.0)
                 goes_on = np.flatnonzero(uniform[:, 2] < chance)
-                through = through[goes_on] / chance[goes_on, None]
+                carried = carried.chosen(goes_on).times(1.0 / chance[goes_on])
                 path, met, uniform = path[goes_on], met.chosen(goes_on), uniform[goes_on]
                 uv = None if uv is None else uv[goes_on]
-            path, met, uv, through = self._further(found, path, met, uv, through, uniform, bounce)
+            path, met, uv, carried = self._further(found, path, met, uv, carried, uniform, bounce)
             if not len(path):
                 break
         low = pixel[0]
         for channel in range(found.shape[1]):
             total = np.bincount(pixel - low, found[:, channel])
             sums[low : low + len(total), channel] += total
-
-    def _scattered(
-        self, met: Met, uv: Float[np.ndarray, "n 2"] | None, wi: Float[np.ndarray, "n 3"]
-    ) -> Float[np.ndarray, "n L"]:
-        """f_r at points."""
-        f_r = np.zeros((len(wi), len(self._nm)))
-        for number, worn in enumerate(self._wearing):
-            mine = np.flatnonzero(met.part == number)
-            if len(mine):
-                own = worn.surface.at(Points(wi[mine], met.wo[mine], None if uv is None else uv[mine]))
-                to_common = self._to_common[number]
-                f_r[mine] = own if to_common is None else own @ to_common
-        return f_r
 
     def _density(self, met: Met, wi: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
         """1/sr with which paths go on in directions."""
@@ -199,12 +165,12 @@ class BounceSum:
         path: Int[np.ndarray, " n"],
         met: Met,
         uv: Float[np.ndarray, "n 2"] | None,
-        through: Float[np.ndarray, "n L"],
+        carried: Carried,
         uniform: Float[np.ndarray, "n d"],
     ) -> None:
         """Add what lights give points straight away."""
         spread = 0
-        for light, fold in zip(self._scene.lights, self._folds, strict=True):
+        for which, light in enumerate(self._scene.lights):
             if isinstance(light, DeltaLight):
                 arriving = light.arrivals(met.position)
                 towards, strength = arriving.directions, arriving.illuminance_lux[:, None]
@@ -229,8 +195,8 @@ class BounceSum:
             weight = wi[some, 2]
             if by_light is not None:
                 weight = weight / (by_light[some] + self._density(here, wi[some]))
-            sent = through[some] * self._scattered(here, None if uv is None else uv[some], wi[some])
-            self._count(found, path[some], sent, strength[some] * weight[:, None], fold)
+            sent = self._colours.scattered(carried.chosen(some), here, None if uv is None else uv[some], wi[some])
+            found[path[some]] += self._colours.seen(sent, which, strength[some] * weight[:, None])
 
     def _further(
         self,
@@ -238,10 +204,10 @@ class BounceSum:
         path: Int[np.ndarray, " n"],
         met: Met,
         uv: Float[np.ndarray, "n 2"] | None,
-        through: Float[np.ndarray, "n L"],
+        carried: Carried,
         uniform: Float[np.ndarray, "n d"],
         bounce: int,
-    ) -> tuple[Int[np.ndarray, " k"], Met, Float[np.ndarray, "k 2"] | None, Float[np.ndarray, "k L"]]:
+    ) -> tuple[Int[np.ndarray, " k"], Met, Float[np.ndarray, "k 2"] | None, Carried]:
         """Where paths meet a surface again; lights that they meet count, but those of the surface that is seen."""
         wi = np.zeros((len(path), 3))
         for number, worn in enumerate(self._wearing):
@@ -254,38 +220,25 @@ class BounceSum:
         path, met, wi, density = path[some], met.chosen(some), wi[some], density[some]
         uv = None if uv is None else uv[some]
         towards = np.ascontiguousarray(towards[some])
-        f_r = self._scattered(met, uv, wi)
-        through = through[some] * f_r * (wi[:, 2] / density)[:, None]
+        carried = self._colours.scattered(carried.chosen(some), met, uv, wi).times(wi[:, 2] / density)
         start = self._tracer.lifted(met.position, met.geometric)
         face = self._tracer.first(start, towards)
         hit = np.flatnonzero(face >= 0)
         distance = np.full(len(face), np.inf)
         distance[hit], weights = self._tracer.on_triangle(face[hit], start[hit], towards[hit])
         if bounce > 0:
-            for light, fold in zip(self._scene.lights, self._folds, strict=True):
+            for which, light in enumerate(self._scene.lights):
                 if not isinstance(light, SpreadLight):
                     continue
                 seen = np.flatnonzero(distance >= light.distance(start, towards))
                 strength = light.luminance(met.position[seen], towards[seen])
                 by_light = light.density(met.position[seen], towards[seen])
                 share = density[seen] / (density[seen] + by_light)
-                self._count(found, path[seen], through[seen], strength * share[:, None], fold)
+                found[path[seen]] += self._colours.seen(carried.chosen(seen), which, strength * share[:, None])
         if bounce == self._bounces:
             hit = hit[:0]
             weights = weights[:0]
         position = start[hit] + distance[hit, None] * towards[hit]
         ahead = self._tracer.seen(face[hit], weights, position, -towards[hit])
         uv = self._tracer.uv_at(face[hit], weights) if uv is not None else None
-        return path[hit], ahead, uv, through[hit]
-
-    def _count(
-        self,
-        found: Float[np.ndarray, "paths C"],
-        path: Int[np.ndarray, " n"],
-        sent: Float[np.ndarray, "n L"],
-        strength: Float[np.ndarray, "n K"],
-        fold: Float[np.ndarray, "K L C"],
-    ) -> None:
-        """Add light by its wavelengths; no path is there twice."""
-        for field in range(strength.shape[1]):
-            found[path] += (sent * strength[:, field : field + 1]) @ fold[field]
+        return path[hit], ahead, uv, carried.chosen(hit)

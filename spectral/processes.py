@@ -95,7 +95,7 @@ def in_order(
     """
     waiting: dict[int, Result] = {}
     following = 0
-    with closing(_numbered(work, tasks, jobs, start)) as results:
+    with closing(numbered(work, tasks, jobs, start)) as results:
         for number, result in results:
             waiting[number] = result
             while following in waiting:
@@ -105,15 +105,15 @@ def in_order(
 
 def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
     """`work(*task)` for every task, as each is done: in this process, in order, where `jobs` is 1, else in so many."""
-    with closing(_numbered(work, tasks, jobs)) as results:
+    with closing(numbered(work, tasks, jobs)) as results:
         for _, result in results:
             yield result
 
 
-def _numbered(
+def numbered(
     work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
 ) -> Generator[tuple[int, Result], None, None]:
-    """The place of each task and its result, as each is done."""
+    """As `in_order`, which holds back what is early: here the place of each task and its result, as each is done."""
     if jobs <= 1:
         if start is not None:
             start[0](*start[1])

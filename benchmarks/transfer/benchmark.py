@@ -10,6 +10,7 @@ import numpy as np
 
 from ...calibration.text_tables import columns
 from ...spectral.errors import InputError
+from . import clothed
 from .pixels import difference, seen_sites, truth_of
 from .scenes import TransferScene, scenes
 from .tensors import TensorMethod, shared_by_all
@@ -42,8 +43,8 @@ def run(
 
     Parameters
     ----------
-    full : more scenes, lights, rays and sites. data : a folder with meshes/, or None. case : only scenes whose names
-    fit, `*` and `?` for anything; those of the full run too.
+    full : more scenes, lights, rays and sites, and the 2004 paper's way (`clothed`). data : a folder with meshes/, or
+    None. case : only scenes whose names fit, `*` and `?` for anything; those of the full run too.
 
     Returns
     -------
@@ -57,11 +58,13 @@ def run(
     """
     there = scenes(full or case is not None, data)
     chosen = [one for one in there if case is None or fnmatchcase(one.name, case)]
+    with_btf = fnmatchcase(clothed.NAME, case) if case is not None else full
+    if not chosen and not with_btf:
+        names = ", ".join([*dict.fromkeys(s.name for s in there), clothed.NAME])
+        raise InputError("no scene is called so", field="--case", found=case, expected=names)
+    rows: list[dict] = clothed.rows(progress) if with_btf else []
     if not chosen:
-        raise InputError(
-            "no scene is called so", field="--case", found=case, expected=", ".join({s.name for s in there})
-        )
-    rows: list[dict] = []
+        return {"rows": rows}
     progress("a family of highlights as a tensor")
     shared = shared_by_all()
     for one in chosen:

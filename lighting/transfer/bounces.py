@@ -18,6 +18,7 @@ from jaxtyping import Float, Int
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError
+from .radiant import RadiantRegions
 
 #: ΔE94 that bounces which are left out may change the brightest or darkest site by.
 ENOUGH = 0.1
@@ -48,6 +49,17 @@ class Regions:
             raise InputError(
                 "surfaces that reflect what they cannot", field="reflectances", found=found, expected=words
             )
+
+    @property
+    def largest(self) -> float:
+        """The most that is reflected at any wavelength."""
+        return float(self.reflectances.max(initial=0.0))
+
+    def most_y(
+        self, coefficients: Float[np.ndarray, "S K J"], seen_y: Float[np.ndarray, " S"], reference_lux: float
+    ) -> Float[np.ndarray, " S"]:
+        """Y that this light could have after further bounces in which nothing is lost: what it has."""
+        return seen_y
 
     def first(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "S K J"]:
         """c_0 of an illuminance of each of K spectra."""
@@ -90,7 +102,7 @@ class Interreflection:
 
 def interreflected(
     operator: Any,
-    regions: Regions,
+    regions: Regions | RadiantRegions,
     lux: Float[np.ndarray, "S K"],
     folds: Sequence[Float[np.ndarray, "3 J"]],
     white: Float[np.ndarray, "3"],
@@ -104,14 +116,16 @@ def interreflected(
     Parameters
     ----------
     operator : G (S,S) of `irradiance_operator`. lux : received of each of K spectra straight away.
-    folds : of each spectrum, from coefficients to XYZ with Y = 1 of the perfect diffuser (`SpectralBasis.fold`).
+    folds : of each spectrum, from coefficients to XYZ with Y = 1 of the perfect diffuser (`SpectralBasis.fold`,
+        `RadiantRegions.folds`).
     white : XYZ that ΔE94 refers to, Y = 1. reference_lux : a perfect diffuser that receives this has Y = 1.
     sends : of each site, the share of its light that others receive; None is all.
 
     What is left is estimated as a geometric series of what the last bounce gave and the share by which it had become
     less, site by site at the slowest of all sites' shares. It ends, for sure, since rows of G sum to at most 1 and
     reflectances are below 1: whatever Y the last bounce gave the brightest site, all later ones add less than
-    Y q / (1 - q) to any, q being the product of the largest of both.
+    Y q / (1 - q) to any, q being the product of the largest of both. Where sites fluoresce, all of its power counts as
+    what eyes see best.
 
     Raises
     ------
@@ -122,7 +136,7 @@ def interreflected(
     first, total = now, now.copy()
     seen = _seen(total, to_xyz)
     largest = float(operator.sum(axis=1).max()) if operator.shape[0] else 0.0
-    q = largest * float(regions.reflectances.max(initial=0.0))
+    q = largest * regions.largest
     left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
     for bounce in range(most + 1):
         sent = now.reshape(len(now), -1)
@@ -133,7 +147,7 @@ def interreflected(
         share = min(size / before, q) if before > 0.0 else 0.0
         off = delta_e_xyz(seen + gives / (1.0 - share), seen, white) if size > 0.0 else np.zeros(1)
         left = float(off.max(initial=0.0))
-        bound = float(gives[:, 1].max(initial=0.0)) / (1.0 - q)
+        bound = float(regions.most_y(following, gives[:, 1], reference_lux).max(initial=0.0)) / (1.0 - q)
         if left <= enough:
             return Interreflection(bounce, first, total, left, bound)
         now, before = following, size

@@ -89,15 +89,19 @@ class Hits:
 
         A corner that is dark has the number 0 and no share; the sum of shares is then below 1.
         """
-        count = len(self.corners)
+        return self.about(self.triangle[rows], self.place[rows])
+
+    def about(
+        self, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]
+    ) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
+        """`ends` of other rays of this scene."""
         both = np.concatenate([self.corners, self.backs])
-        triangle = self.triangle[rows]
         found = both[np.where(triangle < 0, 0, triangle)]
-        place = self.place[rows].astype(np.float64) / _WHOLE
-        shares = np.concatenate([1.0 - place.sum(axis=2, keepdims=True), place], axis=2)
+        part = place.astype(np.float64) / _WHOLE
+        shares = np.concatenate([1.0 - part.sum(axis=2, keepdims=True), part], axis=2)
         shares[(triangle < 0)] = 0.0
         shares[found < 0] = 0.0
-        assert triangle.max(initial=-1) < 2 * count
+        assert triangle.max(initial=-1) < len(both)
         return np.maximum(found, 0), shares
 
 
@@ -141,21 +145,78 @@ def scene_hits(
     """Trace the rays of all sites of a scene: its vertices, welded by place and normal (`visibility.sites`), and those
     that large triangles are divided by (`visibility.refinement`).
 
-    progress : called with (sites done, sites in all, what is done). longest_edge : see `refined`.
+    progress : called with (sites done, sites in all, what is done). longest_edge : see `refined`. `kept.kept_hits` has
+    them on disk.
 
     Raises
     ------
     InputError : it would not fit into memory.
     """
-    fine = refined(scene, longest_edge)[0]
-    corners = corners_of(fine, pieces_of(fine))
-    count = sum(len(part.mesh.vertices) for part in fine.parts)
-    needed = count * rays * BYTES_A_RAY + _AT_ONCE * _BYTES_TRACED
-    words = f"{count:,} vertices, {rays} rays each: {gigabytes(needed)} of memory"
+    bodies = Bodies.of(scene, longest_edge)
+    check_rays_fit(len(bodies.sites), rays)
+    return traced_hits(bodies.sites, bodies.corners, bodies.triangles, rays, progress)
+
+
+def check_rays_fit(sites: int, rays: int) -> None:
+    """Raise `InputError` where all rays of so many sites do not fit into memory."""
+    needed = sites * rays * BYTES_A_RAY + _AT_ONCE * _BYTES_TRACED
+    words = f"{sites:,} vertices, {rays} rays each: {gigabytes(needed)} of memory"
     check_room(needed, "what light does between the parts does not fit into memory", words, "ask for fewer rays")
-    triangles = scaled_triangles(fine).astype(np.float32)
-    where = sites_at(corners, Occluders(triangles))
-    return traced_hits(where, corners, triangles, rays, progress)
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """What the rays of a scene start from and end on, scaled as `Sites` are. triangles: in float32, as they are met."""
+
+    sites: Sites
+    corners: Corners
+    triangles: Float[np.ndarray, "F 3 3"]
+
+    @classmethod
+    def of(cls, scene: Scene, longest_edge: float | None = None) -> Bodies:
+        """Those of a scene, large triangles divided; see `scene_hits`."""
+        fine = refined(scene, longest_edge)[0]
+        corners = corners_of(fine, pieces_of(fine))
+        triangles = scaled_triangles(fine).astype(np.float32)
+        return cls(sites_at(corners, Occluders(triangles)), corners, triangles)
+
+
+class RayTracer:
+    """Embree's index of triangles (F, 3, 3) for the question where rays end, and their normals (F, 3)."""
+
+    def __init__(self, triangles: Float[np.ndarray, "F 3 3"], face_normals: Float[np.ndarray, "F 3"]) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self._embree, self._face_normals = EmbreeScene(), face_normals
+        TriangleMesh(self._embree, np.ascontiguousarray(triangles, dtype=np.float32))
+
+    def ends(
+        self, starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], first: int, rays: int
+    ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
+        """`triangle` and `place`, as `Hits` has them, of sites that are numbered from `first` on."""
+        return self.met(starts, ray_directions(normals, first + np.arange(len(starts)), rays))
+
+    def met(
+        self, starts: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n N 3"]
+    ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
+        """The same in directions of the caller's."""
+        rays, to = directions.shape[1], directions.reshape(-1, 3)
+        origins = np.repeat(starts, rays, axis=0)
+        met = self._embree.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
+        face = met["primID"].astype(np.int64)
+        back = dot(to, self._face_normals[face]) > 0.0
+        triangle = np.where(face < 0, -1, face + len(self._face_normals) * back).astype(np.int32)
+        shares = np.clip(np.stack([met["u"], met["v"]], axis=1).astype(np.float64), 0.0, 1.0)
+        shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1.0)
+        place = np.floor(shares * _WHOLE + 0.5 * (shares < 1.0)).astype(np.uint16)
+        return triangle.reshape(-1, rays), place.reshape(-1, rays, 2)
+
+
+def blocks_of(sites: int, rays: int) -> list[slice]:
+    """Sites whose rays are traced together, and are one file where they are kept."""
+    step = max(1, _AT_ONCE // rays)
+    return [slice(start, min(start + step, sites)) for start in range(0, sites, step)]
 
 
 def traced_hits(
@@ -166,28 +227,24 @@ def traced_hits(
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> Hits:
     """The rays of sites against triangles, scaled alike."""
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
-
-    embree = EmbreeScene()
-    TriangleMesh(embree, np.ascontiguousarray(triangles, dtype=np.float32))
-    count, faces = len(where), len(triangles)
+    tracer, count = RayTracer(triangles, corners.face_normals), len(where)
     triangle = np.full((count, rays), -1, dtype=np.int32)
     place = np.zeros((count, rays, 2), dtype=np.uint16)
-    step = max(1, _AT_ONCE // rays)
-    for start in range(0, count, step):
-        rows = slice(start, min(start + step, count))
-        numbers = np.arange(rows.start, rows.stop)
-        to = ray_directions(where.normals[rows], numbers, rays).reshape(-1, 3)
-        origins = np.repeat(where.starts[rows], rays, axis=0)
-        met = embree.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
-        face = met["primID"].astype(np.int64)
-        back = dot(to, corners.face_normals[face]) > 0.0
-        triangle[rows] = np.where(face < 0, -1, face + faces * back).reshape(-1, rays)
-        shares = np.clip(np.stack([met["u"], met["v"]], axis=1).astype(np.float64), 0.0, 1.0)
-        shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1.0)
-        place[rows] = np.floor(shares * _WHOLE + 0.5 * (shares < 1.0)).astype(np.uint16).reshape(-1, rays, 2)
+    for rows in blocks_of(count, rays):
+        triangle[rows], place[rows] = tracer.ends(where.starts[rows], where.normals[rows], rows.start, rays)
         progress(rows.stop, count, "interreflection")
+    return hits_of(where, corners, triangles, triangle, place)
+
+
+def hits_of(
+    where: Sites,
+    corners: Corners,
+    triangles: Float[np.ndarray, "F 3 3"],
+    triangle: Int[np.ndarray, "S N"],
+    place: UInt16[np.ndarray, "S N 2"],
+) -> Hits:
+    """Rays that are traced, with the sites and triangles that they are of."""
+    count = len(where)
     vertex = corners.vertex.reshape(-1, 3)
     fronts, backs = where.fronts[vertex], where.backs[vertex]
     edges = triangles[:, 1:].astype(np.float64) - triangles[:, :1]

@@ -1,21 +1,26 @@
 """What the parts of a scene put on each other: colour differences with light that is passed on, and without.
 
 Every material counts as a matt surface that reflects as much as it does of even light, at each wavelength: exact for
-matt ones, and of glossy ones what they pass on as a whole, wherever they send it.
+matt ones, fluorescent ones among them, and of glossy ones what they pass on as a whole, wherever they send it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ...materials.factored.pack import FactoredBrdf
 from ...materials.points import Points
 from ...materials.surface import Surface
 from ...spectral.basis import SpectralBasis
+from ...spectral.bispectral import Bispectral
 from ...spectral.difference import delta_e_xyz
+from ...spectral.palette import DonaldsonPalette
+from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
 from ..scene import Scene
 from ..visibility.occluders import Occluders
@@ -23,8 +28,10 @@ from ..visibility.refinement import refined
 from ..visibility.sites import scaled_triangles
 from .bounces import ENOUGH, Interreflection, Regions, interreflected
 from .direct import direct_illuminance
-from .hits import RAYS, Hits, scene_hits, shifted_pattern
+from .hits import RAYS, Hits, shifted_pattern
+from .kept import kept_hits
 from .operator import irradiance_operator
+from .radiant import RadiantRegions, basis_for
 
 # Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
 _PAIRS = 4096
@@ -75,23 +82,26 @@ def influence(
     rays: int = RAYS,
     enough: float = ENOUGH,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    folder: Path | None = None,
+    jobs: int = 1,
+    say: Callable[[str], object] = lambda words: None,
 ) -> Influence:
     """Follow light through a scene, as it is and without each of its parts.
 
     surfaces : by material id. rays : of each site. enough : see `interreflected`.
+    folder, jobs, say : where rays are kept, processes that trace them, who hears of damage; see `kept_hits`.
 
     Raises
     ------
     InputError : it would not fit into memory; a material that reflects all that it receives, or more.
     """
     scene.check_surfaces(surfaces)
-    hits = scene_hits(scene, rays, progress)
+    hits = kept_hits(scene, folder, rays, jobs, progress, say=say)
     operator = irradiance_operator(hits)
     occluders = Occluders(scaled_triangles(refined(scene)[0]).astype(np.float32))
     lux = np.concatenate(direct_illuminance(scene, hits.sites, occluders), axis=1)
     part, regions = hits.part_of_site, _regions(scene, surfaces, hits)
-    spectra = [spectrum for light in scene.lights for spectrum in light.spectra]
-    folds = [regions.basis.fold(spectrum, scene.observer) for spectrum in spectra]
+    folds = regions.folds() if isinstance(regions, RadiantRegions) else _folds(scene, regions)
     white, reference = scene.adopted_white(), float(scene.viewing.reference_illuminance_lux)
     to_xyz = np.concatenate([fold.T for fold in folds]) / reference
 
@@ -110,7 +120,6 @@ def influence(
     without = delta_e_xyz(truth, seen(whole.first), white)
     lit = truth.any(axis=1)
     of_parts = [lit & (part == number) for number in range(count)]
-    y = scene.observer.weights(scene.lights[0].spectrum, regions.basis.wavelengths_nm)[1]
     return Influence(
         whole.bounces,
         whole.left,
@@ -120,12 +129,44 @@ def influence(
         len(hits.sites),
         rays,
         hits.nbytes,
-        tuple((regions.reflectances @ y).tolist()),
+        tuple(_y(scene, surfaces[part.material]) for part in scene.parts),
     )
 
 
-def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regions:
-    """Every part a region, at all wavelengths."""
+def _y(scene: Scene, surface: Surface) -> float:
+    """What a surface makes of even light of the first light's colour."""
+    light, glowing = scene.lights[0].spectrum, donaldson(surface)
+    if glowing is not None:
+        return float(glowing.fold(light, scene.observer)[1])
+    return float(scene.observer.weights(light, surface.wavelengths_nm)[1] @ albedo(surface))
+
+
+def donaldson(surface: Surface) -> Bispectral | None:
+    """The Donaldson matrix of a matt surface that fluoresces, original or fast form; None of any other."""
+    if surface.bispectral is None and isinstance(surface, FactoredBrdf):
+        (palette, *_) = (pack.palette for pack in surface.packs)
+        return palette.bispectral if isinstance(palette, DonaldsonPalette) else None
+    return surface.bispectral
+
+
+def _folds(scene: Scene, regions: Regions) -> list[Float[np.ndarray, "3 J"]]:
+    spectra = [spectrum for light in scene.lights for spectrum in light.spectra]
+    return [regions.basis.fold(spectrum, scene.observer) for spectrum in spectra]
+
+
+def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regions | RadiantRegions:
+    """Every part a region, at all wavelengths; in a basis of radiances where some part fluoresces."""
+    glowing = {name: donaldson(surfaces[name]) for name in scene.material_ids}
+    if any(each is not None for each in glowing.values()):
+        for name in scene.material_ids:
+            if glowing[name] is None:
+                reflected = Spectrum.sampled(surfaces[name].wavelengths_nm, albedo(surfaces[name]), "reflectance")
+                glowing[name] = Bispectral.diagonal(reflected)
+        matrices = {name: each for name, each in glowing.items() if each is not None}
+        lights = tuple(spectrum for light in scene.lights for spectrum in light.spectra)
+        basis = basis_for([*matrices.values()], lights, scene.observer)
+        of_parts = tuple(matrices[part.material] for part in scene.parts)
+        return RadiantRegions(hits.part_of_site, of_parts, lights, scene.observer, basis)
     wavelengths = common_wavelengths([surfaces[part.material].wavelengths_nm for part in scene.parts])
     found = {
         name: interpolation_matrix(surfaces[name].wavelengths_nm, wavelengths) @ albedo(surfaces[name])

@@ -8,7 +8,6 @@ content; one that is damaged is computed anew, and that is said. `keeping` bound
 from __future__ import annotations
 
 import hashlib
-import zipfile
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
@@ -17,23 +16,22 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.files import check_writable, made_folder, written_whole
+from ...spectral.files import check_writable, made_folder
 from ...spectral.fingerprint import fingerprint
 from ..scene import Scene
 from .before import Before
 from .keeping import most_bytes, pruned, used
+from .kept_arrays import UNREADABLE, read_arrays, write_arrays
 from .precompute import SAID_FROM_SECONDS, Progress, computed_visibility, visibility_cost
 from .refinement import refined
 from .sites import nothing_hides, pieces_of
 from .visibility import SceneVisibility
 
-# What numpy makes of a file that is damaged.
-_UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 # Libraries of which another version may give other numbers.
 _LIBRARIES = ("numpy", "scipy", "embreex")
 # Arrays of a file; the refinement is made anew, since the scene says it all.
 _ARRAYS = tuple(each.name for each in fields(SceneVisibility) if each.name != "refinement")
-_DIGEST, _NOTHING_HIDES = "digest", "nothing_hides"
+_NOTHING_HIDES = "nothing_hides"
 
 
 def scene_visibility(
@@ -73,7 +71,7 @@ def scene_visibility(
         except FileNotFoundError:
             # Another process has made room since.
             pass
-        except _UNREADABLE:
+        except UNREADABLE:
             say(f"{file} is damaged; the visibility of the scene is computed again")
     # Known at once: such scenes have no file.
     if nothing_hides(pieces_of(scene)):
@@ -84,7 +82,7 @@ def scene_visibility(
     _say_cost(scene, jobs, say)
     found = computed_visibility(scene, jobs, progress, before)
     _write(file, found)
-    pruned(Path(folder), limit, keep=file)
+    pruned(Path(folder), limit, keep=[file])
     return found
 
 
@@ -113,18 +111,11 @@ def _code_hash() -> str:
 
 def _write(file: Path, visibility: SceneVisibility | None) -> None:
     arrays = {} if visibility is None else {name: getattr(visibility, name) for name in _ARRAYS}
-    content = {**arrays, _NOTHING_HIDES: np.array(visibility is None)}
-    digest = np.array(fingerprint(content))
-    with written_whole(file) as beside, beside.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, **content, **{_DIGEST: digest})
+    write_arrays(file, {**arrays, _NOTHING_HIDES: np.array(visibility is None)})
 
 
 def _read(file: Path, scene: Scene) -> SceneVisibility | None:
-    # Opened here: numpy leaves a damaged file open.
-    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as held:
-        content = {name: held[name] for name in held.files if name != _DIGEST}
-        if str(held[_DIGEST]) != fingerprint(content):
-            raise ValueError("not what was written")
+    content = read_arrays(file)
     if content.pop(_NOTHING_HIDES):
         return None
     middles = content["middles"]

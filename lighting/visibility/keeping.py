@@ -1,4 +1,5 @@
-"""The folder that visibility is kept in from run to run: where it is, how large it may grow, and what goes first.
+"""Folders that visibility, and rays between parts, are kept in from run to run: where they are, how large each may
+grow, and what goes first.
 
 A file's time is that of its last use, since systems do not keep times of reading. What was not used for longest is
 removed first; the file that was just used stays, however large it is. Two processes may do so at once: a file that is
@@ -8,7 +9,7 @@ gone was removed by the other, and one that somebody reads stays readable to the
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from ...spectral.files import half_written
 from ...spectral.locks import abandoned
 from ...spectral.memory import gigabytes
 
-#: Names the most that the folder may hold, in gigabytes (1e9 bytes); 0 keeps nothing.
+#: Names the most that each folder may hold, in gigabytes (1e9 bytes); 0 keeps nothing.
 LIMIT_VARIABLE = "METAMER_CACHE_GB"
 #: Without it: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex; at most a hundred).
 DEFAULT_GB = 1.0
@@ -28,11 +29,20 @@ _SUFFIX = ".npz"
 
 def visibility_folder() -> Path:
     """`metamer/visibility` in the user's cache, which `XDG_CACHE_HOME` moves."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / "visibility"
+    return _kept("visibility")
+
+
+def transfer_folder() -> Path:
+    """`metamer/transfer` beside it: rays of `lighting.transfer`."""
+    return _kept("transfer")
+
+
+def _kept(what: str) -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / what
 
 
 def most_bytes() -> int:
-    """What the folder may hold.
+    """What each folder may hold.
 
     Raises
     ------
@@ -60,8 +70,8 @@ def used(file: Path) -> None:
         os.utime(file)
 
 
-def pruned(folder: Path, most: int, keep: Path | None = None) -> tuple[int, int]:
-    """Remove what was not used for longest until at most `most` bytes are left; `keep` is never removed.
+def pruned(folder: Path, most: int, keep: Collection[Path] = ()) -> tuple[int, int]:
+    """Remove what was not used for longest until at most `most` bytes are left; those of `keep` stay.
 
     What killed processes have left half-written goes too. Returns how many files are left, and their bytes.
     """
@@ -73,7 +83,7 @@ def pruned(folder: Path, most: int, keep: Path | None = None) -> tuple[int, int]
     for _, size, file in files:
         if total <= most:
             break
-        if file != keep and _removed(file):
+        if file not in keep and _removed(file):
             total, left = total - size, left - 1
     return left, total
 

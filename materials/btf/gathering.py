@@ -67,7 +67,7 @@ class BtfGathering(StandingForm):
         view, of_view = form.views.shares(wo)
         height, width = form.number.shape
         rows, columns, shares = between(uv, height, width)
-        total = np.zeros((len(uv), len(self.lights), self.palette.rank))
+        total = np.zeros((len(uv), self.table.shape[2], self.palette.rank))
         for texel in range(4):
             place = rows[:, texel] * width + columns[:, texel]
             cluster = form.number.ravel()[place].astype(np.int64)

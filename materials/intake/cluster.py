@@ -7,10 +7,10 @@ another one, three times at most.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from ...spectral.cluster import AHEAD, check_workers, connected, lost, scheduler_lost
 from ...spectral.errors import InputError
 from ..source import MaterialSource
 from .code_version import code_hash
@@ -19,11 +19,6 @@ from .work import Fitted, fit_material
 
 if TYPE_CHECKING:
     from distributed import Client
-
-# Tasks that wait at each thread of the cluster, so that none is idle while a result travels.
-_AHEAD = 2
-_PATIENCE_S = 20.0
-_ADDRESS = re.compile(r"inproc://\S+|(\w+://)?\S+:\d+/?")
 
 
 def fitted_on_cluster(
@@ -37,9 +32,9 @@ def fitted_on_cluster(
         Dask is not installed; no scheduler at the address; it has no workers; theirs is another metamer or Python; the
         scheduler is lost on the way.
     """
-    client = _connected(scheduler)
+    client = connected(scheduler)
     try:
-        _check_workers(client, scheduler)
+        check_workers(client, scheduler, _code)
         yield from _drained(client, pending, budget, scheduler)
     finally:
         # Work in progress is nobody's any more: closing releases every future, and the scheduler forgets it.
@@ -57,7 +52,7 @@ def _drained(
     sent: dict[Any, tuple[PlannedMaterial, MaterialSource]] = {}
     finished = as_completed(loop=client.loop)
     while True:
-        room = _AHEAD * max(1, sum(client.nthreads().values()))
+        room = AHEAD * max(1, sum(client.nthreads().values()))
         while len(sent) < room and (item := next(pending, None)) is not None:
             material, source = item
             if isinstance(source, InputError):
@@ -90,60 +85,11 @@ def _result(future: Any, client: Client, scheduler: str) -> Fitted:
         said = f"{reason.allowed_failures + 1} workers of the cluster died over it, as when memory runs out"
         return Fitted(None, 0.0, f"{said}; give each worker more memory, or fewer threads")
     except Exception as reason:
-        if client.status != "running" or future.status in ("lost", "cancelled"):
-            hint = "start it again, and repeat the command: it goes on from here"
-            raise InputError("the scheduler was lost on the way", file=scheduler, hint=hint) from None
+        if scheduler_lost(client, future):
+            raise lost(scheduler) from None
         return Fitted(None, 0.0, f"the cluster gave no result: {type(reason).__name__}: {reason}")
 
 
-def _connected(scheduler: str) -> Client:
-    try:
-        from dask import config
-        from distributed import Client
-    except ImportError:
-        raise InputError(
-            "Dask is not installed",
-            field="--scheduler",
-            found=scheduler,
-            expected="the extra `cluster`",
-            hint="pip install metamer[cluster]",
-        ) from None
-    expected = "an address such as tcp://host:8786"
-    if not _ADDRESS.fullmatch(scheduler):
-        # Dask would look for a host of that name for a long time.
-        raise InputError("not an address", field="--scheduler", found=scheduler, expected=expected)
-    # Data go with their task on purpose: scattered, they would die with the one worker that holds them.
-    config.set({"distributed.admin.large-graph-warning-threshold": "1TB"})
-    try:
-        return Client(scheduler, timeout=_PATIENCE_S, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError) as reason:
-        raise InputError(
-            "no scheduler can be reached",
-            file=scheduler,
-            found=str(reason).split("\n")[0] or type(reason).__name__,
-            expected=expected,
-            hint="start one with `dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1`",
-        ) from None
-
-
-def _environment() -> tuple[str, str]:
-    """What has to be equal here and there: the code of a fit, and the Python that pickles it."""
-    import platform
-
-    return code_hash("lambert"), ".".join(platform.python_version_tuple()[:2])
-
-
-def _check_workers(client: Client, scheduler: str) -> None:
-    try:
-        client.wait_for_workers(1, timeout=_PATIENCE_S)
-    except TimeoutError:
-        hint = f"dask worker {scheduler} --nthreads 1"
-        raise InputError("the scheduler has no workers", file=scheduler, found="none", hint=hint) from None
-    ours = _environment()
-    hint = "install the same version of metamer, with the same Python, on every worker"
-    for worker, theirs in client.run(_environment, on_error="return").items():
-        if theirs != ours:
-            found = theirs if isinstance(theirs, Exception) else f"another version (Python {theirs[1]})"
-            raise InputError(
-                "a worker has not the metamer that is here", file=scheduler, field=worker, found=found, hint=hint
-            )
+def _code() -> str:
+    """What has to be equal here and there."""
+    return code_hash("lambert")

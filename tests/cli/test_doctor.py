@@ -61,8 +61,12 @@ def test_what_is_kept_from_run_to_run_is_said_and_cleared(metamer, monkeypatch, 
         file.truncate(300_000_000)
     code, out, _ = metamer("doctor", "--brief")
     assert code == 0 and f"cache: {kept}, 1 file, 0.3 GB of at most 1 GB" in out and (kept / "one.npz").is_file()
+    rays = tmp_path / "metamer" / "transfer"
+    rays.mkdir()
+    (rays / "one-00000.npz").write_bytes(b"x")
+    assert f"{rays}, 1 file" in metamer("doctor", "--brief")[1]
     code, out, _ = metamer("doctor", "--brief", "--clear-cache")
-    assert code == 0 and "0 files, 0 GB" in out and list(kept.iterdir()) == []
+    assert code == 0 and out.count("0 files, 0 GB") == 2 and [*kept.iterdir(), *rays.iterdir()] == []
 
 
 def test_a_limit_of_the_cache_that_is_no_size_is_said(metamer, monkeypatch):

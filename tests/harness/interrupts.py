@@ -1,6 +1,6 @@
-"""Do `review`, `fit` and `import` end as they should, at whatever moment a signal comes?
+"""Do `review`, `fit`, `import` and `transfer build` end as they should, at whatever moment a signal comes?
 
-    python tests/harness/interrupts.py [--count 200] [--kills 20] [--commands review,fit,import] [--json OUT.json]
+    python tests/harness/interrupts.py [--count 200] [--kills 20] [--commands review,fit,import,build] [--json OUT.json]
 
 Each run is hit once, at a random moment between its start and the end of an undisturbed one: by SIGINT to all of its
 processes, as a terminal sends it, by SIGTERM to the command alone, as `kill` does, or by SIGKILL. After SIGINT and
@@ -35,6 +35,7 @@ from kills import contents
 from metamer.benchmarks.importing import command as import_command
 from metamer.benchmarks.importing import generated
 from metamer.benchmarks.measuring import command, write_json
+from metamer.lighting.visibility.kept_arrays import read_arrays
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.files import half_written
 
@@ -42,7 +43,9 @@ LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.
 LATE_S = 1.0
 SIGNALS = ("SIGINT", "SIGTERM")
-COMMANDS = ("review", "fit", "import")
+COMMANDS = ("review", "fit", "import", "build")
+# Of each vertex in `build`: some seconds, and some hundred blocks.
+RAYS = 4096
 UNHEARD = ("early", "late")
 # What no command may say on its way out, and the line that it does say.
 _WRONG = re.compile(r"Traceback|Exception ignored|Error|resource_tracker|Warning|^  File ")
@@ -106,9 +109,13 @@ class Workplace:
         self.seconds: dict[str, float] = {}
 
     def words(self, name: str) -> list[str]:
-        """The command line of `review`, `fit` or `import`."""
+        """The command line of `review`, `fit`, `import` or `transfer build`."""
         if name == "import":
             return import_command(self.folder / "source.zip", self.out, 2, "--json", str(self.folder / "said.json"))
+        if name == "build":
+            words = ["transfer", "build", str(self.folder / "scene.toml"), "--into", str(self.out), "--rays", str(RAYS)]
+            words += ["--processes", "2", "--catalogue", str(self.catalogue)]
+            return [sys.executable, "-m", "metamer.cli.main", *words]
         start = [sys.executable, "-m", "metamer.cli.main", name]
         if name == "fit":
             more = ["matt/c001-matt", "--budget", "0.001", "--json", str(self.out / "fit.json")]
@@ -162,6 +169,9 @@ class Workplace:
                 wrong += [] if any(kept.iterdir()) else ["nothing unfinished"]
         if name == "import" and (self.out / "catalogue.toml").exists():
             wrong += [f"{key}: {reason}" for key, reason in Catalogue.open(self.out).verify().items() if reason]
+        if name == "build" and self.out.exists():
+            for path in self.out.iterdir():
+                read_arrays(path)
         for path in (self.folder / "said.json", self.out / "fit.json"):
             if path.exists():
                 json.loads(path.read_text(encoding="utf-8"))

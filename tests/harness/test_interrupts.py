@@ -21,7 +21,9 @@ def place(interrupts, tmp_path_factory):
     return interrupts.Workplace(tmp_path_factory.mktemp("interrupts"))
 
 
-@pytest.mark.parametrize(("name", "kind"), [("fit", "SIGTERM"), ("review", "SIGTERM"), ("import", "SIGINT")])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("fit", "SIGTERM"), ("review", "SIGTERM"), ("import", "SIGINT"), ("build", "SIGINT")]
+)
 def test_a_signal_ends_a_command_as_it_should(interrupts, place, name, kind, monkeypatch):
     # Shared memory is the whole machine's: other tests, beside this one, have theirs.
     monkeypatch.setattr(interrupts, "_shared_memory", set)

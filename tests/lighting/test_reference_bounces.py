@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from metamer.lighting import reference_bounces
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.lights import DirectionalLight
@@ -11,7 +12,8 @@ from metamer.lighting.scene import Part, Scene
 from metamer.lighting.shapes import plane
 from metamer.materials.analytic import CookTorrance, Lambert
 from metamer.materials.fluorescent import FluorescentLambert
-from metamer.spectral.bispectral import Bispectral
+from metamer.spectral.bispectral import Bispectral, fluorophore
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM as NM
@@ -113,9 +115,55 @@ def test_a_highlight_is_passed_on():
     assert added[2] / white[2] < 0.7 * added[0] / white[0]
 
 
-def test_fluorescence_on_the_way_is_refused():
-    sample = Bispectral.diagonal(Spectrum.sampled(NM, np.full(81, 0.5)))
-    from metamer.spectral.errors import InputError
+def dye(peak, to, base=0.3):
+    """Takes in half of the light about `peak` nm, and sends out most of it about `to`."""
+    nm = np.arange(380.0, 781.0, 10.0)
+    about = lambda centre: np.exp(-(((nm - centre) / 30.0) ** 2))  # noqa: E731
+    return fluorophore(Spectrum.sampled(nm, np.full(nm.size, base)), 0.5 * about(peak), about(to), 0.9)
 
-    with pytest.raises(InputError, match="fluorescent"):
-        reference_images(scene_of(even()), None, {"matt": FluorescentLambert(sample)}, bounces=1)
+
+def as_matrix(surface):
+    own = surface.bispectral if isinstance(surface, FluorescentLambert) else Bispectral.diagonal(surface.reflectance)
+    return own.on(EVERY)
+
+
+EVERY = np.arange(360.0, 831.0)
+GREEN, RED = FluorescentLambert(dye(420, 520)), FluorescentLambert(dye(520, 610, 0.2))
+
+
+@pytest.mark.parametrize(("floor", "wall"), [(GREY, GREEN), (GREEN, GREY), (RED, GREEN)], ids=["last", "first", "both"])
+@pytest.mark.parametrize("name", ["D65", "FL11"])
+def test_fluorescence_on_the_way(floor, wall, name):
+    """The floor sees half a hemisphere of wall, as in the test of the lamp: its matrix times the wall's, twice 0.5."""
+    light = illuminant(name)
+    camera = Camera(
+        position=(0, 1, 1), target=(0, 0, 0), up=(0, 0, -1), vertical_fov_deg=2, width=2, height_px=2, samples=2
+    )
+    both = corner(40.0)
+    meshes = (Mesh(both.vertices[k:][:4], both.normals[k:][:4], both.faces[k // 2 :][:2] - k) for k in (0, 4))
+    parts = tuple(Part(name, mesh, name) for name, mesh in zip(("floor", "wall"), meshes, strict=True))
+    lamp = DirectionalLight((0.0, 0.0, 1.0), light, 1000.0)
+    scene = Scene(parts, (lamp,), (camera,), observer("1931_2"))
+    found = reference_images(scene, None, {"floor": floor, "wall": wall}, bounces=1, budget=2.0)
+    seen, power = observer("1931_2"), light.averaged(EVERY).samples
+    sent = as_matrix(floor) @ as_matrix(wall) @ power
+    expected = 0.5 * seen.sensitivity(EVERY) @ sent / seen.luminous(light)
+    np.testing.assert_allclose(found.xyz[0].mean(axis=(0, 1)), expected, rtol=0.03)
+    # Without fluorescence it would be another colour altogether.
+    kept = [np.diag(np.diag(as_matrix(each))) for each in (floor, wall)]
+    plain = 0.5 * seen.sensitivity(EVERY) @ kept[0] @ kept[1] @ power / seen.luminous(light)
+    assert delta_e_xyz(plain, expected, seen.white(light)) > 3.0
+
+
+def test_paths_that_end_by_chance_are_right_where_light_is_shifted(monkeypatch):
+    parts = (Part("corner", corner(), "matt"),)
+    scene = Scene(parts, (even(),), (CAMERA,), observer("1931_2"))
+    surface = FluorescentLambert(dye(420, 520, 0.5))
+    more = {"bounces": 5, "budget": 2.0, "most_directions": 512}
+    ended = reference_images(scene, None, {"matt": surface}, **more)
+    monkeypatch.setattr(reference_bounces, "_ROULETTE", 99)
+    whole = reference_images(scene, None, {"matt": surface}, **more)
+    few = reference_images(scene, None, {"matt": surface}, **{**more, "bounces": 2})
+    means = [one.xyz.mean(axis=(0, 1, 2)) for one in (whole, ended, few)]
+    np.testing.assert_allclose(means[1], means[0], rtol=2e-3)
+    assert (means[0] > 1.006 * means[2]).all()

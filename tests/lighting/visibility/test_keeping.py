@@ -32,7 +32,7 @@ def test_what_was_not_used_for_longest_goes_first(folder):
 
 def test_what_fits_stays_and_what_was_just_used_always_does(folder):
     assert keeping.pruned(folder, 4000) == (4, 4000)
-    assert keeping.pruned(folder, 10, keep=folder / "b.npz") == (1, 1000)
+    assert keeping.pruned(folder, 10, keep=[folder / "b.npz"]) == (1, 1000)
     assert names(folder) == ["b"]
 
 
@@ -58,7 +58,7 @@ folder, name = Path(sys.argv[1]), sys.argv[2]
 for number in range(300):
     file = folder / f"{name}{number}.npz"
     file.write_bytes(b"x" * 1000)
-    keeping.pruned(folder, 5000, keep=file)
+    keeping.pruned(folder, 5000, keep=[file])
 """
 
 

@@ -10,6 +10,7 @@ import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.intake import cluster, known
 from metamer.materials.intake.importing import ImportInterrupted, import_sources
+from metamer.spectral import cluster as spectral_cluster
 from metamer.spectral.errors import InputError
 
 distributed = pytest.importorskip("distributed", reason="Dask is not installed; it is in the extra `cluster`")
@@ -90,7 +91,7 @@ def test_a_worker_with_other_code_is_named(workers, source, tmp_path, monkeypatc
 
 
 def test_no_scheduler_at_the_address(source, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "_PATIENCE_S", 1.0)
+    monkeypatch.setattr(spectral_cluster, "PATIENCE_S", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"

@@ -1,0 +1,70 @@
+"""Rays traced on a Dask cluster: the same bytes, also by workers that die, join late or have other code."""
+
+import hashlib
+import os
+import signal
+
+import numpy as np
+import pytest
+from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.transfer import hits, on_cluster
+from metamer.lighting.transfer.kept import build_rays
+from metamer.spectral.errors import InputError
+
+distributed = pytest.importorskip("distributed", reason="Dask is not installed; it is in the extra `cluster`")
+# Dask closes some of its sockets when Python gets round to it.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+RAYS = 16
+
+
+@pytest.fixture(scope="module")
+def workers():
+    """Two processes of one thread each; each is started again when it dies."""
+    here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **here) as started:
+        yield started
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(hits, "_AT_ONCE", 32 * RAYS)
+
+
+@pytest.fixture(scope="module")
+def scene(scene_of):
+    return scene_of(sphere(3, 0.4).placed(translate=(0.0, 0.5, 0.0)), plane(4, 4))
+
+
+def contents(folder):
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
+
+
+def test_the_bytes_are_those_of_home_also_when_a_worker_is_killed(workers, scene, tmp_path):
+    struck = []
+
+    def strike(done, total, what):
+        if not struck:
+            struck.append(next(iter(workers.workers.values())).pid)
+            os.kill(struck[0], signal.SIGKILL)
+
+    build_rays(scene, tmp_path / "home", RAYS)
+    build_rays(scene, tmp_path / "away", RAYS, progress=strike, scheduler=workers.scheduler_address)
+    assert struck
+    assert contents(tmp_path / "away") == contents(tmp_path / "home")
+
+
+def test_a_worker_without_the_triangles_says_so_and_gets_them():
+    on_cluster._held.clear()
+    bodies = np.array([[[0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]], np.float32), np.array([[0.0, -1.0, 0.0]])
+    block = np.array([[0.2, 0.0, 0.2]]), np.array([[0.0, 1.0, 0.0]]), 0, 8
+    assert on_cluster._traced("a", None, *block) is None
+    triangle, _ = on_cluster._traced("a", bodies, *block)
+    assert np.array_equal(on_cluster._traced("a", None, *block)[0], triangle)
+    assert on_cluster._traced("b", None, *block) is None
+    on_cluster._held.clear()
+
+
+def test_without_an_address_nothing_is_sent(scene, tmp_path):
+    with pytest.raises(InputError, match="not an address"):
+        build_rays(scene, tmp_path, RAYS, scheduler="nowhere")
+    assert list(tmp_path.iterdir()) == []
