@@ -118,9 +118,29 @@ def interreflected(
     InputError : `most` bounces are not enough.
     """
     to_xyz = np.concatenate([np.asarray(fold).T for fold in folds]) / reference_lux
-    now = regions.first(lux)
-    first, total = now, now.copy()
-    seen = _seen(total, to_xyz)
+    return passed_on(operator, regions, regions.first(lux), to_xyz, white, enough, most, sends)
+
+
+def passed_on(
+    operator: Any,
+    regions: Regions,
+    first: Float[np.ndarray, "S K J"],
+    to_xyz: Float[np.ndarray, "KJ 3"],
+    white: Float[np.ndarray, "3"],
+    enough: float = ENOUGH,
+    most: int = MOST,
+    sends: Float[np.ndarray, " S"] | None = None,
+    beside: Float[np.ndarray, "S 3"] | None = None,
+    bounces: int | None = None,
+) -> Interreflection:
+    """`interreflected`, of any radiosity that there is `first`.
+
+    to_xyz : what coefficients of all spectra come to. beside : XYZ that sites send out beside it, which is not passed
+    on. bounces : stop after so many, whatever is left; None goes on until `enough`.
+    """
+    now = first
+    total = now.copy()
+    seen = _seen(total, to_xyz) + (0.0 if beside is None else beside)
     largest = float(operator.sum(axis=1).max()) if operator.shape[0] else 0.0
     q = largest * float(regions.reflectances.max(initial=0.0))
     left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
@@ -134,11 +154,11 @@ def interreflected(
         off = delta_e_xyz(seen + gives / (1.0 - share), seen, white) if size > 0.0 else np.zeros(1)
         left = float(off.max(initial=0.0))
         bound = float(gives[:, 1].max(initial=0.0)) / (1.0 - q)
-        if left <= enough:
+        if left <= enough or bounce == bounces:
             return Interreflection(bounce, first, total, left, bound)
         now, before = following, size
         total += now
-        seen = _seen(total, to_xyz)
+        seen += gives
     words = f"ΔE94 {left:.2g} is still missing after {most} bounces"
     raise InputError("light that does not end", found=words, expected=f"at most {enough:g}", hint="allow more bounces")
 
