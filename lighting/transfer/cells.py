@@ -41,20 +41,19 @@ class Cells:
         )
         return row * self.across + column
 
-    def directions(self, times: int = 1, random: np.random.Generator | None = None) -> Float[np.ndarray, "cells t 3"]:
-        """Unit directions in the middles of cells, or of times x times smaller ones in each; or anywhere in those."""
-        fine = self.across * times
-        row, column = np.meshgrid(np.arange(fine), np.arange(fine), indexing="ij")
-        within = 0.5 if random is None else random.random((2, fine, fine))
-        b, a = (np.stack([row, column]) + within) / fine * 2.0 - 1.0
+    def directions(self) -> Float[np.ndarray, "cells 3"]:
+        """Unit directions in the middles of cells."""
+        return self.within(np.arange(len(self)), np.full((len(self), 2), 0.5))
+
+    def within(self, cells: Int[np.ndarray, "*n"], places: Float[np.ndarray, "*n 2"]) -> Float[np.ndarray, "*n 3"]:
+        """Unit directions at places in [0, 1) of cells, along columns and rows: all of a cell count alike."""
+        row, column = np.divmod(cells, self.across)
+        a, b = ((each + places[..., k]) / self.across * 2.0 - 1.0 for k, each in enumerate((column, row)))
         wide = np.abs(a) >= np.abs(b)
         radius = np.where(wide, a, b)
         ratio = np.divide(np.where(wide, b, a), radius, out=np.zeros_like(a), where=radius != 0.0) * (0.25 * np.pi)
         x, y = np.where(wide, np.cos(ratio), np.sin(ratio)), np.where(wide, np.sin(ratio), np.cos(ratio))
-        flat = np.stack([radius * x, radius * y], axis=2)
-        found = np.concatenate([flat, np.sqrt(1.0 - radius * radius)[..., None]], axis=2)
-        blocks = found.reshape(self.across, times, self.across, times, 3).swapaxes(1, 2)
-        return blocks.reshape(len(self), times * times, 3)
+        return np.stack([radius * x, radius * y, np.sqrt(1.0 - radius * radius)], axis=-1)
 
     @cached_property
     def quarter(self) -> Int[np.ndarray, " quarter"]:

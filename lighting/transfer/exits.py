@@ -55,8 +55,9 @@ def glossy_exits(
         fold = folds[number]
         assert fold is not None
         brought = _brought(rays, mine, sources, ends)
+        to_viewer = np.repeat(wo[mine].astype(brought.dtype), rays.rays, axis=0)
         wi = rays.local[mine].reshape(-1, 3).astype(brought.dtype, copy=False)
-        f_r = reflections[number].scalars(wi, np.repeat(wo[mine], rays.rays, axis=0)).astype(brought.dtype)
+        f_r = reflections[number].scalars(wi, to_viewer).astype(brought.dtype)
         by_term = np.matmul(f_r.reshape(len(mine), rays.rays, f_r.shape[1]).swapaxes(1, 2), brought)
         found[rays.sites[mine]] += np.einsum("nrk,rkm->nm", by_term, fold * (np.pi / rays.rays), optimize=True)
 
@@ -79,16 +80,19 @@ def _brought(
 ) -> Float[np.ndarray, "m N KJ"]:
     """pi times the radiance that each ray of some glossy sites (ascending) brings."""
     evenly, cells, beside = sources
-    first, last = int(mine[0]), int(mine[-1]) + 1
-    if last - first == len(mine):
-        some = slice(first * rays.rays, last * rays.rays)
-    else:
+    first, last, size = int(mine[0]), int(mine[-1]) + 1, evenly.shape[1]
+    # Rows one after the other are read much sooner than chosen ones, even where not all of them are asked for.
+    together = last - first <= 2 * len(mine)
+    rows = np.arange(first, last) if together else mine
+    some = slice(first * rays.rays, last * rays.rays)
+    if not together:
         some = (mine[:, None] * rays.rays + np.arange(rays.rays)).ravel()
     found = rays.evenly[some] @ evenly
     found += rays.towards[some] @ cells
+    found = found.reshape(len(rows), rays.rays, size)[mine - first if together else slice(None)]
     if ends is not None:
         number, which = ends
         for place, site in enumerate(mine):
             a, b = np.searchsorted(number, (site * rays.rays, (site + 1) * rays.rays))
-            found[place * rays.rays + number[a:b] - site * rays.rays] += beside[which[a:b]]
-    return found.reshape(len(mine), rays.rays, evenly.shape[1])
+            found[place, number[a:b] - site * rays.rays] += beside[which[a:b]]
+    return found

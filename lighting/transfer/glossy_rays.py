@@ -74,7 +74,7 @@ class GlossyRays:
         ends = list(_ends(hits, frames, glossy, number, cells))
         ray, about, share, column = (np.concatenate([one[k] for one in ends]) for k in range(4))
         emission = csr_array(
-            ((share / rays).ravel().astype(np.float32), (np.repeat(ray // rays, 3), column.ravel())),
+            ((share / rays).ravel().astype(np.float32), (np.repeat(ray // rays, 3).astype(np.int32), column.ravel())),
             shape=(count, len(sites) * size),
         )
         emission.sum_duplicates()
@@ -84,11 +84,9 @@ class GlossyRays:
         evenly = _evenly(hits, sites)
         row = number[ray // rays]
         of_glossy = np.flatnonzero(row >= 0)
+        place = np.repeat(row[of_glossy] * rays + ray[of_glossy] % rays, 3).astype(np.int32)
         towards = csr_array(
-            (
-                share[of_glossy].ravel().astype(np.float32),
-                (np.repeat(row[of_glossy] * rays + ray[of_glossy] % rays, 3), column[of_glossy].ravel()),
-            ),
+            (share[of_glossy].ravel().astype(np.float32), (place, column[of_glossy].ravel())),
             shape=(len(sites) * rays, len(sites) * size),
         )
         return cls(
@@ -116,7 +114,7 @@ def _ends(
         which = np.flatnonzero(of_triangle[hits.triangle[rows]])
         about, share = (each.reshape(-1, 3)[which] for each in hits.ends(rows))
         back = -hits.directions(rows).reshape(-1, 3)[which]
-        column = np.empty(about.shape, dtype=np.int64)
+        column = np.empty(about.shape, dtype=np.int32)
         for corner in range(3):
             seen = np.einsum("nij,nj->ni", frames[about[:, corner]], back)
             # A corner without a share may be of no glossy site.
@@ -141,6 +139,6 @@ def _evenly(hits: Hits, sites: Int[np.ndarray, " G"]) -> Any:
         counts.append(inside.sum(axis=2).ravel())
     if not data:
         return csr_array((0, len(hits.sites)), dtype=np.float32)
-    first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
+    first = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int32)
     shape = (len(sites) * hits.rays, len(hits.sites))
     return csr_array((np.concatenate(data), np.concatenate(indices), first), shape=shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -59,6 +59,16 @@ class Prepared:
         return irradiance_operator(self.hits)
 
     @cached_property
+    def later(self) -> Any:
+        """G by the first quarter of the rays, for light that has met two surfaces or more and is nearly even: the first
+        of a sequence are as even as all of it.
+        """
+        rays = max(1, self.hits.rays // 4)
+        return irradiance_operator(
+            replace(self.hits, triangle=self.hits.triangle[:, :rays], place=self.hits.place[:, :rays])
+        )
+
+    @cached_property
     def occluders(self) -> Occluders:
         """All triangles."""
         return Occluders(scaled_triangles(self.scene).astype(np.float32))
@@ -85,7 +95,8 @@ class Prepared:
 
         row, ray = np.nonzero(self.escapes >= 0)
         value = np.full(len(row), np.pi / self.hits.rays, dtype=np.float32)
-        found = csr_array((value, (row, self.escapes[row, ray])), shape=(len(self.escapes), len(self.sky)))
+        places = row.astype(np.int32), self.escapes[row, ray].astype(np.int32)
+        found = csr_array((value, places), shape=(len(self.escapes), len(self.sky)))
         found.sum_duplicates()
         return found
 

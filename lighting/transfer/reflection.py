@@ -26,8 +26,8 @@ _EVEN_TERM, _EVEN = 1e-6, 0.02
 _PAIRS, _HEIGHT = 512, 0.1
 # Spectra of a material that a basis is planned with.
 _SHOWN = 8
-# Smaller cells in a cell, each way, over which light that comes in is even.
-_TIMES = 2
+# Pairs of directions in each pair of cells; cells at once.
+_TIMES, _AT_ONCE = 4, 8
 
 
 @runtime_checkable
@@ -49,8 +49,8 @@ class Reflection:
     """A uniform surface, f_r = matt / pi + scalars times spectra.
 
     wavelengths_nm (L,). matt (L,) : reflectance of what is the same in all directions. spectra (R,L) : of all other
-    terms; none of a matt surface. table (R,O,I) : of each term, means over light from each cell of the hemisphere, as
-    seen from the middle of each. albedo (L,) : the share of even light that is reflected, evenly seen.
+    terms; none of a matt surface. table (R,O,I) : of each term, means over light from each cell of the hemisphere and
+    views in each. albedo (L,) : the share of even light that is reflected, evenly seen.
     shown (n,L) : that, and others that are seen from some side, no brighter than the brightest of it.
     """
 
@@ -141,10 +141,13 @@ def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: Cells) ->
         return found
     # Anywhere in cells, not in their middles: those of the outermost are too far from grazing angles.
     generator = np.random.default_rng(7)
-    wi, wo = cells.directions(_TIMES, generator).reshape(-1, 3), cells.directions(_TIMES, generator)
-    for cell in cells.quarter if isotropic else np.arange(len(cells)):
-        values = sum(scalars(Points(wi, np.broadcast_to(one, wi.shape)))[:, kept] for one in wo[cell])
-        found[:, cell] = values.reshape(len(cells), -1, len(kept)).mean(axis=1).T / _TIMES**2
+    seen = cells.quarter if isotropic else np.arange(len(cells))
+    for some in np.array_split(seen, -(-len(seen) // _AT_ONCE)):
+        pairs = (len(some), len(cells), _TIMES)
+        both = np.broadcast_to(some[:, None, None], pairs), np.broadcast_to(np.arange(len(cells))[:, None], pairs)
+        wo, wi = (cells.within(each, generator.random((*pairs, 2))).reshape(-1, 3) for each in both)
+        values = scalars(Points(wi, wo))[:, kept].reshape(*pairs, len(kept))
+        found[:, some] = np.moveaxis(values.mean(axis=2), 2, 0)
     if isotropic:
         to, source, turn = cells.quarter, cells.quarter, np.arange(len(cells))
         for _ in range(3):

@@ -15,7 +15,7 @@ its own.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -59,6 +59,7 @@ class Relighting:
     enough: float = ENOUGH
     dtype: type = np.float32
     _received: Received | None = None
+    _weights: dict[tuple[int, bytes], tuple[Spectrum, np.ndarray]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -89,26 +90,26 @@ class Relighting:
         return cls(known, reflections, scene.lights, planned, bounces, enough, dtype)
 
     def with_material(self, part: str, surface: Surface, basis: SpectralBasis | None = None) -> Relighting:
-        """With another material on one part. basis : that it has to fit; None plans anew."""
+        """With another material on one part. basis : None plans anew, where the one that there is does not fit."""
         names = [one.name for one in self.prepared.scene.parts]
         number = names.index(self.prepared.scene.part(part).name)
         found = list(self.reflections)
         found[number] = Reflection.of(surface, self.prepared.cells, part)
-        planned = _planned(self.prepared.scene, found, self.lights) if basis is None else basis
+        planned = _planned(self.prepared.scene, found, self.lights, self.basis) if basis is None else basis
         same = found[number].is_matt == self.reflections[number].is_matt
         # What lights give is known by which sites are glossy.
         got = self.received if same and "received" in self.__dict__ else None
         return replace(self, reflections=tuple(found), basis=planned, _received=got)
 
     def with_lights(self, *lights: Light, basis: SpectralBasis | None = None) -> Relighting:
-        """With other lights. basis : that their spectra have to fit; None plans anew where there is a new spectrum."""
+        """With other lights. basis : None plans anew, where the one that there is does not fit."""
         seen = tuple(light.for_observer(self.prepared.scene.observer) for light in lights)
         if not seen:
             raise InputError("a scene without lights", field="lights", found=0, expected="at least one")
         spectra = [spectrum for light in self.lights for spectrum in light.spectra]
         known = all(any(one is other for other in spectra) for light in seen for one in light.spectra)
         if basis is None:
-            basis = self.basis if known else _planned(self.prepared.scene, self.reflections, seen)
+            basis = self.basis if known else _planned(self.prepared.scene, self.reflections, seen, self.basis)
         return replace(self, lights=seen, basis=basis, _received=None)
 
     @property
@@ -184,12 +185,20 @@ class Relighting:
         regions = Regions(part, albedos, self.basis)
         first = regions.reflected(self._by_spectrum(self._first))
         reference = float(scene.viewing.reference_illuminance_lux)
-        folds = [self.basis.fold(spectrum, scene.observer).T for spectrum in self.spectra]
-        to_xyz = np.concatenate(folds) / reference
-        beside = (regions.first(self.received.lux).reshape(len(first), -1)) @ to_xyz
+        folds = [self.basis.synthesis.T @ self._observed(spectrum).T for spectrum in self.spectra]
+        to_xyz = (np.concatenate(folds) / reference).astype(self.dtype)
+        beside = self._direct_colours(to_xyz, albedos)
         white, most = scene.adopted_white(), MOST
         more = None if self.bounces is None else max(self.bounces - 2, 0)
-        return passed_on(self.prepared.operator, regions, first, to_xyz, white, self.enough, most, None, beside, more)
+        return passed_on(self.prepared.later, regions, first, to_xyz, white, self.enough, most, None, beside, more)
+
+    def _direct_colours(
+        self, to_xyz: Float[np.ndarray, "KJ 3"], albedos: Float[np.ndarray, "P L"]
+    ) -> Float[np.ndarray, "S 3"]:
+        """What sites send out of what lights give them, every part as a matt one."""
+        folds = to_xyz.reshape(len(self.spectra), self.basis.size, 3)
+        of_parts = np.einsum("pj,kjc->pkc", self.basis.project(albedos), folds).astype(self.dtype)
+        return np.einsum("sk,skc->sc", self.received.lux, of_parts[self.prepared.hits.part_of_site])
 
     @cached_property
     def _sent(self) -> Float[np.ndarray, "S KJ"]:
@@ -229,9 +238,17 @@ class Relighting:
         found = []
         for own in self.spectra:
             lamps = [own if one is None else one for one in illuminants]
-            weights = np.concatenate([scene.observer.weights(lamp, self.basis.wavelengths_nm) for lamp in lamps])
+            weights = np.concatenate([self._observed(lamp) for lamp in lamps])
             found.append(np.einsum("...l,lj,ml->...jm", spectrum, synthesis, weights / reference, optimize=True))
         return np.concatenate(found, axis=-2)
+
+    def _observed(self, lamp: Spectrum) -> Float[np.ndarray, "m L"]:
+        """`Observer.weights`, kept for all states."""
+        to = self.basis.wavelengths_nm
+        key = id(lamp), to.tobytes()
+        if key not in self._weights:
+            self._weights[key] = lamp, self.prepared.scene.observer.weights(lamp, to)
+        return self._weights[key][1]
 
     def exits(self, eye: VectorLike, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "S M3"]:
         """(S,3M) XYZ that each site sends towards a place of what other parts give it, without what lights give it
@@ -256,11 +273,13 @@ class Relighting:
         return found
 
 
-def _planned(scene: Scene, reflections: Sequence[Reflection], lights: Sequence[Light]) -> SpectralBasis:
-    """A basis for all that light may meet."""
+def _planned(
+    scene: Scene, reflections: Sequence[Reflection], lights: Sequence[Light], before: SpectralBasis | None = None
+) -> SpectralBasis:
+    """A basis for all that light may meet: the one that was there before, where it is good for that."""
     wavelengths = common_wavelengths([one.wavelengths_nm for one in reflections])
     spectra = np.concatenate(
         [one.shown @ interpolation_matrix(one.wavelengths_nm, wavelengths).T for one in reflections]
     )
     lamps = [spectrum for light in lights for spectrum in light.spectra]
-    return transport_basis(spectra, lamps, scene.observer, wavelengths)
+    return transport_basis(spectra, lamps, scene.observer, wavelengths, before=before)

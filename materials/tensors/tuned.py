@@ -62,7 +62,7 @@ class Tuned(Brdf):
     def _highlight(self, wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
         found = np.zeros(len(wi))
         for member in np.flatnonzero(self.weights):
-            found += self.weights[member] * self.family.one(self.family.members[member], wi, wo)
+            found += float(self.weights[member]) * self.family.one(self.family.members[member], wi, wo)
         return found
 
     def eval(
