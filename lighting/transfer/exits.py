@@ -58,7 +58,9 @@ def glossy_exits(
         to_viewer = np.repeat(wo[mine].astype(brought.dtype), rays.rays, axis=0)
         wi = rays.local[mine].reshape(-1, 3).astype(brought.dtype, copy=False)
         f_r = reflections[number].scalars(wi, to_viewer).astype(brought.dtype)
-        by_term = np.matmul(f_r.reshape(len(mine), rays.rays, f_r.shape[1]).swapaxes(1, 2), brought)
+        f_r = f_r.reshape(len(mine), rays.rays, f_r.shape[1])
+        by_term = np.matmul(f_r.swapaxes(1, 2), brought)
+        by_term *= reflections[number].correction(f_r, wo[mine, 2])[:, :, None]
         found[rays.sites[mine]] += np.einsum("nrk,rkm->nm", by_term, fold * (np.pi / rays.rays), optimize=True)
 
     with ThreadPoolExecutor(_THREADS) as pool:

@@ -17,7 +17,9 @@ from ...materials.fast import Fast
 from ...materials.points import Points
 from ...materials.surface import Surface
 from ...spectral.errors import InputError
+from ..vectors import LEAST_COSINE
 from .cells import Cells
+from .hits import shifted_pattern
 
 Scalars = Callable[[Points], Float[np.ndarray, "N R"]]
 # A term that differs by less than this share of itself is the same in all directions; and a surface as a whole.
@@ -28,6 +30,8 @@ _PAIRS, _HEIGHT = 512, 0.1
 _SHOWN = 8
 # Pairs of directions in each pair of cells; cells at once.
 _TIMES, _AT_ONCE = 4, 8
+# Views, and rays of each, that the albedo by view is a mean over; and by how much it may correct at most.
+_VIEWS, _RAYS, _MOST_CORRECTED = 33, 2048, 2.0
 # Steps of an even sequence of places in pairs of cells: powers of the inverse of the real root of x^5 = x + 1 (M.
 # Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
 _PLACES = 1.16730397826141868426 ** -np.arange(1.0, 5.0)
@@ -55,6 +59,8 @@ class Reflection:
     terms; none of a matt surface. table (R,O,I) : of each term, means over light from each cell of the hemisphere and
     views in each. albedo (L,) : the share of even light that is reflected, evenly seen.
     shown (n,L) : that, and others that are seen from some side, no brighter than the brightest of it.
+    by_view (V,R) : share of even light that each term sends towards viewers at evenly spaced cosines from 0 to 1; None
+    of an anisotropic surface.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -63,6 +69,7 @@ class Reflection:
     table: Float[np.ndarray, "R O I"]
     albedo: Float[np.ndarray, " L"]
     shown: Float[np.ndarray, "n L"]
+    by_view: Float[np.ndarray, "V R"] | None
     _scalars: Scalars
     _kept: slice | np.ndarray
 
@@ -91,7 +98,8 @@ class Reflection:
         table = _table(scalars, kept, known.isotropic, cells)
         albedo = matt + np.pi * table.mean(axis=(1, 2), dtype=np.float64) @ spectra[kept]
         shown = _shown(albedo, matt, seen)
-        return cls(known.wavelengths_nm, matt, spectra[kept], table, albedo, shown, scalars, kept)
+        by_view = _by_view(scalars, kept) if known.isotropic else None
+        return cls(known.wavelengths_nm, matt, spectra[kept], table, albedo, shown, by_view, scalars, kept)
 
     @property
     def is_matt(self) -> bool:
@@ -101,6 +109,22 @@ class Reflection:
     def scalars(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N R"]:
         """f_r of each term, 1/sr; 0 where a direction is on or below the horizon."""
         return self._scalars(Points(wi, wo))[:, self._kept]
+
+    def correction(self, f_r: Float[np.ndarray, "n N R"], cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n R"]:
+        """What the mean of f_r over rays has to be multiplied with, so that even light is right.
+
+        f_r : of N rays as dense as the cosine. cosine : to the viewer. Few rays meet a narrow highlight, and by chance
+        too many or too few: that error is known, and is taken out as far as it may be (a ratio estimator).
+        """
+        if self.by_view is None:
+            return np.ones((len(f_r), f_r.shape[2]), dtype=f_r.dtype)
+        place = np.clip(cosine, 0.0, 1.0) * (len(self.by_view) - 1)
+        left = np.minimum(place.astype(np.int64), len(self.by_view) - 2)
+        share = (place - left)[:, None]
+        want = (1.0 - share) * self.by_view[left] + share * self.by_view[left + 1]
+        met = np.pi * f_r.mean(axis=1)
+        ratio = np.divide(want, met, out=np.ones_like(want), where=met * want > 0.0)
+        return np.clip(ratio, 1.0 / _MOST_CORRECTED, _MOST_CORRECTED).astype(f_r.dtype)
 
 
 def _separated(surface: Surface) -> tuple[Scalars, Float[np.ndarray, "R L"]]:
@@ -128,6 +152,18 @@ def _pairs() -> Points:
     # Mirrored directions, where a highlight is.
     wo[: _PAIRS // 2] = wi[: _PAIRS // 2] * (-1.0, -1.0, 1.0)
     return Points(wi, wo)
+
+
+def _by_view(scalars: Scalars, kept: np.ndarray) -> Float[np.ndarray, "V R"]:
+    square = shifted_pattern(np.zeros(1, dtype=np.int64), _RAYS)[0]
+    radius, turn = np.sqrt(square[:, 0]), 2.0 * np.pi * square[:, 1]
+    wi = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[:, 0])], axis=1)
+    found = np.zeros((_VIEWS, len(kept)))
+    for number, cosine in enumerate(np.linspace(0.0, 1.0, _VIEWS) if len(kept) else ()):
+        cosine = max(float(cosine), LEAST_COSINE)
+        wo = np.broadcast_to([np.sqrt(1.0 - cosine * cosine), 0.0, cosine], wi.shape)
+        found[number] = np.pi * scalars(Points(wi, wo))[:, kept].mean(axis=0)
+    return found
 
 
 def _shown(albedo: np.ndarray, matt: np.ndarray, seen: np.ndarray) -> Float[np.ndarray, "n L"]:
