@@ -48,7 +48,7 @@ def test_a_sky_of_two_spectra(corner):
 
 def test_glossy_sites_know_from_where(corner):
     """All that comes in, cell by cell, is the illuminance; and it comes from where the light is."""
-    scene, prepared, _ = corner
+    prepared = corner[1]
     sky = EnvironmentLight(np.random.default_rng(1).uniform(0.5, 1.0, (1, 16, 32)), (D65,), 1000.0)
     box = SoftboxLight((0.0, 0.9, 0.5), (0.0, -1.0, 0.5), 0.3, 0.3, D65)
     found, _, rays = of(corner, sky, box)
