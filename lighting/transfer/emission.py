@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...spectral.basis import SpectralBasis
+from ...spectral.memory import check_room, gigabytes
 from ..vectors import dot, unit
 from .glossy_rays import GlossyRays
 from .prepared import Prepared
@@ -29,8 +30,15 @@ def cell_radiosity(
     """pi times the radiance that glossy sites send into each cell, of lights that spread; without their matt terms.
 
     part : of each glossy site.
+
+    Raises
+    ------
+    InputError : it would not fit into memory.
     """
     size, spectra = len(rays.cells), got.incoming.shape[2]
+    needed = len(rays.sites) * size * spectra * basis.size * np.dtype(dtype).itemsize
+    words = f"{len(rays.sites):,} glossy sites, {spectra} spectra, {basis.size} coefficients: {gigabytes(needed)}"
+    check_room(needed, "what glossy parts send out does not fit into memory", words, "ask for fewer sites")
     found = np.zeros((len(rays.sites), size, spectra, basis.size), dtype=dtype)
     if not got.incoming.any():
         return found.reshape(-1, spectra * basis.size)

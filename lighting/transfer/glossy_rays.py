@@ -14,11 +14,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ...spectral.memory import check_room, gigabytes
 from .cells import Cells
-from .hits import Hits
+from .hits import Hits, ray_directions
 
 # Sites at once.
 _BLOCK = 1024
+# Bytes at the peak of each ray of a glossy site, and of each ray there is, of which all may end on glossy parts.
+_BYTES_OF_GLOSSY, _BYTES_TOWARDS = 100, 160
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +65,20 @@ class GlossyRays:
         glossy: Bool[np.ndarray, " P"],
         cells: Cells,
     ) -> GlossyRays:
-        """glossy : which parts are. escapes : the texel of the sky that each ray meets, -1 of a part."""
+        """glossy : which parts are. escapes : the texel of the sky that each ray meets, -1 of a part.
+
+        Raises
+        ------
+        InputError : it would not fit into memory.
+        """
         from scipy.sparse import csr_array
 
         count, rays, size = len(hits.sites), hits.rays, len(cells)
         mine = glossy[hits.part_of_site]
         sites = np.flatnonzero(mine)
+        needed = (len(sites) * _BYTES_OF_GLOSSY + count * _BYTES_TOWARDS) * rays
+        words = f"{len(sites):,} glossy sites, {rays} rays each: {gigabytes(needed)} of memory"
+        check_room(needed, "what glossy parts pass on does not fit into memory", words, "ask for fewer rays")
         number = np.full(count, -1)
         number[sites] = np.arange(len(sites))
         local = np.empty((len(sites), rays, 3), dtype=np.float32)
@@ -95,8 +106,6 @@ class GlossyRays:
 
 
 def _of_sites(hits: Hits, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n N 3"]:
-    from .hits import ray_directions
-
     return ray_directions(hits.sites.normals[sites], sites, hits.rays)
 
 

@@ -26,6 +26,7 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
+from ..camera import Camera
 from ..lights import Light
 from ..scene import Scene
 from ..vectors import VectorLike, finite_vector, unit
@@ -98,7 +99,7 @@ class Relighting:
         planned = _planned(self.prepared.scene, found, self.lights, self.basis) if basis is None else basis
         same = found[number].is_matt == self.reflections[number].is_matt
         # What lights give is known by which sites are glossy.
-        got = self.received if same and "received" in self.__dict__ else None
+        got = self.__dict__.get("received", self._received) if same else None
         return replace(self, reflections=tuple(found), basis=planned, _received=got)
 
     def with_lights(self, *lights: Light, basis: SpectralBasis | None = None) -> Relighting:
@@ -250,15 +251,17 @@ class Relighting:
             self._weights[key] = lamp, self.prepared.scene.observer.weights(lamp, to)
         return self._weights[key][1]
 
-    def exits(self, eye: VectorLike, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "S M3"]:
-        """(S,3M) XYZ that each site sends towards a place of what other parts give it, without what lights give it
-        straight away; 0 where it looks away, farther than a neighbour that is seen may.
+    def exits(
+        self, eye: VectorLike | Camera, illuminants: Sequence[Spectrum | None] = (None,)
+    ) -> Float[np.ndarray, "S M3"]:
+        """(S,3M) XYZ that each site sends towards a place, or a camera, of what other parts give it, without what
+        lights give it straight away; 0 where it looks away, farther than a neighbour that is seen may.
         """
-        at = finite_vector(eye, "eye")
         hits, part = self.prepared.hits, self.prepared.hits.part_of_site
         centre, radius = self.prepared.centre_and_radius
-        to = (at - centre) / radius - hits.sites.starts
-        above = np.einsum("ni,ni->n", unit(to), hits.sites.normals) > -BEYOND
+        points = hits.sites.starts * radius + centre
+        to = unit(eye.to_viewer(points) if isinstance(eye, Camera) else finite_vector(eye, "eye") - points)
+        above = np.einsum("ni,ni->n", to, hits.sites.normals) > -BEYOND
         arriving = self.arriving.reshape(len(part), -1)
         found = np.zeros((len(part), 3 * len(illuminants)), dtype=self.dtype)
         for number, one in enumerate(self.reflections):

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
+from metamer.lighting.scene import framing_camera
 from metamer.lighting.transfer.prepared import Prepared
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.materials.points import Points
 from metamer.materials.tensors.families import cook_torrance
 from metamer.materials.tensors.tuned import Tuned
+from metamer.spectral import memory
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
@@ -268,6 +270,26 @@ def test_three_hundred_parts(scene_of, squares):
     assert np.isfinite(found).all()
     assert found[:, 1].max() > 1e-3
     assert state.basis.size <= 12
+
+
+def test_a_camera_sees_what_its_place_does(corner, geometry):
+    scene, surfaces = worn(corner, gloss(GOLD), matt(RED))
+    state = Relighting.of(scene, surfaces, geometry)
+    near = framing_camera(*scene.bounds)
+    np.testing.assert_allclose(state.exits(near), state.exits(near.position), rtol=1e-5, atol=1e-7)
+    # A parallel view is one from very far off.
+    far = replace(near, projection="orthographic", vertical_fov_deg=None, height=2.0)
+    place = near.target + 1e7 * (near.position - near.target)
+    np.testing.assert_allclose(state.exits(far), state.exits(place), rtol=1e-3, atol=1e-5)
+
+
+def test_what_does_not_fit_into_memory_is_refused(corner, monkeypatch):
+    scene, surfaces = worn(corner, gloss(GOLD), matt(RED))
+    prepared = Prepared.of(scene, 16, 0.8)
+    state = Relighting.of(scene, surfaces, prepared)
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1000)
+    with pytest.raises(InputError, match="glossy"):
+        state.exits(EYE)
 
 
 def test_bounces_below_none_are_refused(corner, geometry):
