@@ -20,7 +20,7 @@ WHAT = {
     "factor": "packs beside other ways to factor a BRDF: minutes, with measured data half an hour",
     "svbrdf": "glossy surfaces under environments, shadows and all, beside the truth: minutes",
     "btf": "BTFs in few numbers, by what was published and by ours: minutes, all of it an hour",
-    "transfer": "interreflection by precomputed tensors, beside paths: minutes",
+    "transfer": "interreflection by kept rays and by precomputed tensors, beside paths: minutes",
     "all": "basis and shading",
 }
 

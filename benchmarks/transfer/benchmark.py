@@ -11,6 +11,7 @@ import numpy as np
 from ...calibration.text_tables import columns
 from ...spectral.errors import InputError
 from . import clothed
+from .ours import OurMethod
 from .pixels import difference, seen_sites, truth_of
 from .scenes import TransferScene, scenes
 from .tensors import TensorMethod, shared_by_all
@@ -21,6 +22,8 @@ Progress = Callable[[str], None]
 QUICK, FULL = (64, 16, 0.16), (256, 64, 0.06)
 #: Bounces of the paper's pictures: it stops after two.
 BOUNCES = (0, 1, 2)
+#: Rays of a site by our way, in a quick and in a full run; bounces, of which None is until nothing is left.
+OUR_RAYS, OUR_BOUNCES = ((64,), (256, 1024)), (0, 1, 2, None)
 #: What the paper says of its own scenes: vertices, megabytes, hours before the first picture, and milliseconds of
 #: another view, another material too, and another light too, on a GPU of 2007.
 PAPER = (
@@ -48,9 +51,11 @@ def run(
 
     Returns
     -------
-    dict : `rows`, for JSON. A row has `scene`, `vertices` (that something may be seen from), `regions`, `method`,
-    `bounces`, `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`, `material`, `light`, `all`), `light`,
-    `delta_e94` (`mean`, `p95`, `p99`, at pixels against paths of as many bounces) and `reference_noise` (ΔE94).
+    dict : `rows`, for JSON. A row has `scene`, `vertices` (that something may be seen from), `regions`, `method`
+    ("paper" or "ours"), `at` ("pixels" or "sites"), `rays`, `bounces` ("all": until nothing is left),
+    `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`, `material`, `light`, `all`), `light`, `delta_e94` (`mean`,
+    `p95`, `p99`, against paths of as many bounces) and `reference_noise` (ΔE94); ours also `coefficients`. Direct
+    light at pixels is the paper's own in its rows, and the paths' in ours (see `ours`).
 
     Raises
     ------
@@ -69,6 +74,9 @@ def run(
     shared = shared_by_all()
     for one in chosen:
         rows += _of_tensors(one, TensorMethod.of(one, shared, *(FULL if full else QUICK), progress), full, progress)
+        for rays in OUR_RAYS[full]:
+            ours = OurMethod.of(one, rays, (FULL if full else QUICK)[2], progress)
+            rows += ours.rows(OUR_BOUNCES, progress)
     return {"rows": rows}
 
 
@@ -84,6 +92,8 @@ def _of_tensors(case: TransferScene, method: TensorMethod, full: bool, progress:
             "vertices": len(method.hits.sites),
             "regions": len(case.scene.parts),
             "method": "paper",
+            "at": "pixels",
+            "rays": method.hits.rays,
             "bounces": bounces,
             "precompute_cpu_seconds": method.precompute_cpu_seconds,
             "bytes": method.transfer.nbytes,
@@ -104,22 +114,23 @@ def report(figures: dict) -> str:
     body = []
     for one in figures["rows"]:
         relight, off, noise = one["relight_ms"], one["delta_e94"], one["reference_noise"]
-        counts = [f"{one[name]:,}" for name in ("vertices", "regions", "bounces")]
+        counts = [f"{one['vertices']:,}", *(str(one[name]) for name in ("regions", "rays", "bounces"))]
         body.append(
             [
-                one["scene"], one["light"], one["method"], *counts,
+                one["scene"], one["light"], one["method"], one["at"], *counts,
                 f"{one['precompute_cpu_seconds']:.0f}", f"{one['bytes'] / 1e6:.0f}",
                 *(f"{relight[name]:.0f}" for name in ("view", "material", "light", "all")),
                 *(f"{off[name]:.2f}" for name in ("mean", "p95", "p99")), "-" if noise is None else f"{noise:.2f}",
             ]
         )  # fmt: skip
-    headings = ["scene", "light", "method", "sites", "regions", "bounces", "CPU s", "MB", "view", "material", "light"]
+    headings = ["scene", "light", "method", "at", "sites", "regions", "rays", "bounces", "CPU s", "MB"]
+    headings += ["view", "material", "light"]
     headings += ["all ms", "mean", "p95", "p99", "noise"]
-    title = "ΔE94 at pixels, against paths of as many bounces at every wavelength"
+    title = "ΔE94 against paths of as many bounces at every wavelength; ours with the paths' own direct light"
     of_paper = [
         [name, f"{vertices:,}", f"{megabytes}", f"{hours:g}", f"{view}", f"{material}", f"{light}"]
         for name, vertices, megabytes, hours, view, material, light in PAPER
     ]
     words = ["scene", "vertices", "MB", "hours", "view", "and material", "and light ms"]
     said = f"Sun et al. 2007, table 1 (no errors are given)\n{columns(words, of_paper, left=1)}"
-    return f"{title}\n{columns(headings, body, left=3)}\n\n{said}"
+    return f"{title}\n{columns(headings, body, left=4)}\n\n{said}"

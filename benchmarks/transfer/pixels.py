@@ -58,10 +58,14 @@ def truth_of(case: TransferScene, bounces: int, progress: Callable[[str], None])
 
 
 def difference(
-    case: TransferScene, truth: ReferencePictures, seen: Seen, values: Float[np.ndarray, "S 3"]
+    case: TransferScene,
+    truth: ReferencePictures,
+    seen: Seen,
+    values: Float[np.ndarray, "S 3"],
+    beside: Float[np.ndarray, "n 3"] | None = None,
 ) -> Float[np.ndarray, " n"]:
-    """ΔE94 of all pixels that show a surface; colours below 0 count as black."""
+    """ΔE94 of all pixels that show a surface; colours below 0 count as black. beside : of pixels, what comes to it."""
     covered = truth.coverage.ravel()[seen.pixel] == 1.0
     want = truth.xyz[0].reshape(-1, 3)[seen.pixel[covered]]
-    found = np.maximum(seen.picture(values)[covered], 0.0)
-    return delta_e_xyz(want, found, case.scene.adopted_white())
+    found = seen.picture(values) + (0.0 if beside is None else beside)
+    return delta_e_xyz(want, np.maximum(found[covered], 0.0), case.scene.adopted_white())

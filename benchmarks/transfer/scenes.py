@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.camera import Camera
+from ...lighting.environment.booth import light_booth
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.latlong import texel_directions
 from ...lighting.mesh import Mesh
@@ -59,7 +60,8 @@ def scenes(full: bool, data: Path | None = None) -> list[TransferScene]:
     found = []
     for name, make in made:
         parts, camera = make()
-        for light, lamp in (("sky", _sky()), ("two-lamps", _two_lamps())) if full else (("sky", _sky()),):
+        lights = (("sky", _sky()), ("two-lamps", _two_lamps()), ("booth", _booth()))
+        for light, lamp in lights if full else lights[:1]:
             named = [Part(f"{name}-{number}", mesh, f"{name}-{number}") for number, (mesh, _) in enumerate(parts)]
             scene = Scene(tuple(named), (lamp,), (camera,), observer("1931_2"))
             materials = {part.material: tuned for part, (_, tuned) in zip(named, parts, strict=True)}
@@ -202,6 +204,11 @@ def _sky() -> EnvironmentLight:
     sun = np.array([0.5, 0.6, 0.62]) / np.linalg.norm([0.5, 0.6, 0.62])
     field = np.where(to[..., 1] > 0.0, 1.0 + 0.5 * to[..., 1], 0.15) + 30.0 * np.exp(60.0 * (to @ sun - 1.0))
     return EnvironmentLight(field[None], (illuminant("D65"),), 1000.0, spectrum_name="D65")
+
+
+def _booth() -> EnvironmentLight:
+    """A panel overhead, grey walls and an open front."""
+    return light_booth(spectrum=illuminant("D65"), spectrum_name="D65")
 
 
 def _two_lamps() -> EnvironmentLight:

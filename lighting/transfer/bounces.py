@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from .radiant import RadiantRegions
 ENOUGH = 0.1
 #: No scene of real surfaces needs as many: white of 0.99 in a closed box takes some 600.
 MOST = 2000
+# One site in so many is looked at first.
+_FEW = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +73,20 @@ class Regions:
         basis = self.basis
         if basis.is_sampled:
             return arriving * self.reflectances[self.region][:, None, :]
-        operators = basis.operator(self.reflectances)
         found = np.empty_like(arriving)
-        for number, operator in enumerate(operators):
-            mine = np.flatnonzero(self.region == number)
-            found[mine] = arriving[mine] @ operator.T
+        for mine, operator in zip(self._sites, self._operators, strict=True):
+            found[mine] = arriving[mine] @ operator.T.astype(arriving.dtype)
         return found
+
+    @cached_property
+    def _operators(self) -> Float[np.ndarray, "R J J"]:
+        return self.basis.operator(self.reflectances)
+
+    @cached_property
+    def _sites(self) -> list[np.ndarray]:
+        """Of each region."""
+        order = np.argsort(self.region, kind="stable")
+        return np.split(order, np.searchsorted(self.region[order], np.arange(1, len(self.reflectances))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,29 +143,58 @@ def interreflected(
     InputError : `most` bounces are not enough.
     """
     to_xyz = np.concatenate([np.asarray(fold).T for fold in folds]) / reference_lux
-    now = regions.first(lux)
-    first, total = now, now.copy()
-    seen = _seen(total, to_xyz)
+    return passed_on(operator, regions, regions.first(lux), to_xyz, white, reference_lux, enough, most, sends)
+
+
+def passed_on(
+    operator: Any,
+    regions: Regions | RadiantRegions,
+    first: Float[np.ndarray, "S K J"],
+    to_xyz: Float[np.ndarray, "KJ 3"],
+    white: Float[np.ndarray, "3"],
+    reference_lux: float,
+    enough: float = ENOUGH,
+    most: int = MOST,
+    sends: Float[np.ndarray, " S"] | None = None,
+    beside: Float[np.ndarray, "S 3"] | None = None,
+    bounces: int | None = None,
+) -> Interreflection:
+    """`interreflected`, of any radiosity that there is `first`.
+
+    to_xyz : what coefficients of all spectra come to. beside : XYZ that sites send out beside it, which is not passed
+    on. bounces : follow so many, whatever is left; None goes on until `enough`.
+    """
+    now = first
+    total = now.copy()
+    seen = _seen(total, to_xyz) + (0.0 if beside is None else beside)
     largest = float(operator.sum(axis=1).max()) if operator.shape[0] else 0.0
     q = largest * regions.largest
     left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
-    for bounce in range(most + 1):
+    for bounce in range((most if bounces is None else bounces) + 1):
         sent = now.reshape(len(now), -1)
         arriving = operator @ (sent if sends is None else sent * sends[:, None])
         following = regions.reflected(np.asarray(arriving).reshape(now.shape))
         gives = _seen(following, to_xyz)
         size = float(np.abs(gives).sum())
         share = min(size / before, q) if before > 0.0 else 0.0
-        off = delta_e_xyz(seen + gives / (1.0 - share), seen, white) if size > 0.0 else np.zeros(1)
-        left = float(off.max(initial=0.0))
+        left = _largest(seen, gives / (1.0 - share), white, enough) if size > 0.0 else 0.0
         bound = float(regions.most_y(following, gives[:, 1], reference_lux).max(initial=0.0)) / (1.0 - q)
-        if left <= enough:
+        if left <= enough if bounces is None else bounce == bounces:
             return Interreflection(bounce, first, total, left, bound)
         now, before = following, size
         total += now
-        seen = _seen(total, to_xyz)
+        seen += gives
     words = f"ΔE94 {left:.2g} is still missing after {most} bounces"
     raise InputError("light that does not end", found=words, expected=f"at most {enough:g}", hint="allow more bounces")
+
+
+def _largest(
+    seen: Float[np.ndarray, "S 3"], more: Float[np.ndarray, "S 3"], white: Float[np.ndarray, "3"], enough: float
+) -> float:
+    """ΔE94 that `more` changes any site by; of a few of them where that is already more than `enough`."""
+    some = slice(None, None, _FEW)
+    found = float(delta_e_xyz(seen[some] + more[some], seen[some], white).max(initial=0.0))
+    return found if found > enough else float(delta_e_xyz(seen + more, seen, white).max(initial=0.0))
 
 
 def _seen(coefficients: Float[np.ndarray, "S K J"], to_xyz: Float[np.ndarray, "KJ 3"]) -> Float[np.ndarray, "S 3"]:

@@ -56,13 +56,27 @@ def _of_light(
         free = occluders.free(starts, arriving.directions, arriving.distance / radius)
         return (arriving.illuminance_lux * cosine * free)[:, None]
     assert isinstance(light, SpreadLight)
-    points, normals = (np.repeat(each, drawn, axis=0) for each in (points, normals))
+    return drawn_arrivals(light, sites, rows, occluders, centre, radius, drawn)[1].sum(axis=1)
+
+
+def drawn_arrivals(
+    light: SpreadLight,
+    sites: Sites,
+    rows: slice,
+    occluders: Occluders,
+    centre: Float[np.ndarray, "3"],
+    radius: float,
+    drawn: int = DRAWN,
+) -> tuple[Float[np.ndarray, "n D 3"], Float[np.ndarray, "n D K"]]:
+    """Unit directions that are drawn at some sites, and the lux that each brings: their sum is the illuminance."""
+    points = np.repeat(sites.starts[rows] * radius + centre, drawn, axis=0)
+    normals = np.repeat(sites.normals[rows], drawn, axis=0)
     numbers = np.arange(len(sites))[rows]
     to, density = light.drawn(points, shifted_pattern(numbers, drawn).reshape(-1, 2))
     cosine = dot(normals, to)
     lux = np.zeros((len(to), len(light.spectra)))
     lit = np.flatnonzero((cosine > 0.0) & (density > 0.0))
     distance = light.distance(points[lit], to[lit]) / radius
-    lit = lit[occluders.free(np.repeat(starts, drawn, axis=0)[lit], to[lit], distance)]
+    lit = lit[occluders.free(np.repeat(sites.starts[rows], drawn, axis=0)[lit], to[lit], distance)]
     lux[lit] = light.luminance(points[lit], to[lit]) * (cosine[lit] / density[lit])[:, None]
-    return lux.reshape(-1, drawn, lux.shape[1]).mean(axis=1)
+    return to.reshape(-1, drawn, 3), lux.reshape(-1, drawn, lux.shape[1]) / drawn

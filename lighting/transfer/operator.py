@@ -32,7 +32,9 @@ def irradiance_operator(hits: Hits) -> Any:
         inside = share > 0.0
         row = np.broadcast_to(np.arange(rows.stop - rows.start)[:, None, None], share.shape)[inside]
         size = (rows.stop - rows.start, count)
-        block = csr_array((share[inside] / hits.rays, (row, number[inside])), shape=size)
+        # Small numbers of sites: half the bytes that each bounce reads.
+        places = (row.astype(np.int32), number[inside].astype(np.int32))
+        block = csr_array((share[inside] / hits.rays, places), shape=size)
         block.sum_duplicates()
         blocks.append(block.astype(np.float32))
     from scipy.sparse import vstack

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...materials.tensors.brdf_tensor import BrdfTensor
-from .cube import CubeMap
+from ..environment.cube import CubeMap
 from .frames import local
 from .haar import transformed
 from .precomputed import TransferTensors, unpacked

@@ -16,11 +16,11 @@ from jaxtyping import Float, Int, UInt8
 
 from ...materials.tensors.components import Components
 from ...spectral.memory import check_room, gigabytes
+from ..environment.cube import CubeMap
 from ..environment.harmonics import harmonics
 from ..transfer.hits import Hits
 from ..vectors import unit
 from ..visibility.occluders import Occluders
-from .cube import CubeMap
 
 #: Texels across a face: of visibility; of the lights of one bounce and of two; and the harmonics of one bounce.
 VISIBLE, ONE_BOUNCE, TWO_BOUNCES, BANDS = 64, 8, 2, 4

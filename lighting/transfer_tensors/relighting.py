@@ -18,11 +18,11 @@ from ...materials.tensors.brdf_tensor import BrdfTensor
 from ...materials.tensors.components import Components
 from ...materials.tensors.families import Family
 from ...materials.tensors.tuned import Tuned
+from ..environment.cube import CubeMap
 from ..environment.environment import EnvironmentLight
 from ..environment.harmonics import gaussian_factors, harmonics
 from ..environment.pyramid import Pyramid
 from .clustered import ClusteredTensor, clustered_tensor
-from .cube import CubeMap
 from .direct import DirectTensor, direct_tensor
 from .frames import local
 from .precomputed import BANDS, ONE_BOUNCE, TWO_BOUNCES, TransferTensors, unpacked

@@ -130,11 +130,14 @@ def cook_torrance(members: Float[np.ndarray, "N 2"] | None = None) -> Family:
         raise InputError("members on one line", field="members", found=f"{len(members)}", expected="a plane of them")
 
     def one(member: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        f0, slope = member
-        cosine = half_cosine(wi, wo)
+        f0, slope = member.tolist()
+        half = wi + wo
+        length = np.sqrt(np.einsum("...i,...i->...", half, half))
         # cos(theta_d) of two unit vectors, without an acos: half the length of their sum.
-        difference = 0.5 * np.linalg.norm(wi + wo, axis=-1)
-        fresnel = f0 + (1.0 - f0) * (1.0 - np.minimum(difference, 1.0)) ** 5
+        cosine, difference = half[..., 2] / length, 0.5 * length
+        away = 1.0 - np.minimum(difference, 1.0)
+        squared = away * away
+        fresnel = f0 + (1.0 - f0) * squared * squared * away
         squared = cosine * cosine
         facets = beckmann(squared, np.maximum(1.0 - squared, 0.0), slope)
         return fresnel * facets * v_cavity(wi[..., 2], wo[..., 2], cosine / difference)

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ..brdf import Brdf, Lobe, eval_lit
+from ..points import Points
 from .families import Family
 
 
@@ -44,6 +45,26 @@ class Tuned(Brdf):
         """The mixture of the family's members."""
         return self.family.weights(*self.parameters)
 
+    @property
+    def spectra(self) -> Float[np.ndarray, "2 L"]:
+        """What `scalars` are multiplied with: those of the matt part and of the highlight."""
+        return np.stack([self.diffuse, self.specular])
+
+    def scalars(self, points: Points) -> Float[np.ndarray, "N 2"]:
+        """1 / pi, and the mixture of members, 1/sr: f_r without spectra, 0 on and below the horizon."""
+        lit = np.flatnonzero((points.wi[:, 2] > 0.0) & (points.wo[:, 2] > 0.0))
+        found = np.zeros((len(points), 2))
+        found[lit, 0] = 1.0 / np.pi
+        if self.specular.any():
+            found[lit, 1] = self._highlight(points.wi[lit], points.wo[lit])
+        return found
+
+    def _highlight(self, wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
+        found = np.zeros(len(wi))
+        for member in np.flatnonzero(self.weights):
+            found += float(self.weights[member]) * self.family.one(self.family.members[member], wi, wo)
+        return found
+
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
@@ -54,10 +75,7 @@ class Tuned(Brdf):
         found = np.broadcast_to(self.diffuse / np.pi, (len(wi), len(self.diffuse)))
         if not self.specular.any():
             return found
-        highlight = np.zeros(len(wi))
-        for member in np.flatnonzero(self.weights):
-            highlight += self.weights[member] * self.family.one(self.family.members[member], wi, wo)
-        return found + highlight[:, None] * self.specular
+        return found + self._highlight(wi, wo)[:, None] * self.specular
 
     def lobes(self) -> tuple[Lobe, ...]:
         """The matt part and the highlight, each where it is not black."""

@@ -1,8 +1,8 @@
 """Cube maps, and their wavelets."""
 
 import numpy as np
+from metamer.lighting.environment.cube import CubeMap
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.transfer_tensors.cube import CubeMap
 from metamer.lighting.transfer_tensors.haar import transformed
 from metamer.spectral.illuminants import illuminant
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from metamer.lighting.environment.cube import CubeMap
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
@@ -10,7 +11,6 @@ from metamer.lighting.transfer.direct import direct_illuminance
 from metamer.lighting.transfer.hits import scene_hits
 from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.transfer_tensors.clustered import clustered_tensor
-from metamer.lighting.transfer_tensors.cube import CubeMap
 from metamer.lighting.transfer_tensors.frames import local
 from metamer.lighting.transfer_tensors.precomputed import ONE_BOUNCE, transfer_tensors
 from metamer.lighting.transfer_tensors.relighting import TensorTransfer

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..environment.environment import EnvironmentLight
+from .environment import EnvironmentLight
 
-# Texels across a face, at least, that a light's means are taken over.
-_FINEST = 256
+#: Texels across a face, at least, that a light's means are taken over.
+FINEST = 256
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,12 @@ class CubeMap:
         by = self.across // across
         return (face * across + down // by) * across + right // by
 
-    def means(self, light: EnvironmentLight) -> Float[np.ndarray, "K D"]:
-        """Mean luminance of each field of a light over each texel, cd/m^2."""
-        fine = CubeMap(self.across * max(1, -(-_FINEST // self.across)))
+    def means(self, light: EnvironmentLight, finest: int = FINEST) -> Float[np.ndarray, "K D"]:
+        """Mean luminance of each field of a light over each texel, cd/m^2.
+
+        finest : texels across a face, at least, that the light is looked up at.
+        """
+        fine = CubeMap(self.across * max(1, -(-finest // self.across)))
         part, angle = fine.coarser(self.across), fine.solid_angles
         values = light.luminance(np.zeros((len(fine), 3)), fine.directions).T
         sums = np.stack([np.bincount(part, angle * field, len(self)) for field in values])

@@ -1,0 +1,170 @@
+"""Our way as a method: kept rays, materials and lights as they are, at sites and at pixels, beside paths from both."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.geometry import Tracer, VisibleGeometry
+from ...lighting.reference_bounces import BounceSum
+from ...lighting.transfer.prepared import Prepared
+from ...lighting.transfer.relighting import Relighting
+from ...lighting.vectors import dot, unit
+from ...materials.scattering import Scattering
+from ...spectral.difference import delta_e_xyz
+from .pixels import Seen, difference, seen_sites, truth_of
+from .scenes import TransferScene
+
+#: Sites that paths start from, chosen among those that the camera looks at; paths of each, twice, and a seed.
+SITES, PATHS, SEED = 600, 512, 11
+#: Surfaces of the longest paths that stand for all there are: what is left is far below their noise.
+ALL = 16
+
+
+@dataclass(frozen=True, eq=False)
+class OurMethod:
+    """A scene's rays, ready to be relit. precompute_cpu_seconds : of all that materials and lights leave as it is."""
+
+    case: TransferScene
+    state: Relighting
+    seen: Seen
+    precompute_cpu_seconds: float
+
+    @classmethod
+    def of(cls, case: TransferScene, rays: int, longest_edge: float, progress: Callable[[str], None]) -> OurMethod:
+        """rays : of each site."""
+        progress(f"{case.name}, {case.light}: {rays} rays of each site")
+        start = time.process_time()
+        prepared = Prepared.of(case.scene, rays, longest_edge)
+        _ = prepared.operator, prepared.later, prepared.sky_operator, prepared.occluders
+        state = Relighting.of(case.scene, case.materials, prepared)
+        _ = state.rays
+        spent = time.process_time() - start
+        return cls(case, state, seen_sites(case.scene, prepared.hits, longest_edge), spent)
+
+    @property
+    def eye(self) -> Float[np.ndarray, "3"]:
+        """Where the scene's camera stands."""
+        return np.asarray(self.case.scene.camera().position, dtype=float)
+
+    def relight_ms(self) -> dict[str, float]:
+        """Of colours at all sites: of another view, another material on the first glossy part, another light, all."""
+        state, light = self.state, self.state.lights[0]
+        assert isinstance(light, EnvironmentLight)
+        state.exits(self.eye)
+        number = int(np.argmax(state.glossy))
+        part = self.case.scene.parts[number]
+        old, moved = self.case.materials[part.material], self.eye + 0.1
+        other = replace(old, parameters=(old.parameters[0], 0.9 * old.parameters[1]))
+        turned = replace(light, rotation_deg=light.rotation_deg + 30.0)
+        return {
+            "view": _best_ms(lambda: state.exits(moved)),
+            "material": _best_ms(lambda: state.with_material(part.name, other).exits(self.eye)),
+            "light": _best_ms(lambda: state.with_lights(turned).exits(self.eye)),
+            "all": _best_ms(lambda: state.with_material(part.name, other).with_lights(turned).exits(moved)),
+        }
+
+    def rows(self, bounces: tuple[int | None, ...], progress: Callable[[str], None]) -> Iterator[dict]:
+        """A row for each number of bounces, at pixels and at sites; None is until nothing is left.
+
+        Direct light at pixels is that of paths without a bounce: renderers have it at each pixel, and sites do not. At
+        sites both sides have the same direct light, every part as a matt one.
+        """
+        case, relight = self.case, self.relight_ms()
+        direct = truth_of(case, 0, progress)
+        own = direct.xyz[0].reshape(-1, 3)[self.seen.pixel]
+        sites = self._chosen()
+        evenly = self._evenly(sites)
+        for count in bounces:
+            state = replace(self.state, bounces=count)
+            exits = state.exits(self.eye).astype(float)
+            truth = truth_of(case, ALL if count is None else count, progress)
+            off = difference(case, truth, self.seen, exits, own)
+            yield self._row("pixels", state, relight, off, truth.noise and float(max(truth.noise.mean)))
+            if count == 0:
+                continue
+            progress(f"{case.name}, {case.light}: paths from sites, {count} bounces")
+            halves = paths_from(case, self.state.prepared, sites, self.eye, ALL if count is None else count)
+            white, mean = case.scene.adopted_white(), halves.mean(axis=0)
+            off = delta_e_xyz(mean + evenly, np.maximum(exits[sites] + evenly, 0.0), white)
+            noise = 0.5 * delta_e_xyz(halves[0] + evenly, np.maximum(halves[1] + evenly, 0.0), white).mean()
+            yield self._row("sites", state, relight, off, float(noise))
+
+    def _row(
+        self, at: str, state: Relighting, relight: dict[str, float], off: Float[np.ndarray, " n"], noise: float | None
+    ) -> dict:
+        prepared, (p95, p99) = self.state.prepared, np.percentile(off, (95.0, 99.0))
+        return {
+            "scene": self.case.name,
+            "vertices": len(prepared.hits.sites),
+            "regions": len(self.case.scene.parts),
+            "method": "ours",
+            "at": at,
+            "rays": prepared.hits.rays,
+            "coefficients": state.basis.size,
+            "bounces": "all" if state.bounces is None else state.bounces,
+            "precompute_cpu_seconds": self.precompute_cpu_seconds,
+            "bytes": prepared.hits.nbytes,
+            "relight_ms": relight,
+            "light": self.case.light,
+            "delta_e94": {"mean": float(off.mean()), "p95": float(p95), "p99": float(p99)},
+            "reference_noise": noise,
+        }
+
+    def _chosen(self) -> Int[np.ndarray, " n"]:
+        """Some of the sites about pixels, that look at the camera."""
+        hits, there = self.state.prepared.hits, np.unique(self.seen.sites)
+        centre, radius = self.state.prepared.centre_and_radius
+        to = unit((self.eye - centre) / radius - hits.sites.starts[there])
+        there = there[dot(to, hits.sites.normals[there]) > 0.1]
+        return np.sort(np.random.default_rng(SEED).permutation(there)[:SITES])
+
+    def _evenly(self, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
+        """What they would send out of direct light, every part as a matt one."""
+        scene, state = self.case.scene, self.state
+        part = state.prepared.hits.part_of_site[sites]
+        found = np.zeros((len(sites), 3))
+        for k, spectrum in enumerate(state.spectra):
+            weights = np.stack(
+                [scene.observer.weights(spectrum, one.wavelengths_nm) @ one.albedo for one in state.reflections]
+            )
+            found += state.received.lux[sites, k, None] * weights[part]
+        return found / float(scene.viewing.reference_illuminance_lux)
+
+
+def paths_from(
+    case: TransferScene, prepared: Prepared, sites: Int[np.ndarray, " n"], eye: Float[np.ndarray, "3"], bounces: int
+) -> Float[np.ndarray, "2 n 3"]:
+    """XYZ that sites send to an eye of light by way of other surfaces, by paths of the original scene; twice."""
+    hits, (centre, radius) = prepared.hits, prepared.centre_and_radius
+    frame, position = prepared.frames[sites], hits.sites.starts[sites] * radius + centre
+    geometry = VisibleGeometry(
+        width=len(sites),
+        rows=1,
+        samples=1,
+        pixel=np.arange(len(sites)),
+        part=hits.part_of_site[sites],
+        position=position,
+        wo=np.einsum("nij,nj->ni", frame, unit(eye - position)),
+        lit=(),
+        frame=frame,
+        geometric=np.ascontiguousarray(frame[:, 2]),
+    )
+    surfaces = {name: Scattering(one) for name, one in case.materials.items()}
+    total = BounceSum(case.scene, geometry, surfaces, (None,), Tracer(case.scene), (SEED,), PATHS, bounces)
+    total.extend(PATHS)
+    return total.halves[:, 0, :, 0]
+
+
+def _best_ms(call: Callable[[], object], times: int = 3) -> float:
+    best = np.inf
+    for _ in range(times):
+        start = time.perf_counter()
+        call()
+        best = min(best, time.perf_counter() - start)
+    return 1000.0 * best

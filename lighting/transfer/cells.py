@@ -1,0 +1,67 @@
+"""The hemisphere above a surface in cells: of those at one place light comes in, in those at another it goes out.
+
+Cells are even in projected solid angle (the cosine included) and about as wide as high: a square grid, laid onto the
+unit disc below the hemisphere by concentric rings (Shirley and Chiu, "A low distortion map between disk and square",
+Journal of Graphics Tools 2(3), 1997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+#: Cells along a side of the square: 16 are 7 degrees apart about the normal.
+ACROSS = 16
+
+
+@dataclass(frozen=True)
+class Cells:
+    """`across` x `across` cells, an even number each way; number = row * across + column."""
+
+    across: int = ACROSS
+
+    def __len__(self) -> int:
+        return self.across**2
+
+    def of(self, local: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
+        """The cell of each unit direction of a frame; one below the horizon has the nearest at its edge."""
+        x, y = local[..., 0], local[..., 1]
+        length = np.sqrt(x * x + y * y)
+        # Below the horizon the disc would be met again, from its other side.
+        radius = np.where(local[..., 2] > 0.0, np.minimum(length, 1.0), 1.0)
+        wide, high = np.abs(x), np.abs(y)
+        turn = np.arctan2(np.minimum(wide, high), np.maximum(wide, high)) * (4.0 / np.pi) * radius
+        a = np.copysign(np.where(wide >= high, radius, turn), x)
+        b = np.copysign(np.where(wide >= high, turn, radius), y)
+        column, row = (
+            np.clip((0.5 * (each + 1.0) * self.across).astype(np.int32), 0, self.across - 1) for each in (a, b)
+        )
+        return row * self.across + column
+
+    def directions(self) -> Float[np.ndarray, "cells 3"]:
+        """Unit directions in the middles of cells."""
+        return self.within(np.arange(len(self)), np.full((len(self), 2), 0.5))
+
+    def within(self, cells: Int[np.ndarray, "*n"], places: Float[np.ndarray, "*n 2"]) -> Float[np.ndarray, "*n 3"]:
+        """Unit directions at places in [0, 1) of cells, along columns and rows: all of a cell count alike."""
+        row, column = np.divmod(cells, self.across)
+        a, b = ((each + places[..., k]) / self.across * 2.0 - 1.0 for k, each in enumerate((column, row)))
+        wide = np.abs(a) >= np.abs(b)
+        radius = np.where(wide, a, b)
+        ratio = np.divide(np.where(wide, b, a), radius, out=np.zeros_like(a), where=radius != 0.0) * (0.25 * np.pi)
+        x, y = np.where(wide, np.cos(ratio), np.sin(ratio)), np.where(wide, np.sin(ratio), np.cos(ratio))
+        return np.stack([radius * x, radius * y, np.sqrt(1.0 - radius * radius)], axis=-1)
+
+    @cached_property
+    def quarter(self) -> Int[np.ndarray, " quarter"]:
+        """The cells of one quadrant, from which turns by right angles make all others."""
+        half = np.arange(self.across // 2, self.across)
+        return (half[:, None] * self.across + half).ravel()
+
+    def turned(self, cells: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+        """Where cells come to by a turn by a right angle about the normal, from x to y."""
+        row, column = np.divmod(cells, self.across)
+        return column * self.across + (self.across - 1 - row)

@@ -1,0 +1,93 @@
+"""What sites receive of lights straight away, as relighting takes it: as illuminance, and glossy ones by direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..environment.environment import EnvironmentLight
+from ..lights import DeltaLight, Light, SpreadLight
+from ..vectors import dot
+from .direct import drawn_arrivals
+from .glossy_rays import GlossyRays
+from .prepared import Prepared
+
+# Sites at once, of lights that stand near.
+_BLOCK = 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Received:
+    """Of K spectra of all lights, one after the other.
+
+    lux (S,K) : illuminance. incoming (G, I, K) : of lights that spread, what glossy sites receive from each cell of
+    their hemispheres, lux. free : of each light from one direction its first spectrum's number, and which sites see it.
+    """
+
+    lux: Float[np.ndarray, "S K"]
+    incoming: Float[np.ndarray, "G I K"]
+    free: tuple[tuple[int, DeltaLight, Bool[np.ndarray, " S"]], ...]
+
+
+def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> Received:
+    """Light from infinitely far off is taken along the rays that are kept, wherever they see the sky; of near lights
+    that spread, directions are drawn (`direct`); what comes from one direction is exact.
+    """
+    sites, spectra = prepared.hits.sites, sum(len(light.spectra) for light in lights)
+    lux = np.zeros((len(sites), spectra), dtype=np.float32)
+    incoming = np.zeros((len(rays.sites), len(rays.cells), spectra), dtype=np.float32)
+    free, first = [], 0
+    for light in lights:
+        mine = slice(first, first + len(light.spectra))
+        if isinstance(light, DeltaLight):
+            seen, lux[:, first] = _of_delta(prepared, light)
+            free.append((first, light, seen))
+        elif isinstance(light, EnvironmentLight):
+            sky = np.ascontiguousarray(prepared.sky.means(light, min(256, light.fields.shape[1])).T, dtype=np.float32)
+            lux[:, mine] = prepared.sky_operator @ sky
+            incoming[..., mine] = _of_sky(rays, sky)
+        else:
+            assert isinstance(light, SpreadLight)
+            lux[:, mine], incoming[..., mine] = _of_near(prepared, rays, light)
+        first = mine.stop
+    return Received(lux, incoming, tuple(free))
+
+
+def _of_delta(prepared: Prepared, light: DeltaLight) -> tuple[Bool[np.ndarray, " S"], Float[np.ndarray, " S"]]:
+    sites = prepared.hits.sites
+    centre, radius = prepared.centre_and_radius
+    arriving = light.arrivals(sites.starts * radius + centre)
+    cosine = dot(sites.normals, arriving.directions)
+    free = np.zeros(len(sites), dtype=bool)
+    up = np.flatnonzero(cosine > 0.0)
+    free[up] = prepared.occluders.free(sites.starts[up], arriving.directions[up], arriving.distance[up] / radius)
+    return free, arriving.illuminance_lux * cosine * free
+
+
+def _of_sky(rays: GlossyRays, sky: Float[np.ndarray, "D K"]) -> Float[np.ndarray, "G I K"]:
+    """Each ray brings pi / N times the luminance that it meets."""
+    # One more texel, which is black, is what rays meet that meet a part.
+    seen = np.append(sky, np.zeros((1, sky.shape[1]), dtype=sky.dtype), axis=0)
+    place = np.arange(len(rays.sites))[:, None] * len(rays.cells) + rays.cell
+    size = (len(rays.sites), len(rays.cells))
+    found = [np.bincount(place.ravel(), seen[rays.escape, k].ravel(), size[0] * size[1]) for k in range(sky.shape[1])]
+    return (np.stack(found, axis=1) * (np.pi / rays.rays)).reshape(*size, sky.shape[1]).astype(np.float32)
+
+
+def _of_near(prepared: Prepared, rays: GlossyRays, light: SpreadLight) -> tuple[np.ndarray, np.ndarray]:
+    sites, spectra = prepared.hits.sites, len(light.spectra)
+    lux = np.zeros((len(sites), spectra))
+    incoming = np.zeros((len(rays.sites) * len(rays.cells), spectra))
+    for start in range(0, len(sites), _BLOCK):
+        rows = slice(start, min(start + _BLOCK, len(sites)))
+        to, brings = drawn_arrivals(light, sites, rows, prepared.occluders, *prepared.centre_and_radius)
+        lux[rows] = brings.sum(axis=1)
+        own = np.flatnonzero(rays.number[rows] >= 0)
+        local = np.einsum("nij,ndj->ndi", prepared.frames[rows][own], to[own])
+        place = rays.number[rows][own, None] * len(rays.cells) + rays.cells.of(local)
+        for k in range(spectra):
+            incoming[:, k] += np.bincount(place.ravel(), brings[own, :, k].ravel(), len(incoming))
+    return lux, incoming.reshape(len(rays.sites), len(rays.cells), spectra)

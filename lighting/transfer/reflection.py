@@ -1,0 +1,199 @@
+"""Materials as light between parts meets them: what they scatter evenly, and highlights, scalars times spectra.
+
+No formula is named here. A surface that gives scalars of directions and their spectra apart (`Separable`, or the terms
+and palettes of a fast form) is taken so; any other one has a term for each wavelength, which is right and slow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.fast import Fast
+from ...materials.points import Points
+from ...materials.surface import Surface
+from ...spectral.errors import InputError
+from ..vectors import LEAST_COSINE
+from .cells import Cells
+from .hits import shifted_pattern
+
+Scalars = Callable[[Points], Float[np.ndarray, "N R"]]
+# A term that differs by less than this share of itself is the same in all directions; and a surface as a whole.
+_EVEN_TERM, _EVEN = 1e-6, 0.02
+# Pairs of directions that tell; both are at least this high above the surface (the cosine).
+_PAIRS, _HEIGHT = 512, 0.1
+# Spectra of a material that a basis is planned with.
+_SHOWN = 8
+# Pairs of directions in each pair of cells; cells at once.
+_TIMES, _AT_ONCE = 4, 8
+# Views, and rays of each, that the albedo by view is a mean over; and by how much it may correct at most.
+_VIEWS, _RAYS, _MOST_CORRECTED = 33, 2048, 2.0
+# Steps of an even sequence of places in pairs of cells: powers of the inverse of the real root of x^5 = x + 1 (M.
+# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
+_PLACES = 1.16730397826141868426 ** -np.arange(1.0, 5.0)
+
+
+@runtime_checkable
+class Separable(Protocol):
+    """A surface whose f_r is `scalars(points)` (N,R) times `spectra` (R,L)."""
+
+    @property
+    def spectra(self) -> Float[np.ndarray, "R L"]:
+        """Of each term."""
+        ...
+
+    def scalars(self, points: Points) -> Float[np.ndarray, "N R"]:
+        """f_r of each term without its spectrum, 1/sr."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Reflection:
+    """A uniform surface, f_r = matt / pi + scalars times spectra.
+
+    wavelengths_nm (L,). matt (L,) : reflectance of what is the same in all directions. spectra (R,L) : of all other
+    terms; none of a matt surface. table (R,O,I) : of each term, means over light from each cell of the hemisphere and
+    views in each. albedo (L,) : the share of even light that is reflected, evenly seen.
+    shown (n,L) : that, and others that are seen from some side, no brighter than the brightest of it.
+    by_view (V,R) : share of even light that each term sends towards viewers at evenly spaced cosines from 0 to 1; None
+    of an anisotropic surface.
+    """
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    matt: Float[np.ndarray, " L"]
+    spectra: Float[np.ndarray, "R L"]
+    table: Float[np.ndarray, "R O I"]
+    albedo: Float[np.ndarray, " L"]
+    shown: Float[np.ndarray, "n L"]
+    by_view: Float[np.ndarray, "V R"] | None
+    _scalars: Scalars
+    _kept: slice | np.ndarray
+
+    @classmethod
+    def of(cls, surface: Surface, cells: Cells, name: str = "") -> Reflection:
+        """Any surface; of one that varies over a texture its mean (`Surface.average`).
+
+        Raises
+        ------
+        InputError : it sends light out at other wavelengths than it receives.
+        """
+        if surface.bispectral is not None:
+            words = "a surface that keeps wavelengths"
+            raise InputError("a fluorescent surface among others", field="interreflection", found=name, expected=words)
+        known = surface.average() if surface.uses_uv else surface
+        scalars, spectra = _separated(known)
+        points = _pairs()
+        values = scalars(points)
+        even = np.ptp(values, axis=0) <= _EVEN_TERM * np.abs(values).max(axis=0)
+        matt = np.pi * values[:, even].mean(axis=0) @ spectra[even]
+        kept = np.flatnonzero(~even)
+        seen = values[:, kept] @ spectra[kept] + matt / np.pi
+        mean = seen.mean(axis=0)
+        if len(kept) and (np.ptp(seen, axis=0) <= _EVEN * mean + 1e-9).all():
+            matt, kept = np.pi * mean, kept[:0]
+        table = _table(scalars, kept, known.isotropic, cells)
+        albedo = matt + np.pi * table.mean(axis=(1, 2), dtype=np.float64) @ spectra[kept]
+        shown = _shown(albedo, matt, seen)
+        by_view = _by_view(scalars, kept) if known.isotropic else None
+        return cls(known.wavelengths_nm, matt, spectra[kept], table, albedo, shown, by_view, scalars, kept)
+
+    @property
+    def is_matt(self) -> bool:
+        """Whether there is no other term."""
+        return not len(self.spectra)
+
+    def scalars(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N R"]:
+        """f_r of each term, 1/sr; 0 where a direction is on or below the horizon."""
+        return self._scalars(Points(wi, wo))[:, self._kept]
+
+    def correction(self, f_r: Float[np.ndarray, "n N R"], cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n R"]:
+        """What the mean of f_r over rays has to be multiplied with, so that even light is right.
+
+        f_r : of N rays as dense as the cosine. cosine : to the viewer. Few rays meet a narrow highlight, and by chance
+        too many or too few: that error is known, and is taken out as far as it may be (a ratio estimator).
+        """
+        if self.by_view is None:
+            return np.ones((len(f_r), f_r.shape[2]), dtype=f_r.dtype)
+        place = np.clip(cosine, 0.0, 1.0) * (len(self.by_view) - 1)
+        left = np.minimum(place.astype(np.int64), len(self.by_view) - 2)
+        share = (place - left)[:, None]
+        want = (1.0 - share) * self.by_view[left] + share * self.by_view[left + 1]
+        met = np.pi * f_r.mean(axis=1)
+        ratio = np.divide(want, met, out=np.ones_like(want), where=met * want > 0.0)
+        return np.clip(ratio, 1.0 / _MOST_CORRECTED, _MOST_CORRECTED).astype(f_r.dtype)
+
+
+def _separated(surface: Surface) -> tuple[Scalars, Float[np.ndarray, "R L"]]:
+    if isinstance(surface, Separable):
+        return surface.scalars, np.asarray(surface.spectra)
+    if isinstance(surface, Fast) and all(one.palette.entries == 1 for one in surface.summands):
+        summands = surface.summands
+
+        def scalars(points: Points) -> Float[np.ndarray, "N R"]:
+            found = np.concatenate([one.terms(points).value for one in summands], axis=1)
+            up = (points.wi[:, 2] > 0.0) & (points.wo[:, 2] > 0.0)
+            return found * np.divide(1.0, points.wi[:, 2], out=np.zeros(len(points)), where=up)[:, None]
+
+        if all(one.terms(_pairs()).place is None for one in summands):
+            return scalars, np.concatenate([one.palette.samples[0] for one in summands])
+    return surface.at, np.eye(len(surface.wavelengths_nm))
+
+
+def _pairs() -> Points:
+    generator = np.random.default_rng(5)
+    height = generator.uniform(_HEIGHT, 1.0, (2, _PAIRS))
+    turn = generator.uniform(0.0, 2.0 * np.pi, (2, _PAIRS))
+    across = np.sqrt(1.0 - height**2)
+    wi, wo = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=2)
+    # Mirrored directions, where a highlight is.
+    wo[: _PAIRS // 2] = wi[: _PAIRS // 2] * (-1.0, -1.0, 1.0)
+    return Points(wi, wo)
+
+
+def _by_view(scalars: Scalars, kept: np.ndarray) -> Float[np.ndarray, "V R"]:
+    square = shifted_pattern(np.zeros(1, dtype=np.int64), _RAYS)[0]
+    radius, turn = np.sqrt(square[:, 0]), 2.0 * np.pi * square[:, 1]
+    wi = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[:, 0])], axis=1)
+    found = np.zeros((_VIEWS, len(kept)))
+    for number, cosine in enumerate(np.linspace(0.0, 1.0, _VIEWS) if len(kept) else ()):
+        cosine = max(float(cosine), LEAST_COSINE)
+        wo = np.broadcast_to([np.sqrt(1.0 - cosine * cosine), 0.0, cosine], wi.shape)
+        found[number] = np.pi * scalars(Points(wi, wo))[:, kept].mean(axis=0)
+    return found
+
+
+def _shown(albedo: np.ndarray, matt: np.ndarray, seen: np.ndarray) -> Float[np.ndarray, "n L"]:
+    """Spectra that products are to be planned for: the matt one, and what highlights make of it."""
+    some = np.concatenate([matt[None], seen[:: max(1, len(seen) // _SHOWN)]])
+    highest, bright = some.max(axis=1, keepdims=True), albedo.max()
+    scaled = some * np.divide(bright, highest, out=np.zeros_like(highest), where=highest > 0.0)
+    return np.concatenate([albedo[None], scaled])
+
+
+def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: Cells) -> Float[np.ndarray, "R O I"]:
+    found = np.zeros((len(kept), len(cells), len(cells)), dtype=np.float32)
+    if not len(kept):
+        return found
+    # Anywhere in cells, not in their middles: those of the outermost are too far from grazing angles.
+    seen = cells.quarter if isotropic else np.arange(len(cells))
+    first = 0
+    for some in np.array_split(seen, -(-len(seen) // _AT_ONCE)):
+        pairs = (len(some), len(cells), _TIMES)
+        both = np.broadcast_to(some[:, None, None], pairs), np.broadcast_to(np.arange(len(cells))[:, None], pairs)
+        places = _PLACES * np.arange(first, first + np.prod(pairs))[:, None] % 1.0
+        first += len(places)
+        wo, wi = (
+            cells.within(each.ravel(), place) for each, place in zip(both, (places[:, :2], places[:, 2:]), strict=True)
+        )
+        values = scalars(Points(wi, wo))[:, kept].reshape(*pairs, len(kept))
+        found[:, some] = np.moveaxis(values.mean(axis=2), 2, 0)
+    if isotropic:
+        to, source, turn = cells.quarter, cells.quarter, np.arange(len(cells))
+        for _ in range(3):
+            to, turn = cells.turned(to), cells.turned(turn)
+            found[:, to[:, None], turn] = found[:, source]
+    return found
