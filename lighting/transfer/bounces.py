@@ -98,6 +98,7 @@ def interreflected(
     enough: float = ENOUGH,
     most: int = MOST,
     sends: Float[np.ndarray, " S"] | None = None,
+    exactly: int | None = None,
 ) -> Interreflection:
     """Follow light from site to site until no further bounce changes the colour of any site by ΔE94 `enough`.
 
@@ -107,6 +108,7 @@ def interreflected(
     folds : of each spectrum, from coefficients to XYZ with Y = 1 of the perfect diffuser (`SpectralBasis.fold`).
     white : XYZ that ΔE94 refers to, Y = 1. reference_lux : a perfect diffuser that receives this has Y = 1.
     sends : of each site, the share of its light that others receive; None is all.
+    exactly : follow so many bounces, whatever is left.
 
     What is left is estimated as a geometric series of what the last bounce gave and the share by which it had become
     less, site by site at the slowest of all sites' shares. It ends, for sure, since rows of G sum to at most 1 and
@@ -124,7 +126,7 @@ def interreflected(
     largest = float(operator.sum(axis=1).max()) if operator.shape[0] else 0.0
     q = largest * float(regions.reflectances.max(initial=0.0))
     left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
-    for bounce in range(most + 1):
+    for bounce in range((most if exactly is None else exactly) + 1):
         sent = now.reshape(len(now), -1)
         arriving = operator @ (sent if sends is None else sent * sends[:, None])
         following = regions.reflected(np.asarray(arriving).reshape(now.shape))
@@ -134,7 +136,7 @@ def interreflected(
         off = delta_e_xyz(seen + gives / (1.0 - share), seen, white) if size > 0.0 else np.zeros(1)
         left = float(off.max(initial=0.0))
         bound = float(gives[:, 1].max(initial=0.0)) / (1.0 - q)
-        if left <= enough:
+        if left <= enough if exactly is None else bounce == exactly:
             return Interreflection(bounce, first, total, left, bound)
         now, before = following, size
         total += now
