@@ -15,7 +15,8 @@ from ..lighting.environment.bright_light import BrightLight
 from ..lighting.environment.gathering import GatheredLight
 from ..lighting.environment.panel import GatheredPanel
 from ..lighting.environment.pyramid import SOFTENING
-from ..lighting.transfer.indirect import EVEN_Z, EVEN_ZZ, IndirectLight
+from ..lighting.transfer.indirect import IndirectLight
+from ..lighting.transfer.passing_on import EVEN_Z, EVEN_ZZ
 from ..lighting.visibility.compression import SOFT, unpacked
 from ..lighting.visibility.hidden_light import HiddenLight
 from ..lighting.visibility.refinement import Refinement

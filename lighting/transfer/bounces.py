@@ -23,6 +23,8 @@ from ...spectral.errors import InputError
 ENOUGH = 0.1
 #: No scene of real surfaces needs as many: white of 0.99 in a closed box takes some 600.
 MOST = 2000
+# Regions from which on each site has its own operator at hand, as texels need it.
+_MANY = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,8 @@ class Regions:
         if basis.is_sampled:
             return arriving * self.reflectances[self.region][:, None, :]
         operators = basis.operator(self.reflectances)
+        if len(operators) > _MANY:
+            return np.einsum("ski,sji->skj", arriving, operators[self.region])
         found = np.empty_like(arriving)
         for number, operator in enumerate(operators):
             mine = np.flatnonzero(self.region == number)

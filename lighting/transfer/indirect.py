@@ -18,12 +18,11 @@ from jaxtyping import Bool, Float, Int
 
 from ...materials.environment_form import BENDS, bends
 from ...materials.fast import Fast
-from ...materials.points import Points
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.palette import DonaldsonPalette
 from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
+from ...spectral.wavelengths import common_wavelengths
 from ..convexity import is_convex
 from ..plan import bounce_basis
 from ..scene import Scene
@@ -33,18 +32,15 @@ from ..visibility.refinement import Refinement, refined
 from ..visibility.sites import scaled_triangles
 from .bounces import ENOUGH, Regions, interreflected
 from .direct import direct_illuminance
-from .hits import RAYS, Hits, scene_hits, shifted_pattern
+from .hits import RAYS, Hits, scene_hits
 from .operator import irradiance_operator
+from .passing_on import EVEN_Z, EVEN_ZZ, regions_of
 
 #: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
 OF_SITE = 2 * BENDS + 3
 FLUX, RADIANCE = slice(BENDS, BENDS + 3), slice(BENDS + 3, OF_SITE)
-#: By how much the moments z and 3 zz - 1 grow with the illuminance, where light comes evenly from above.
-EVEN_Z, EVEN_ZZ = 2.0 / 3.0, 0.5
 # A ray's share of the flux is held where it grazes: 1 / cosine at most.
 _GRAZING = 0.05
-# Viewers, and places on a texture, that a reflectance under even light is a mean over.
-_VIEWERS = 2048
 # Rays at once.
 _AT_ONCE = 1 << 17
 Progress = Callable[[int, int, str], None]
@@ -224,24 +220,6 @@ def lessened(sharpness: Float[np.ndarray, "*n"]) -> tuple[Float[np.ndarray, "*n"
     return first, second
 
 
-def even_albedo(surface: Fast) -> Float[np.ndarray, " L"]:
-    """What a surface reflects of even light, as a share: a mean over viewers, by their cosines, and over texels.
-
-    From each side it is the integral of the slice that is drawn (`EnvironmentForm`), however sharp that is.
-    """
-    form = surface.environment_form()
-    square = shifted_pattern(np.arange(2), _VIEWERS)
-    radius, turn = np.sqrt(square[0, :, 0]), 2.0 * np.pi * square[0, :, 1]
-    to = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[0, :, 0])], axis=1)
-    # In another order: both patterns are one, and places would go with directions.
-    places = np.random.default_rng(0).permutation(square[1])
-    lobes = form.lobes(Points(to, to, places))
-    matt = lobes.matt[:, 0].copy()
-    if lobes.matt.shape[1] == BENDS:
-        matt += EVEN_Z * lobes.matt[:, 3] + EVEN_ZZ * lobes.matt[:, 8]
-    return (lobes.value.sum(axis=1) + matt).mean(axis=0) @ form.palette.samples[0]
-
-
 def needs_none(scene: Scene) -> bool:
     """Whether no part of a scene can see another one, or itself: one convex body."""
     return len(scene.parts) == 1 and is_convex(scene.parts[0].mesh)
@@ -256,8 +234,8 @@ def indirect_light(
 ) -> IndirectLight:
     """Follow light from surface to surface, `scene.bounces` times or, for "auto", until no further one is seen.
 
-    Every material passes light on as a matt one that reflects as much as it does of even light, at each wavelength, and
-    a texture as the mean of its texels: what receives it is as it is.
+    Every material passes light on as a matt one that reflects as much as it does of even light, at each wavelength, a
+    texture at each site as its texels about there: what receives it is as it is.
 
     Parameters
     ----------
@@ -277,16 +255,12 @@ def indirect_light(
     occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
     spectra, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
     wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
-    of_material = {
-        name: interpolation_matrix(surfaces[name].wavelengths_nm, wavelengths) @ even_albedo(surfaces[name])
-        for name in scene.material_ids
-    }
-    reflectances = np.stack([of_material[part.material] for part in scene.parts])
-    basis = bounce_basis(reflectances, [*spectra, *shown_in], scene.observer, wavelengths)
+    regions, seen = regions_of(transport.fine, surfaces, hits, wavelengths)
+    basis = bounce_basis(seen, [*spectra, *shown_in], scene.observer, wavelengths)
     exactly = None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0)
     found = interreflected(
         transport.operator,
-        Regions(hits.part_of_site, reflectances, basis),
+        Regions(*regions, basis),
         lux,
         [basis.fold(spectrum, scene.observer) for spectrum in spectra],
         scene.adopted_white(),

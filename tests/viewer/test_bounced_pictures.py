@@ -9,6 +9,8 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_images
 from metamer.lighting.visibility import refinement
 from metamer.materials.factored.pack import matt_brdf
+from metamer.materials.svbrdf.maps import MappedSurface
+from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
@@ -81,7 +83,7 @@ def test_gl_equals_numpy(scenes, gl):
     assert off(scene, twin, without)[coverage == 1.0].mean() > 1.0
 
 
-def test_a_texture_receives_light_texel_by_texel(scenes, make):
+def test_a_texture_receives_light_and_passes_it_on_texel_by_texel(scenes, make):
     stripes = np.where((np.arange(12) // 3 % 2)[None, :, None] == 1, 0.7, 0.1) * np.ones((12, 1, 81))
     texture = SpectralTexture(NM, stripes)
     scene = replace(corner(scenes, floor="stripes", body=False), bounces=1)
@@ -89,8 +91,29 @@ def test_a_texture_receives_light_texel_by_texel(scenes, make):
     truth = reference_images(scene, None, originals, bounces=1, budget=1.0)
     with make() as renderer:
         found, coverage = renderer.render(scene, None, drawn)
+    # The wall is lit by the stripes, not by their mean.
+    assert np.percentile(off(scene, truth.xyz[0], found)[coverage == 1.0], 95) < 0.6
+
+
+def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make):
+    """A floor whose normals lean towards a red wall, beside paths: indirect light follows the map."""
+    lean = np.broadcast_to(np.array([0.0, np.sin(0.35), np.cos(0.35)], np.float32), (4, 4, 3))
+    grey, rough = np.full((4, 4, 3), 200, np.uint8), np.full((4, 4, 1), 0.9, np.float32)
+    flat = MappedSurface(NM, TexelMap(grey, srgb=True), TexelMap(rough), "mallett-yuksel")
+    maps = replace(flat, normal=TexelMap(np.ascontiguousarray(lean)))
+    scene = replace(corner(scenes, floor="leaning", body=False), bounces=1)
+    originals, drawn = {**SURFACES, "leaning": maps}, {**SURFACES, "leaning": maps.own_form(1e-3)}
+    truth, direct = (reference_images(scene, None, originals, bounces=count, budget=1.0).xyz[0] for count in (1, 0))
+    with make() as renderer:
+        found, coverage = renderer.render(scene, None, drawn)
+        without, _ = renderer.render(replace(scene, bounces=0), None, drawn)
     floor = (coverage == 1.0) & (np.arange(24) > 14)[:, None]
-    assert np.percentile(off(scene, truth.xyz[0], found)[floor], 95) < 0.5
+    expected, added = (truth - direct)[floor][:, 0], (found - without)[floor][:, 0]
+    with make() as renderer:
+        level, _ = renderer.render(scene, None, {**SURFACES, "leaning": flat.own_form(1e-3)})
+        level -= renderer.render(replace(scene, bounces=0), None, {**SURFACES, "leaning": flat.own_form(1e-3)})[0]
+    assert level[floor][:, 0].mean() < 0.7 * expected.mean()
+    assert np.abs(added - expected).mean() < 0.1 * expected.mean()
 
 
 def test_a_sheet_shines_on_both_of_its_sides(scenes, make):

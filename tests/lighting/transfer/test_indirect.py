@@ -11,13 +11,13 @@ from metamer.lighting.transfer.indirect import (
     RADIANCE,
     Transport,
     arriving,
-    even_albedo,
     indirect_light,
     lessened,
     light_at,
     needs_none,
     under_lobes,
 )
+from metamer.lighting.transfer.passing_on import even_albedo
 from metamer.materials.environment_form import bends
 from metamer.materials.factored.pack import matt_brdf
 from metamer.spectral.bispectral import Bispectral
