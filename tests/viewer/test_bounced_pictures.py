@@ -7,7 +7,10 @@ import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_images
+from metamer.lighting.scene import Review
+from metamer.lighting.scene_files import load_scene
 from metamer.lighting.visibility import refinement
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.factored.pack import matt_brdf
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap
@@ -15,8 +18,10 @@ from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
+from metamer.viewer.bouncing import counted
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.renderer import radiance_weights
+from metamer.viewer.review import review
 from metamer.viewer.software import SoftwareRenderer
 
 NM = np.linspace(380.0, 780.0, 81)
@@ -178,3 +183,27 @@ def test_bounces_follow_when_a_mesh_or_a_material_changes(scenes, make):
             with SoftwareRenderer() as fresh:
                 anew, _ = fresh.render(scene_now, None, surfaces)
             assert off(scene, anew, kept).max() < 0.05
+
+
+def test_a_review_gives_picture_and_reference_the_same_bounces(scenes, tiny_catalogue, tmp_path):
+    """Were one of them without, all pixels of the wall would be far off."""
+    catalogue = Catalogue.open(tiny_catalogue)
+    scene = corner(scenes, wall="tiny/matt-red", floor="tiny/matt-red", body=False, size=16)
+    scene = replace(scene, review=Review("part1", ("tiny/matt-red",), ("A",)), bounces="auto")
+    found = review(scene, catalogue, tmp_path / "review", renderer=SoftwareRenderer(), version="test")
+    surfaces = {"tiny/matt-red": catalogue.surface("tiny/matt-red").drawn()}
+    with SoftwareRenderer() as renderer:
+        xyz, coverage = renderer.render(scene, None, surfaces)
+        assert renderer.bounced is not None
+        assert counted(scene, surfaces).bounces == renderer.bounced.bounces >= 2
+        direct, _ = renderer.render(replace(scene, bounces=0), None, surfaces)
+    assert off(scene, xyz, direct)[coverage == 1.0].mean() > 1.0
+    assert found.rows[0].statistics.p95 < 1.0
+
+
+def test_scenes_say_how_many_bounces_they_have(tmp_path):
+    for said, bounces in (("", 0), ("bounces = 3", 3), ('bounces = "auto"', "auto")):
+        (tmp_path / "scene.toml").write_text(
+            f'[[part]]\nshape = "plane"\n[interreflection]\n{said}\n', encoding="utf-8"
+        )
+        assert load_scene(tmp_path / "scene.toml").bounces == bounces
