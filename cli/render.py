@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from ..spectral.errors import UsageError
 from .chosen_catalogue import add_catalogue_option, catalogue_for
@@ -29,10 +31,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
     command.add_argument(
         "--bounces",
-        type=positive_count,
-        default=0,
+        type=_bounces,
         metavar="N",
-        help="of a reference: light also comes by way of up to N other surfaces",
+        help="light also comes by way of up to N other surfaces; auto: of as many as can be seen (default: what the "
+        "scene says, else 0)",
     )
     command.add_argument(
         "--noise",
@@ -59,28 +61,46 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.set_defaults(run=run)
 
 
+def _bounces(text: str) -> int | Literal["auto"]:
+    """A number of bounces, or "auto"."""
+    if text == "auto":
+        return "auto"
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is neither a whole number from 0 nor auto")
+    return int(text)
+
+
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene_files import load_scene
     from ..spectral.files import check_writable, existing_file
-    from ..viewer.picture import REFERENCE_NOISE, check_output, lit_by, picture, reference_picture, render_spectral
+    from ..viewer.picture import (
+        REFERENCE_NOISE,
+        bounces_notes,
+        check_output,
+        lit_by,
+        picture,
+        reference_picture,
+        render_spectral,
+    )
     from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
 
     if args.reference and args.spectral:
         raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")
     if args.reference and args.filtering != "linear":
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
-    if not args.reference and (args.bounces or args.noise is not None):
-        raise UsageError("--bounces and --noise: these are of references, add --reference")
+    if not args.reference and args.noise is not None:
+        raise UsageError("--noise: this is of references, add --reference")
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     existing_file(args.scene)
     check_writable(args.output)
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
+    scene = scene if args.bounces is None else replace(scene, bounces=args.bounces)
     view = scene.camera(args.camera)
     kind = "reference" if args.reference else "spectra" if args.spectral else "picture"
-    cost = picture_cost(scene, view, kind, args.output.suffix, bounces=args.bounces)
+    cost = picture_cost(scene, view, kind, args.output.suffix)
     cost.check_room(scene, view)
     long = cost.seconds >= SAID_FROM_SECONDS
     if long:
@@ -88,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
     if args.reference:
         with progress_bar("Tracing", quiet=not long) as progress:
             noise = REFERENCE_NOISE if args.noise is None else args.noise
-            made = reference_picture(scene, catalogue, args.camera, warn, progress, args.bounces, noise)
+            made = reference_picture(scene, catalogue, args.camera, warn, progress, noise)
             notes = made.write(args.output, warn)
     else:
         # What hides light may be known already, or take minutes.
@@ -102,6 +122,7 @@ def run(args: argparse.Namespace) -> int:
                 notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:
                 notes = picture(scene, catalogue, args.camera, renderer, warn).write(args.output, warn, renderer)
+            notes = (*bounces_notes(scene, renderer), *notes)
     for note in (*scene.notes, *notes):
         print(note)
     print(args.output)

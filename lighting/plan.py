@@ -20,6 +20,8 @@ from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
 
 #: Share of the budget that the spectral basis may spend; the rest is for the factors over directions.
 SPECTRAL_SHARE = 0.1
+# Products of reflectances of as many factors that are looked at: of more, as many are drawn.
+_MOST_PRODUCTS = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +109,42 @@ def plan_scene(
     if len(lights) == 1 and bounces == 0:
         reasons.append("One light and no bounce: three numbers a spectrum (X, Y, Z of that light) are exact.")
     return ScenePlan(basis, budget_delta_e94, error, "float32", tuple(reasons))
+
+
+def bounce_basis(
+    reflectances: Float[np.ndarray, "R L"],
+    lights: Sequence[Spectrum],
+    observer: Observer,
+    wavelengths_nm: Float[np.ndarray, "L"],
+    budget_delta_e94: float = 1.0,
+) -> SpectralBasis:
+    """The smallest balanced basis for light that goes from surface to surface.
+
+    What arrives at a surface is a product of reflectances of those before, up to three here, and is seen as one more
+    surface reflects it: the basis keeps what lights and observer make of that product, within `SPECTRAL_SHARE` of the
+    budget for each of the reflectances, and for white.
+    """
+    distinct = np.unique(reflectances, axis=0)
+    seen, last = [distinct], distinct
+    for _ in range(2):
+        all_of_them = (distinct[:, None] * last).reshape(-1, distinct.shape[1])
+        last = all_of_them if len(all_of_them) <= _MOST_PRODUCTS else _products(distinct, last, _MOST_PRODUCTS)
+        seen.append(last)
+    products, receivers = np.concatenate(seen), np.concatenate([np.ones_like(distinct[:1]), distinct])
+    weights = [observer.weights(light, wavelengths_nm) for light in lights]
+    columns = np.concatenate([one * receiver for one in weights for receiver in receivers]).T
+    full = SpectralBasis.balanced(products, columns, wavelengths_nm=wavelengths_nm)
+    for size in range(1, full.size):
+        basis = full.truncated(size)
+        shown = basis.reconstruct(basis.project(products))
+        worst = max(
+            float(delta_e_xyz((products * one) @ w.T, (shown * one) @ w.T, w.sum(axis=1)).max())
+            for w in weights
+            for one in receivers
+        )
+        if worst <= SPECTRAL_SHARE * budget_delta_e94:
+            return basis
+    return full
 
 
 def _seen_spectra(surface: Fast, wavelengths_nm: Float[np.ndarray, "L"], pairs: int = 48) -> Float[np.ndarray, "N L"]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -93,6 +93,8 @@ class Scene:
     review : what `metamer review` sweeps, or None.
     notes : what was repaired or assumed while the scene was read.
     path : the file it came from, or None.
+    bounces : surfaces that light may come by beside the one that is seen; 0 is direct light alone, "auto" as many as
+        can be seen.
 
     Raises
     ------
@@ -108,8 +110,17 @@ class Scene:
     review: Review | None = None
     notes: tuple[str, ...] = ()
     path: Path | None = None
+    bounces: int | Literal["auto"] = 0
 
     def __post_init__(self) -> None:
+        if self.bounces != "auto" and not (type(self.bounces) is int and self.bounces >= 0):
+            raise InputError(
+                "not a number of bounces",
+                file=self.path,
+                field="bounces",
+                found=self.bounces,
+                expected='a whole number from 0, or "auto"',
+            )
         for what in ("parts", "lights", "cameras"):
             if not getattr(self, what):
                 raise InputError(f"a scene without {what}", file=self.path, field=what, expected="at least one")

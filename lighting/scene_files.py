@@ -27,6 +27,7 @@ from .mesh_materials import worn_meshes
 from .scene import Part, Review, Scene, Viewing, bounds_of, check_lit, framing_camera, held_off_notes, illuminances_lux
 from .scene_keys import (
     CAMERA,
+    INTERREFLECTION,
     PART,
     REVIEW,
     SCENE,
@@ -104,6 +105,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
         own = zip(map(_own, document["part"]), named, strict=True)
         shared = {word for word, name in own if word != name} - {table.get("name") for table in document["part"]}
         review = _review(document["review"], path, [part.name for part in parts], shared, known_ids)
+    bounces = taken(document.get("interreflection", {}), INTERREFLECTION, path, "interreflection").get("bounces", 0)
     with placed(path, None):
         return Scene(
             tuple(parts),
@@ -115,6 +117,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
             review,
             tuple(dict.fromkeys(notes)),
             path,
+            bounces,
         )
 
 

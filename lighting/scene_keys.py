@@ -11,7 +11,7 @@ import numpy as np
 
 from ..spectral.errors import InputError, UnknownNameError
 
-TABLES = ("scene", "viewing", "part", "light", "camera", "review")
+TABLES = ("scene", "viewing", "part", "light", "camera", "interreflection", "review")
 SCENE = {"name": "text", "observer": "text"}
 VIEWING = {
     "reference_illuminance_lux": "number",
@@ -61,6 +61,7 @@ CAMERA = {
     "near": "number",
     "far": "number",
 }
+INTERREFLECTION = {"bounces": "bounces"}
 REVIEW = {"on": "text", "materials": "texts", "illuminants": "texts"}
 
 EXPECTED = {
@@ -71,6 +72,7 @@ EXPECTED = {
     "number": "a finite number",
     "entry": "a name in quotes, or a number from 1",
     "count": "a whole number, at least 1",
+    "bounces": 'a whole number from 0, or "auto"',
     "flag": "true or false",
     "vector": "a list of three finite numbers",
     "scale": "a number or a list of three, none of them 0",
@@ -108,6 +110,8 @@ def _fits(value: Any, kind: str) -> bool:
         return isinstance(value, bool)
     if kind == "count":
         return type(value) is int and value >= 1
+    if kind == "bounces":
+        return value == "auto" or (type(value) is int and value >= 0)
     items: list[Any] = value if isinstance(value, list) else []
     vector = len(items) == 3 and all(_fits(item, "number") for item in items)
     if kind == "vector":

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from ..lighting.environment.bright_light import BrightLight
 from ..lighting.environment.gathering import GatheredLight, turned
 from ..lighting.environment.panel import GatheredPanel
+from ..lighting.transfer.indirect import IndirectLight, light_at, under_lobes
 from ..lighting.visibility.compression import straight
 from ..lighting.visibility.free_share import free_share
 from ..lighting.visibility.own_horizon import share_above
@@ -61,19 +62,31 @@ def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
     for start in range(0, len(value), _BLOCK):
         rows = slice(start, start + _BLOCK)
         some = samples.chosen(rows)
-        lobes = layer.form.lobes(some.points)
+        lobes, smooth = layer.form.lobes(some.points), some.frame[:, 2]
         if lobes.frame is not None:
             some = replace(some, frame=lobes.frame @ some.frame)
         rank = lobes.matt.shape[2]
-        lux, seen = (
-            _of_panel(layer, some, lobes)
-            if isinstance(layer.gathered, GatheredPanel)
-            else _of_environment(layer, some, lobes)
-        )
+        if isinstance(layer.gathered, IndirectLight):
+            lux, seen = _of_surfaces(layer.gathered, layer.fields, some, lobes, smooth)
+        elif isinstance(layer.gathered, GatheredPanel):
+            lux, seen = _of_panel(layer, some, lobes)
+        else:
+            lux, seen = _of_environment(layer, some, lobes)
         found = np.einsum("nbk,nbr->nkr", lux / np.pi, lobes.matt)
         found += np.einsum("nqk,nqr->nkr", seen, lobes.value)
         value[rows, :, :rank] = found
     return Terms(layer.scale * value.reshape(len(value), -1))
+
+
+def _of_surfaces(
+    light: IndirectLight, fields: slice, samples: SeenSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
+) -> _Gathered:
+    """The same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
+    at = light.between(samples.face, samples.weights, samples.back)[..., fields]
+    moments, radiance = light_at(at, smooth, samples.frame[:, 2])
+    lux = turned(moments, samples.frame)[:, : lobes.matt.shape[1]]
+    to_world = np.einsum("nqi,nij->nqj", lobes.directions, samples.frame)
+    return lux, under_lobes(radiance, to_world, lobes.sharpness)
 
 
 def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:

@@ -6,12 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..lighting.environment.panel import GatheredPanel
+from ..lighting.transfer.indirect import IndirectLight
 from .keeping import SpreadLayer
 from .light_tables import (
     LightTables,
     bright_tables,
     divisions,
     hidden_tables,
+    indirect_tables,
     light_tables,
     panel_tables,
     visibility_tables,
@@ -116,7 +118,11 @@ class GLGathering:
             "rows": _rows(layer),
         }
         gathered, shadows = layer.gathered, layer.shadows
-        if isinstance(gathered, GatheredPanel):
+        if isinstance(gathered, IndirectLight):
+            first = layer.fields.start
+            lights = [self._kept(gathered, first, lambda: indirect_tables(self.context, gathered, layer.fields))]
+            given["division"] = divisions(gathered.refinement)[layer.part]
+        elif isinstance(gathered, GatheredPanel):
             lights = [panel_tables(self.context, gathered)]
         else:
             first = layer.fields.start
@@ -131,7 +137,7 @@ class GLGathering:
                 lights.append(
                     self._kept(hidden, first, lambda: hidden_tables(self.context, hidden, visibility, layer.fields))
                 )
-            given["division"] = divisions(visibility)[layer.part]
+            given["division"] = divisions(visibility.refinement)[layer.part]
         try:
             textures = {name: scratch.texels(texels) for name, texels in made.textures.items()}
             for one in draws:

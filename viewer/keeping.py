@@ -23,6 +23,7 @@ from ..lighting.environment.softbox import SoftboxLight
 from ..lighting.lights import SpreadLight
 from ..lighting.mesh import Mesh
 from ..lighting.scene import Scene
+from ..lighting.transfer.indirect import IndirectLight
 from ..lighting.visibility.before import Before
 from ..lighting.visibility.cache import scene_visibility
 from ..lighting.visibility.hidden_light import HiddenLight
@@ -86,10 +87,10 @@ class SpreadLayer:
     """
 
     part: int
-    light: SpreadLight
+    light: SpreadLight | IndirectLight
     fields: slice
     form: EnvironmentForm
-    gathered: GatheredLight | GatheredPanel
+    gathered: GatheredLight | GatheredPanel | IndirectLight
     world_from_map: Float[np.ndarray, "3 3"]
     scale: float
     colours: Float[np.ndarray, "1 FR M3"]

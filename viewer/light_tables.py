@@ -1,5 +1,5 @@
-"""Lights that spread, and what hides them, as textures and numbers for `environment.glsl`, `panel.glsl` and
-`hidden.glsl`.
+"""Lights that spread, and what hides them, as textures and numbers for `environment.glsl`, `panel.glsl`,
+`indirect.glsl` and `hidden.glsl`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ from ..lighting.environment.bright_light import BrightLight
 from ..lighting.environment.gathering import GatheredLight
 from ..lighting.environment.panel import GatheredPanel
 from ..lighting.environment.pyramid import SOFTENING
+from ..lighting.transfer.indirect import IndirectLight
+from ..lighting.transfer.passing_on import EVEN_Z, EVEN_ZZ
 from ..lighting.visibility.compression import SOFT, unpacked
 from ..lighting.visibility.hidden_light import HiddenLight
+from ..lighting.visibility.refinement import Refinement
 from ..lighting.visibility.visibility import SceneVisibility
 from .resources import ROW_LENGTH, Owner
 
@@ -127,7 +130,7 @@ def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) ->
             "map_axes": owner.texels(np.concatenate(beside, axis=1)),
             "sites": owner.table(held, a_row, quads),
             "sites_of": owner.table(sites, ROW_LENGTH),
-            "nodes": owner.table(_nodes(visibility), ROW_LENGTH),
+            "nodes": owner.table(_nodes(visibility.refinement), ROW_LENGTH),
         },
         owner,
     )
@@ -151,9 +154,29 @@ def hidden_tables(
     return LightTables({"LIT_A_ROW": a_row}, {}, textures, owner)
 
 
-def divisions(visibility: SceneVisibility) -> list[tuple[int, int, int, int]]:
+def indirect_tables(context: moderngl.Context, light: IndirectLight, fields: slice) -> LightTables:
+    """At most four fields of light by way of other surfaces."""
+    owner, (sites, values) = Owner(context), light.at_sites.shape[:2]
+    held = np.zeros((sites, values, 4), dtype=np.float32)
+    chosen = light.at_sites[..., fields]
+    held[..., : chosen.shape[2]] = chosen
+    sites_of = np.stack([light.fronts, light.backs], axis=1).astype(np.int32)
+    a_row = ROW_LENGTH // values
+    return LightTables(
+        {"INDIRECT": 1, "INDIRECT_A_ROW": a_row, "EVEN_Z": EVEN_Z, "EVEN_ZZ": EVEN_ZZ},
+        {},
+        {
+            "indirect": owner.table(held, a_row, values),
+            "sites_of": owner.table(sites_of, ROW_LENGTH),
+            "nodes": owner.table(_nodes(light.refinement), ROW_LENGTH),
+        },
+        owner,
+    )
+
+
+def divisions(refinement: Refinement) -> list[tuple[int, int, int, int]]:
     """By part: its first triangle, where its nodes begin, parts along a side, numbers of a triangle."""
-    refinement, start, found = visibility.refinement, 0, []
+    start, found = 0, []
     for number, k in enumerate(refinement.divisions.tolist()):
         first, last = refinement.first[number : number + 2].tolist()
         count = (k + 1) * (k + 2) // 2 if k > 1 else 4
@@ -162,12 +185,12 @@ def divisions(visibility: SceneVisibility) -> list[tuple[int, int, int, int]]:
     return found
 
 
-def _nodes(visibility: SceneVisibility) -> np.ndarray:
+def _nodes(refinement: Refinement) -> np.ndarray:
     """The vertices of all triangles, part by part. An undivided triangle has its corners, and where in this table its
     first cut stands, -1 where it has none; a cut (`Halving`) its corner, its middle, and where the next ones stand.
     """
-    refinement, halving, parts = visibility.refinement, visibility.refinement.halving, []
-    last, start, _, count = divisions(visibility)[-1]
+    halving, parts = refinement.halving, []
+    last, start, _, count = divisions(refinement)[-1]
     cuts = start + int(refinement.first[-1] - last) * count
     for number, k in enumerate(refinement.divisions.tolist()):
         if k > 1:

@@ -26,6 +26,7 @@ from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from .bouncing import counted
 from .display import DisplayTransform
 from .display_gl import DisplayPass
 from .headless import GLRenderer
@@ -181,7 +182,22 @@ def picture(
     surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
     xyz, coverage = renderer.render(scene, view, surfaces)
     say_if_blank(scene, view, xyz, coverage, warn)
-    return Picture(scene, view, xyz, coverage, renderer.made_by)
+    light = renderer.bounced
+    return Picture(scene, view, xyz, coverage, renderer.made_by + bounced_words(0 if light is None else light.bounces))
+
+
+def bounced_words(bounces: int) -> str:
+    """What is added to who made a picture."""
+    return f", {bounces} {'bounce' if bounces == 1 else 'bounces'}" if bounces else ""
+
+
+def bounces_notes(scene: Scene, renderer: Renderer) -> tuple[str, ...]:
+    """What is to be said of light between surfaces in the renderer's last picture, which is of this scene."""
+    if scene.bounces == 0:
+        return ()
+    if renderer.bounced is None:
+        return ("no bounces of light between surfaces: none would change any of them by ΔE94 0.1",)
+    return (renderer.bounced.words,)
 
 
 def reference_picture(
@@ -190,23 +206,23 @@ def reference_picture(
     camera: str | None,
     warn: Warn = unheard,
     progress: Callable[[int, int, str], None] | None = None,
-    bounces: int = 0,
     noise: float = REFERENCE_NOISE,
 ) -> Picture:
     """The same picture by the slow truth: rays, every wavelength, the original data.
 
-    bounces : surfaces that light may come by beside the one that is seen. noise : ΔE94 that what is drawn (lights that
-        spread, and bounces) may leave on average.
+    noise : ΔE94 that what is drawn (lights that spread, and bounces) may leave on average.
     """
     view = _placed(scene, camera, warn)
+    if scene.bounces == "auto":
+        scene = counted(scene, {name: catalogue.surface(name).drawn() for name in scene.material_ids})
+    bounces = int(scene.bounces)
     surfaces = {name: catalogue.surface(name).surface() for name in scene.material_ids}
     found = reference_images(scene, view, surfaces, budget=noise / NOISE_SHARE, bounces=bounces, progress=progress)
     xyz = found.xyz[0]
     if found.noise is not None and found.noise.limited:
         warn(f"the reference is not as exact as asked for: {found.noise.words}")
     say_if_blank(scene, view, xyz, found.coverage, warn)
-    by = "" if bounces == 0 else f", {bounces} {'bounce' if bounces == 1 else 'bounces'}"
-    return Picture(scene, view, xyz, found.coverage, REFERENCE + by)
+    return Picture(scene, view, xyz, found.coverage, REFERENCE + bounced_words(bounces))
 
 
 def render_spectral(

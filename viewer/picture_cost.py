@@ -12,6 +12,7 @@ from typing import Literal
 from ..lighting.camera import Camera
 from ..lighting.reference import BAND_SAMPLES
 from ..lighting.scene import Scene
+from ..lighting.visibility.refinement import refined
 from ..spectral.memory import check_room, gigabytes
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM
 from .keeping import KEPT_SAMPLES
@@ -42,6 +43,11 @@ _SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 1e-5, 4
 
 # Of paths: a pixel and bounce, of matt surfaces, and what is worked on.
 _BOUNCE_SECONDS, _PATHS_TRACED = 4e-3, 100_000_000
+
+# What "auto" is taken for here.
+_AUTO_BOUNCES = 8
+# Of a fast picture with bounces: a site's rays with what is worked on, and where they end; seconds a site.
+_SITE, _SITE_SECONDS = 9_000, 3e-4
 
 #: Pictures that take less time than this are made without a word.
 SAID_FROM_SECONDS = 1.0
@@ -79,15 +85,15 @@ def picture_cost(
     suffix: str = ".png",
     spectra: int = 1,
     jobs: int = 1,
-    bounces: int = 0,
 ) -> Cost:
     """The cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
 
     suffix : of the file: a PNG is encoded for a display first, which takes more.
-    bounces : of a reference, which are drawn as light that spreads is.
     jobs : processes of a review; each holds what the camera sees, and its own pictures.
     """
     triangles = sum(len(part.mesh.faces) for part in scene.parts)
+    # How many "auto" are is known after the work; a reference draws bounces as it does light that spreads.
+    bounces = _AUTO_BOUNCES if scene.bounces == "auto" else int(scene.bounces)
     lights, spread, pixels = len(scene.delta_lights), len(scene.spread_lights), camera.width * camera.height_px
     samples = pixels * camera.samples**2
     tile = min(samples, TILE_SAMPLES**2)
@@ -98,10 +104,16 @@ def picture_cost(
     drawn += kept * (_SAMPLE_KEPT + _SAMPLE_AND_LIGHT_KEPT * both)
     if spread:
         drawn += _VERTEX_HIDDEN * sum(len(part.mesh.vertices) for part in scene.parts)
+    sites = 0
+    if bounces and kind != "reference":
+        sites = sum(len(part.mesh.vertices) for part in refined(scene)[0].parts)
+    drawn += sites * _SITE
     traced = triangles * _TRIANGLE_IN_RAYS
     picture = pixels * _PIXEL.get(suffix.lower(), _PIXEL[".png"])
     drawing = triangles * lights * _TRIANGLE_SECONDS + samples * lights * _DRAWN_SECONDS
     drawing += spread * (_SPREAD_SECONDS + samples * _SPREAD_DRAWN_SECONDS)
+    if sites:
+        drawing += sites * _SITE_SECONDS + samples * _SPREAD_DRAWN_SECONDS
     drawn += _SPREAD * spread
     # Directions are the same for all lights' spectra; only their sums are not.
     drawn_directions = pixels * spread * _SPREAD_REFERENCE_SECONDS

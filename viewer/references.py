@@ -50,7 +50,8 @@ def references(
     jobs: int,
     budget: float = 1.0,
 ) -> Generator[Reference, None, None]:
-    """References of scenes that differ in materials only, in their order, each under all `spectra`.
+    """References of scenes that differ in materials only, in their order, each under all `spectra`, with the bounces of
+    each scene, which are a number (`bouncing.counted`).
 
     `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
     job, or one scene, everything happens in this process.
@@ -69,5 +70,5 @@ def _reference(scene: Scene) -> Reference:
     start = time.perf_counter()
     surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
     seen = {name: _worker[name] for name in ("geometry", "budget")}
-    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen)
+    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen, bounces=int(scene.bounces))
     return Reference(found.xyz, time.perf_counter() - start, found.noise)

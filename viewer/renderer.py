@@ -13,6 +13,7 @@ from jaxtyping import Float
 from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
+from ..lighting.transfer.indirect import IndirectLight
 from ..materials.fast import Fast
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.folding import Folding
@@ -20,6 +21,7 @@ from ..spectral.observers import Observer
 from ..spectral.palette import Palette
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
+from .bouncing import Bouncing, indirect_layers
 from .keeping import Keeping, Layer, Piece, SpreadLayer
 from .view import window_count
 
@@ -59,9 +61,12 @@ class Renderer(Keeping):
         self.keeps_terms = keeps_terms
         super().__init__()
         self._foldings: dict[tuple[int, ...], Folding] = {}
+        self._bouncing = Bouncing()
         self._filtering: Filtering = _known(filtering)
         #: Called with (tiles done, tiles in all, what is done) where somebody sets it: large pictures take minutes.
         self.progress: Callable[[int, int, str], None] | None = None
+        #: Light by way of other surfaces in the last picture; None where there was none.
+        self.bounced: IndirectLight | None = None
 
     @property
     def made_by(self) -> str:
@@ -108,8 +113,14 @@ class Renderer(Keeping):
         A spectrum replaces that of every light of the scene, at the same strength; None keeps the lights' own.
         """
         camera = scene.camera() if camera is None else camera
+        shown_in = [one for one in illuminants if one is not None]
         xyz, coverage = self._drawn(
-            scene, camera, surfaces, len(illuminants), lambda light, one: self._colours(scene, light, one, illuminants)
+            scene,
+            camera,
+            surfaces,
+            len(illuminants),
+            lambda light, one: self._colours(scene, light, one, illuminants),
+            shown_in=shown_in,
         )
         return [(picture, coverage) for picture in xyz]
 
@@ -170,15 +181,19 @@ class Renderer(Keeping):
         count: int,
         colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
         step: tuple[int, int] = (0, 1),
+        shown_in: Sequence[Spectrum] = (),
     ) -> tuple[Float[np.ndarray, "M H W 3"], Float[np.ndarray, "H W"]]:
         """`count` pictures, and the coverage; `colours` (P, R, 3 count) are those of a palette under a spectrum.
 
-        step : which of how many such rounds this is, for `progress`.
+        step : which of how many such rounds this is, for `progress`. shown_in : spectra in place of the lights' own.
         """
         scene.check_surfaces(surfaces)
         scene = scene.cut(surfaces)
+        indirect = self._bouncing.light(scene, surfaces, shown_in, self._say)
+        self.bounced = indirect
         surfaces = {name: surfaces[name].without_holes() for name in scene.material_ids}
-        self._with_uv, self._with_frames = scene.needs_uv(surfaces), bool(scene.spread_lights)
+        self._with_uv = scene.needs_uv(surfaces)
+        self._with_frames = bool(scene.spread_lights) or indirect is not None
         layers: list[Layer | SpreadLayer] = [
             Layer(number, lights, one, colours(scene.delta_lights[lights[0]].spectrum, one.palette))
             for number, part in enumerate(scene.parts)
@@ -186,6 +201,8 @@ class Renderer(Keeping):
             for one in surfaces[part.material].summands
         ]
         layers += self._spread_layers(scene, camera, surfaces, colours)
+        if indirect is not None:
+            layers += indirect_layers(indirect, scene, camera, surfaces, colours)
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
         tiles = window_count(camera)
@@ -243,6 +260,11 @@ class Renderer(Keeping):
 
     def __exit__(self, *_reason: object) -> None:
         self.close()
+
+    def release(self) -> None:
+        """Forget everything that is kept and free what it holds on a GPU."""
+        super().release()
+        self._bouncing.release()
 
     @abstractmethod
     def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:

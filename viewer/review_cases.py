@@ -18,6 +18,7 @@ from ..materials.records.material import MaterialRecord
 from ..spectral.errors import InputError
 from ..spectral.illuminants import illuminant
 from ..spectral.spectrum import Spectrum
+from .bouncing import counted
 from .display import DisplayTransform
 from .display_gl import DisplayPass
 from .picture import Warn, display_for, display_pass
@@ -97,6 +98,10 @@ def prepared(
     }
     surfaces = {name: record.drawn() for name, record in records.items()}
     _check_materials(cases, records, surfaces)
+    # The picture and its reference have as many bounces.
+    shown_in = [one for one in spectra if one is not None]
+    bounced = scene.bounces != 0
+    cases = [replace(case, scene=counted(case.scene, surfaces, shown_in)) for case in cases]
     lights = _distinct_lights(scene, spectra)
     plan = plan_scene(list(surfaces.values()), lights, scene.observer, budget)
     display = display_for(scene.viewing)
@@ -111,7 +116,8 @@ def prepared(
         names=names,
         spectra=spectra,
         records=records,
-        surfaces={name: surface.in_basis(plan.basis) for name, surface in surfaces.items()},
+        # The plan's basis is for light that comes straight from the lights.
+        surfaces=surfaces if bounced else {name: surface.in_basis(plan.basis) for name, surface in surfaces.items()},
         plan=plan,
         display=display,
         gpu=display_pass(renderer, display),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
@@ -34,7 +35,7 @@ def render(
     camera: str | None = None,
     illuminant: str | None = None,
     reference: bool = False,
-    bounces: int = 0,
+    bounces: int | Literal["auto"] | None = None,
     noise: float | None = None,
     filtering: Filtering | None = None,
     renderer: RendererName | Renderer = "auto",
@@ -50,7 +51,8 @@ def render(
     camera : its name in the scene; default: the first.
     illuminant : in place of every light's own spectrum.
     reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
-    bounces : of a reference: surfaces that light may come by beside the one that is seen.
+    bounces : surfaces that light may come by beside the one that is seen, or "auto": as many as can be seen; default:
+        what the scene says (`Scene.bounces`), which is none where it says nothing.
     noise : of a reference: ΔE94 that what is drawn (lights that spread, and bounces) may leave on average; default 0.1.
     filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
     renderer : by name; or one that is kept for many pictures (`create_renderer` of `metamer.viewer.headless`), which
@@ -60,21 +62,21 @@ def render(
     Raises
     ------
     InputError, UnknownNameError : no such camera, light or material; a material without a surface; not enough memory.
-    UsageError : `filtering` of a reference, which has no factors; `bounces` or `noise` of anything else.
+    UsageError : `filtering` of a reference, which has no factors; `noise` of anything else.
     """
     if reference and filtering not in (None, "linear"):
         raise UsageError("filtering and reference: the reference has no factors to filter, leave one out")
-    if not reference and (bounces or noise is not None):
-        raise UsageError("bounces and noise are of references: add reference=True")
+    if not reference and noise is not None:
+        raise UsageError("noise is of references: add reference=True")
     catalogue = Catalogue.open() if catalogue is None else catalogue
-    scene = lit_by(scene, illuminant)
+    scene = lit_by(scene if bounces is None else replace(scene, bounces=bounces), illuminant)
     view = scene.camera(camera)
     kind = "reference" if reference else "picture"
-    picture_cost(scene, view, kind, bounces=bounces).check_room(scene, view)
+    picture_cost(scene, view, kind).check_room(scene, view)
     said: list[str] = []
     if reference:
         made = reference_picture(
-            scene, catalogue, camera, said.append, progress, bounces, REFERENCE_NOISE if noise is None else noise
+            scene, catalogue, camera, said.append, progress, REFERENCE_NOISE if noise is None else noise
         )
     else:
         with _ready(renderer) as drawing:

@@ -27,6 +27,8 @@ ENOUGH = 0.1
 MOST = 2000
 # One site in so many is looked at first.
 _FEW = 16
+# Regions from which on each site has its own operator at hand, as texels need it.
+_MANY = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,8 @@ class Regions:
         basis = self.basis
         if basis.is_sampled:
             return arriving * self.reflectances[self.region][:, None, :]
+        if len(self._operators) > _MANY:
+            return np.einsum("ski,sji->skj", arriving, self._operators.astype(arriving.dtype)[self.region])
         found = np.empty_like(arriving)
         for mine, operator in zip(self._sites, self._operators, strict=True):
             found[mine] = arriving[mine] @ operator.T.astype(arriving.dtype)
@@ -121,6 +125,7 @@ def interreflected(
     enough: float = ENOUGH,
     most: int = MOST,
     sends: Float[np.ndarray, " S"] | None = None,
+    exactly: int | None = None,
 ) -> Interreflection:
     """Follow light from site to site until no further bounce changes the colour of any site by ΔE94 `enough`.
 
@@ -131,6 +136,7 @@ def interreflected(
         `RadiantRegions.folds`).
     white : XYZ that ΔE94 refers to, Y = 1. reference_lux : a perfect diffuser that receives this has Y = 1.
     sends : of each site, the share of its light that others receive; None is all.
+    exactly : follow so many bounces, whatever is left.
 
     What is left is estimated as a geometric series of what the last bounce gave and the share by which it had become
     less, site by site at the slowest of all sites' shares. It ends, for sure, since rows of G sum to at most 1 and
@@ -143,7 +149,9 @@ def interreflected(
     InputError : `most` bounces are not enough.
     """
     to_xyz = np.concatenate([np.asarray(fold).T for fold in folds]) / reference_lux
-    return passed_on(operator, regions, regions.first(lux), to_xyz, white, reference_lux, enough, most, sends)
+    return passed_on(
+        operator, regions, regions.first(lux), to_xyz, white, reference_lux, enough, most, sends, None, exactly
+    )
 
 
 def passed_on(

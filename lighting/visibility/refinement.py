@@ -161,6 +161,7 @@ def _divided(mesh: Mesh, k: int) -> tuple[Mesh, Int[np.ndarray, "F nodes"]]:
         np.concatenate([mesh.vertices, vertices]),
         np.concatenate([mesh.normals, normals]),
         nodes[:, np.concatenate(small)].reshape(-1, 3),
+        uv=None if mesh.uv is None else np.concatenate([mesh.uv, np.einsum("nk,nki->ni", weights, mesh.uv[at])]),
         name=mesh.name,
     )
     return divided, nodes

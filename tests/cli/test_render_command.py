@@ -55,6 +55,23 @@ def test_bounces_of_a_reference_say_so_and_change_nothing_of_a_single_ball(rende
     assert b"2 bounces" in path.read_bytes()
 
 
+def test_bounces_of_a_picture_are_told_and_one_ball_has_none(render, scene):
+    code, said, _, _ = render("ball.exr", "--bounces", "auto")
+    assert code == 0 and "no bounces" in said
+    scene.write_text(
+        scene.read_text(encoding="utf-8")
+        + '[[part]]\nshape = "plane"\nmaterial = "tiny/matt-red"\ntranslate = [0.0, -1.0, 0.0]\n'
+        + "[interreflection]\nbounces = 1\n",
+        encoding="utf-8",
+    )
+    code, said, _, path = render("two.exr")
+    assert code == 0 and "1 bounce of light between surfaces" in said and "256 rays" in said
+    assert b"1 bounce" in path.read_bytes()
+    plain = read_xyz_exr(render("plain.exr", "--bounces", "0")[3])[0].values
+    added = read_xyz_exr(path)[0].values - plain
+    assert added.min() > -1e-6 and added.max() > 0.01
+
+
 def test_illuminant_replaces_that_of_every_light(render):
     pictures = {name: read_xyz_exr(render(f"{name}.exr", "--illuminant", name)[3])[0] for name in ("D65", "A")}
     assert pictures["A"].white_xyz[2] == pytest.approx(0.3558, abs=1e-3)
@@ -90,9 +107,9 @@ def test_spectral(render):
         ("ball.png", ["--spectral"], "written as .exr"),
         ("ball.exr", ["--spectral", "--reference"], "choose one"),
         ("ball.exr", ["--filtering", "mipmapped", "--reference"], "no factors to filter"),
-        ("ball.exr", ["--bounces", "2"], "add --reference"),
+        ("ball.exr", ["--bounces", "some"], "neither a whole number"),
         ("ball.exr", ["--noise", "0.2"], "add --reference"),
-        ("ball.exr", ["--reference", "--bounces", "-1"], "at least 1"),
+        ("ball.exr", ["--reference", "--bounces", "-1"], "neither a whole number"),
         ("ball.exr", ["--reference", "--noise", "0"], "above 0"),
     ],
 )

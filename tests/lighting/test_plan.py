@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.plan import SPECTRAL_SHARE, plan_scene
+from metamer.lighting.plan import SPECTRAL_SHARE, bounce_basis, plan_scene
 from metamer.materials.axes import Axis
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.spectral.basis import SpectralBasis
@@ -110,3 +110,21 @@ def test_a_finer_neighbour_leaves_colours_on_the_working_wavelengths_as_they_are
     """Ten wavelengths are found among the 81: the grid of the scene is that of the packs that are shaded in it."""
     plan = plan_scene([*chart, on(GRIDS["ten"], lambda nm: nm / 1000)], [illuminant("D65")], observer("1931_2"))
     np.testing.assert_array_equal(plan.basis.wavelengths_nm, WORKING_WAVELENGTHS_NM)
+
+
+def test_light_between_surfaces_is_kept_in_few_numbers():
+    """Products of up to three reflectances, seen by way of a fourth, within a tenth of the budget."""
+    nm = WORKING_WAVELENGTHS_NM
+    ramps = ((0.04, 0.08, 0.75, 0.8), (0.05, 0.6, 0.1, 0.08), (0.6, 0.3, 0.08, 0.05), (0.5, 0.5, 0.5, 0.5))
+    surfaces = np.stack([np.interp(nm, [400, 500, 600, 700], ramp) for ramp in ramps])
+    lights, seen_by = [illuminant(name) for name in ("D65", "A")], observer("1931_2")
+    basis = bounce_basis(surfaces, lights, seen_by, nm)
+    assert 4 <= basis.size <= 10
+    products = np.array([a * b * c for a in surfaces for b in surfaces for c in surfaces])
+    shown = basis.reconstruct(basis.project(products))
+    for light in lights:
+        weights = seen_by.weights(light, nm).T
+        for last in surfaces:
+            off = delta_e_xyz((products * last) @ weights, (shown * last) @ weights, weights.sum(axis=0))
+            assert off.max() <= 0.1
+    assert bounce_basis(np.zeros((2, len(nm))), lights, seen_by, nm).size == 1

@@ -247,6 +247,9 @@ def test_the_manual_names_every_key():
         (BARE + '[review]\non = "ball"\n', "review.on", "sphere"),
         (BARE + '[review]\nilluminants = ["D56"]\n', "review.illuminants", "D65"),
         (BARE + "[review]\nmaterials = []\n", "review.materials", "a list of texts"),
+        (BARE + "[interreflection]\nbounces = -1\n", "interreflection.bounces", "a whole number from 0"),
+        (BARE + "[interreflection]\nbounces = true\n", "interreflection.bounces", "a whole number from 0"),
+        (BARE + '[interreflection]\nbounces = "all"\n', "interreflection.bounces", "auto"),
     ],
 )
 def test_a_bad_scene_says_file_key_and_what_to_do(scene, text, field, words):

@@ -18,11 +18,20 @@ HIDDEN = {"HIDDEN": 1, "MAP_QUADS": 11, "MAP_SIDE": 32, "SITES_A_ROW": 227, "MAP
 # Of an environment; softboxes have no bright parts.
 BRIGHT = {**HIDDEN, "MOST_BRIGHT": 16, "LIT_A_ROW": 409}
 PANEL = {"PANEL": 1, "PANEL_CELLS": 16, "PANEL_NODES": 8}
+SEVERAL = {**BRIGHT, "FIELDS": 3, "ROWS_A_CALL": 3, "SPECTRA": 3}
+INDIRECT = {"INDIRECT": 1, "INDIRECT_A_ROW": 195, "EVEN_Z": 0.667, "EVEN_ZZ": 0.5}
 PROGRAMS = (
     *(
         ("fullscreen.vert", "gather.frag", {**LIGHT, "LOBES": 12, "POLAR": 24, "AZIMUTHS": azimuths, **hidden}, SLICES)
         for azimuths in (1, 16)
-        for hidden in ({}, BRIGHT, {**BRIGHT, "FIELDS": 3, "ROWS_A_CALL": 3, "SPECTRA": 3}, PANEL, {**PANEL, **HIDDEN})
+        for hidden in (
+            {},
+            BRIGHT,
+            {**BRIGHT, "FIELDS": 3, "ROWS_A_CALL": 3, "SPECTRA": 3},
+            PANEL,
+            {**PANEL, **HIDDEN},
+            INDIRECT,
+        )
     ),
     *((*row, None) for row in passes.PROGRAMS),
     *((*row, FACTORS) for row in shading.PROGRAMS),

@@ -4,8 +4,16 @@
 // sums are registers. An array that is indexed by what only comes with the call is memory, and costs more than look-ups.
 
 #include "octahedral.glsl"
+#ifndef PANEL
+#include "turned.glsl"
+#endif
+#if defined(HIDDEN) || defined(INDIRECT)
+#include "located.glsl"
+#endif
 #ifdef PANEL
 #include "panel.glsl"
+#elif defined(INDIRECT)
+#include "indirect.glsl"
 #else
 #include "environment.glsl"
 #endif
@@ -69,7 +77,7 @@ void main() {
         mat3 to_world = mat3(x.xyz, y.xyz, z.xyz) * frame_of(here);
         mat3 to_map = map_from_world * to_world;
         vec4 lux[BENT], light;
-        stand_at(at);
+        stand_at(number, at, z.xyz);
         on_surface(to_map, lux);
 #ifdef HIDDEN
         Hiding hiding = hiding_at(number, at);

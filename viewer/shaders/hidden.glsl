@@ -1,15 +1,8 @@
 // What of a light that spreads is hidden at a sample; twin of gathering._left, lighting.visibility and
-// lighting.environment.bright_light. Needs octahedral.glsl.
+// lighting.environment.bright_light. Needs octahedral.glsl and located.glsl.
 
-uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
-uniform sampler2D faces;        // of every triangle of the window: its number in the scene + 1, negative where its back
-                                // is seen, and its normal on the viewer's side
-uniform isampler2D nodes;       // of every triangle of the scene: the vertices that its parts have; of one that has no
-                                // parts where its first cut stands, and of cuts what light_tables._nodes says
-uniform isampler2D sites_of;    // of every vertex its site in front and behind, -1 inside of solids
 uniform sampler2D sites;        // of every site: codes of its map, four a texel
 uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps a texel, one four beside the other; mean last
-uniform ivec4 division;         // of the part: first triangle, where its nodes begin, parts a side, numbers a triangle
 uniform int map_quads;          // fours of codes: a number that compilers do not unroll
 #ifndef PANEL
 // Of environments alone: softboxes have cells, see panel_hidden.glsl.
@@ -34,42 +27,11 @@ struct Hiding {
     float dark;                 // weight of the corners that lie in a solid: nothing is free
 };
 
-int node(int number) { return texelFetch(nodes, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0).x; }
-
-// Three vertices near a point, by the weights of its triangle's second and third corner; twin of Refinement.located.
-void locate(int triangle, vec2 place, out int corners[3], out float weights[3]) {
-    int first = division.y + (triangle - division.x) * division.w, side = division.z;
-    if (side > 1) {
-        place *= float(side);
-        int b = clamp(int(floor(place.y)), 0, side - 1);
-        int a = clamp(int(floor(place.x)), 0, side - 1 - b);
-        vec2 part = place - vec2(a, b);
-        bool upper = part.x + part.y > 1.0;
-        int row = first + b * (side + 1) - b * (b - 1) / 2 + a, above = row + side + 1 - b;
-        corners = int[3](upper ? above + 1 : row, row + 1, above);
-        for (int c = 0; c < 3; ++c) corners[c] = node(corners[c]);
-        weights = upper ? float[3](part.x + part.y - 1.0, 1.0 - part.y, 1.0 - part.x)
-            : float[3](1.0 - part.x - part.y, part.x, part.y);
-        return;
-    }
-    for (int c = 0; c < 3; ++c) corners[c] = node(first + c);
-    weights = float[3](1.0 - place.x - place.y, place.x, place.y);
-    for (int cut = node(first + 3); cut >= 0;) {
-        int c = node(cut), p = (c + 1) % 3, q = (c + 2) % 3;
-        float near = weights[p], far = weights[q];
-        bool nearer = near >= far;
-        corners[nearer ? q : p] = node(cut + 1);
-        weights[p] = nearer ? near - far : 2.0 * near;
-        weights[q] = nearer ? 2.0 * far : far - near;
-        cut = node(cut + (nearer ? 2 : 3));
-    }
-}
-
 Hiding hiding_at(int number, ivec2 sample_at) {
-    vec4 face = texelFetch(faces, ivec2((number - 1) % ROW_LENGTH, (number - 1) / ROW_LENGTH), 0);
-    int corners[3];
+    vec4 face;
+    int near[3];
     float weights[3];
-    locate(int(abs(face.x)) - 1, texelFetch(standing, sample_at, 0).xy, corners, weights);
+    sites_near(number, sample_at, face, near, weights);
     Hiding at;
     at.facet = face.yzw;
     at.dark = 0.0;
@@ -79,8 +41,7 @@ Hiding hiding_at(int number, ivec2 sample_at) {
     for (int k = 0; k < BENT; ++k) at.lost[k] = vec4(0.0);
 #endif
     for (int c = 0; c < 3; ++c) {
-        ivec2 both = texelFetch(sites_of, ivec2(corners[c] % ROW_LENGTH, corners[c] / ROW_LENGTH), 0).xy;
-        int site = face.x < 0.0 ? both.y : both.x;
+        int site = near[c];
         if (site < 0) {
             at.dark += weights[c];
             continue;

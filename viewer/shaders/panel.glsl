@@ -19,7 +19,7 @@ float solid_angle(vec3 a, vec3 b, vec3 c) {
     return 2.0 * atan(dot(a, cross(b - a, c - a)), x * y * z + dot(a, b) * z + dot(b, c) * x + dot(c, a) * y);
 }
 
-void stand_at(ivec2 at) {
+void stand_at(int number, ivec2 at, vec3 normal) {
     panel_from = texelFetch(position, at, 0).xyz;
     for (int k = 0; k < 4; ++k) towards[k] = panel_corners[k] - panel_from;
     in_front = dot(towards[0], panel_facing) < 0.0;

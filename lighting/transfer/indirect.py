@@ -1,0 +1,308 @@
+"""Indirect light as pictures take it: what arrives at sites by way of other surfaces, linear on triangles between them.
+
+Radiosity at all sites (`bounces`) is seen along the rays of each (`hits`): not the illuminance alone, but its moments
+and a smooth radiance too, so that surfaces between sites may have normals of their own and gather more than a cosine.
+A coefficient j of a light's spectrum s_k stands for light of the spectrum s_k b_j, with b_j of the basis' synthesis:
+pictures take it as one more field of a light that spreads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ...materials.environment_form import BENDS, bends
+from ...materials.fast import Fast
+from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
+from ...spectral.palette import DonaldsonPalette
+from ...spectral.spectrum import Spectrum
+from ...spectral.wavelengths import common_wavelengths
+from ..convexity import is_convex
+from ..plan import bounce_basis
+from ..scene import Scene
+from ..vectors import dot
+from ..visibility.occluders import Occluders
+from ..visibility.refinement import Refinement, refined
+from ..visibility.sites import scaled_triangles
+from .bounces import ENOUGH, Regions, interreflected
+from .direct import direct_illuminance
+from .hits import RAYS, Hits, scene_hits
+from .operator import irradiance_operator
+from .passing_on import EVEN_Z, EVEN_ZZ, regions_of
+
+#: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
+OF_SITE = 2 * BENDS + 3
+FLUX, RADIANCE = slice(BENDS, BENDS + 3), slice(BENDS + 3, OF_SITE)
+# A ray's share of the flux is held where it grazes: 1 / cosine at most.
+_GRAZING = 0.05
+# Rays at once.
+_AT_ONCE = 1 << 17
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Transport:
+    """All of a scene's geometry that indirect light needs; good for any materials and lights.
+
+    fine : the scene as its triangles are divided. refinement, fronts (V,), backs (V,) : where sites are, as of
+    `SceneVisibility`. operator : G (S,S).
+    """
+
+    fine: Scene
+    hits: Hits
+    operator: Any
+    refinement: Refinement
+    fronts: Int[np.ndarray, " V"]
+    backs: Int[np.ndarray, " V"]
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        rays: int = RAYS,
+        longest_edge: float | None = None,
+        progress: Progress = lambda done, total, what: None,
+    ) -> Transport:
+        """Trace the rays of a scene. longest_edge : see `refined`.
+
+        Raises
+        ------
+        InputError : it would not fit into memory.
+        """
+        fine, refinement, order = refined(scene, longest_edge)
+        hits = scene_hits(scene, rays, progress, longest_edge)
+        where = hits.sites
+        return cls(fine, hits, irradiance_operator(hits), refinement, where.fronts[order], where.backs[order])
+
+
+@dataclass(frozen=True, eq=False)
+class IndirectLight:
+    """What arrives at S sites by way of other surfaces, in F = K J fields: of light k, coefficient j of `basis`.
+
+    at_sites (S, 21, F) : lux and its moments (`bends`, axes of the world), as `HiddenLight.lost` has them; the
+        flux, the integral of radiance times direction over the hemisphere; and coefficients of `bends` whose sum is
+        about the radiance from each direction, lux / sr.
+    spectra : of the K lights. refinement, fronts, backs : see `Transport`.
+    asked : `Scene.bounces`. bounces : surfaces that the light may have come by.
+    left : ΔE94 that more of them would change any site by.
+    words : how many bounces, sites, rays and seconds, for a person.
+    """
+
+    at_sites: Float[np.ndarray, "S 21 F"]
+    spectra: tuple[Spectrum, ...]
+    basis: SpectralBasis
+    refinement: Refinement
+    fronts: Int[np.ndarray, " V"]
+    backs: Int[np.ndarray, " V"]
+    asked: int | Literal["auto"]
+    bounces: int
+    left: float
+    words: str
+
+    @property
+    def fields(self) -> int:
+        """F."""
+        return self.at_sites.shape[2]
+
+    def of_field(self, number: int) -> tuple[Spectrum, Float[np.ndarray, " L"]]:
+        """The light's spectrum, and what it is multiplied with at the basis' wavelengths."""
+        light, coefficient = divmod(number, self.basis.size)
+        return self.spectra[light], self.basis.reconstruct(np.eye(self.basis.size)[coefficient])
+
+    def between(
+        self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"]
+    ) -> Float[np.ndarray, "N 21 F"]:
+        """`at_sites` at points, by their triangle and the weights of its corners. The inside of a solid is dark."""
+        vertices, shares = self.refinement.located(faces, weights)
+        sites = np.where(back[:, None], self.backs[vertices], self.fronts[vertices])
+        shares = np.where(sites >= 0, shares, 0.0)
+        return np.einsum("nc,ncvf->nvf", shares, self.at_sites[np.maximum(sites, 0)])
+
+
+def arriving(hits: Hits, radiosity: Float[np.ndarray, "S F"]) -> Float[np.ndarray, "S 21 F"]:
+    """What each site receives of what all send out (`IndirectLight.at_sites`), float32.
+
+    Rays are as dense as the cosine: with radiosity B = pi L the moments are means of B times polynomials, and the flux
+    one of B times direction over cosine. The radiance is the nearest of such polynomials over the site's rays by least
+    squares; its flux is known, so that rays have to tell that of the rest only.
+    """
+    count, fields = len(hits.sites), radiosity.shape[1]
+    found = np.empty((count, OF_SITE, fields), np.float32)
+    step = max(1, _AT_ONCE // hits.rays)
+    for start in range(0, count, step):
+        rows = slice(start, min(start + step, count))
+        number, share = hits.ends(rows)
+        to = hits.directions(rows)
+        sent = np.einsum("nrc,nrcf->nrf", share, radiosity[number])
+        bent = bends(to)
+        moments = np.einsum("nrb,nrf->nbf", bent, sent) / hits.rays
+        square = np.einsum("nrb,nrc->nbc", bent, bent) / hits.rays
+        radiance = np.linalg.solve(square, moments) / np.pi
+        found[rows, :BENDS], found[rows, RADIANCE] = moments, radiance
+        normals = hits.sites.normals[rows]
+        cosine = np.maximum(np.einsum("nri,ni->nr", to, normals), _GRAZING)
+        rest = sent - np.pi * np.einsum("nrb,nbf->nrf", bent, radiance)
+        found[rows, FLUX] = np.einsum("nri,nrf->nif", to / cosine[..., None], rest) / hits.rays
+        found[rows, FLUX] += _smooth_flux(radiance, normals)
+    return found
+
+
+def _smooth_flux(radiance: Float[np.ndarray, "n 9 F"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3 F"]:
+    """The integral of the polynomials times direction over the hemisphere about each normal.
+
+    Of 1 it is pi n, of a vector g times direction 2 pi / 3 g, and of a symmetric matrix Q without trace
+    pi / 4 (2 Q n - n (n Q n)).
+    """
+    xy, yz, xz, uneven, steep = (radiance[:, k] for k in range(4, 9))
+    x, y, z = (normals[:, k, None] for k in range(3))
+    along = np.stack(
+        [
+            (uneven - steep) * x + 0.5 * (xy * y + xz * z),
+            (-uneven - steep) * y + 0.5 * (xy * x + yz * z),
+            2.0 * steep * z + 0.5 * (xz * x + yz * y),
+        ],
+        axis=1,
+    )
+    inner = np.einsum("ni,nif->nf", normals, along)
+    straight = np.pi * radiance[:, 0] - 0.25 * np.pi * inner
+    return normals[:, :, None] * straight[:, None] + 2.0 / 3.0 * np.pi * radiance[:, 1:4] + 0.5 * np.pi * along
+
+
+def light_at(
+    at: Float[np.ndarray, "N 21 F"], smooth: Float[np.ndarray, "N 3"], normal: Float[np.ndarray, "N 3"]
+) -> tuple[Float[np.ndarray, "N 9 F"], Float[np.ndarray, "N 9 F"]]:
+    """Moments on surfaces of the given normals, axes of the world, and the radiance's coefficients.
+
+    smooth : normals between those of the sites; where a texture has others, the illuminance follows by the flux, and
+    half of what the cosine falls by is given back: exact for light that comes evenly from above `smooth`. Its moments
+    follow as those of even light.
+    """
+    flux = np.einsum("ni,nif->nf", normal - smooth, at[:, FLUX])
+    more = flux + 0.5 * (1.0 - dot(normal, smooth))[:, None] * at[:, 0]
+    moments = at[:, :BENDS].copy()
+    moments[:, 0] += more
+    # The moment of z along the normal, and that of 3 zz - 1 as a symmetric matrix without trace.
+    x, y, z = normal.T[:, :, None]
+    moments[:, 1:4] += EVEN_Z * normal[:, :, None] * more[:, None]
+    even = 0.5 * EVEN_ZZ * more
+    for place, part in ((4, x * y), (5, y * z), (6, x * z), (7, x * x - y * y), (8, 3.0 * z * z - 1.0)):
+        moments[:, place] += even * part
+    return moments, at[:, RADIANCE]
+
+
+def under_lobes(
+    radiance: Float[np.ndarray, "N 9 F"], directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
+) -> Float[np.ndarray, "N Q F"]:
+    """The mean radiance under spherical Gaussians: polynomials of degree l lessen as harmonics do."""
+    first, second = lessened(sharpness)
+    shares = bends(directions)
+    shares[..., 1:4] *= first[..., None]
+    shares[..., 4:] *= second[..., None]
+    return np.einsum("nqb,nbf->nqf", shares, radiance)
+
+
+def lessened(sharpness: Float[np.ndarray, "*n"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
+    """By how much harmonics of degree 1 and 2 lessen under a normalised Gaussian of that sharpness, > 0.
+
+    coth(lambda) - 1 / lambda and 1 - 3 of that / lambda; by series where those cancel.
+    """
+    small = sharpness < 0.2
+    whole = np.where(small, 1.0, sharpness)
+    exact = 1.0 / np.tanh(whole) - 1.0 / whole
+    first = np.where(small, sharpness / 3.0 * (1.0 - sharpness**2 / 15.0), exact)
+    second = np.where(small, sharpness**2 / 15.0 * (1.0 - 2.0 * sharpness**2 / 21.0), 1.0 - 3.0 * exact / whole)
+    return first, second
+
+
+def needs_none(scene: Scene) -> bool:
+    """Whether no part of a scene can see another one, or itself: one convex body."""
+    return len(scene.parts) == 1 and is_convex(scene.parts[0].mesh)
+
+
+def indirect_light(
+    scene: Scene,
+    surfaces: Mapping[str, Fast],
+    transport: Transport,
+    shown_in: Sequence[Spectrum] = (),
+    enough: float = ENOUGH,
+) -> IndirectLight:
+    """Follow light from surface to surface, `scene.bounces` times or, for "auto", until no further one is seen.
+
+    Every material passes light on as a matt one that reflects as much as it does of even light, at each wavelength, a
+    texture at each site as its texels about there: what receives it is as it is.
+
+    Parameters
+    ----------
+    surfaces : by material id. transport : of the scene. shown_in : spectra that may take the place of the lights' own.
+    enough : ΔE94 that bounces left out may change any site by.
+
+    Returns
+    -------
+    IndirectLight : with 0 bounces where none changes anything by more than `enough`.
+
+    Raises
+    ------
+    InputError : fluorescent materials; a material that reflects all that it receives, or more.
+    """
+    start, hits = perf_counter(), transport.hits
+    _check_not_fluorescent(scene, surfaces)
+    occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
+    spectra, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
+    wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
+    regions, seen = regions_of(transport.fine, surfaces, hits, wavelengths)
+    basis = bounce_basis(seen, [*spectra, *shown_in], scene.observer, wavelengths)
+    exactly = None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0)
+    found = interreflected(
+        transport.operator,
+        Regions(*regions, basis),
+        lux,
+        [basis.fold(spectrum, scene.observer) for spectrum in spectra],
+        scene.adopted_white(),
+        float(scene.viewing.reference_illuminance_lux),
+        enough,
+        exactly=exactly,
+    )
+    # What has come by so many surfaces is sent on by them, and arrives by one more.
+    none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
+    bounces = 0 if none else found.bounces + 1
+    at = (
+        np.zeros((len(hits.sites), OF_SITE, 0), np.float32) if none else arriving(hits, found.all.reshape(len(lux), -1))
+    )
+    words = (
+        f"{bounces or 'no'} {'bounce' if bounces == 1 else 'bounces'} of light between surfaces: {len(hits.sites):,} "
+        f"sites, {hits.rays} rays each, {basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more would "
+        f"change no site by more than ΔE94 {found.left:.2g}"
+    )
+    where = transport.refinement, transport.fronts, transport.backs
+    return IndirectLight(at, spectra, basis, *where, scene.bounces, bounces, found.left, words)
+
+
+def _by_spectrum(
+    scene: Scene, direct: Sequence[Float[np.ndarray, "S _"]]
+) -> tuple[tuple[Spectrum, ...], Float[np.ndarray, "S K"]]:
+    """The spectra of all lights, each once, and what comes straight away of each."""
+    found: dict[tuple[bytes, bytes], tuple[Spectrum, np.ndarray]] = {}
+    for light, lux in zip(scene.lights, direct, strict=True):
+        for spectrum, one in zip(light.spectra, lux.T, strict=True):
+            before = found.get(spectrum.key)
+            found[spectrum.key] = spectrum, one if before is None else before[1] + one
+    spectra, columns = zip(*found.values(), strict=True)
+    return spectra, np.stack(columns, axis=1)
+
+
+def _check_not_fluorescent(scene: Scene, surfaces: Mapping[str, Fast]) -> None:
+    for name in scene.material_ids:
+        if any(isinstance(one.palette, DonaldsonPalette) for one in surfaces[name].summands):
+            raise InputError(
+                "light that a fluorescent surface passes on cannot be drawn yet",
+                field="interreflection.bounces",
+                found=f"{name}, which is fluorescent",
+                expected="materials that keep each wavelength",
+                hint="leave bounces out, or choose another material",
+            )

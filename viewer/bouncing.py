@@ -1,0 +1,99 @@
+"""Light that comes by way of other surfaces, for renderers: found once for a scene, kept, and drawn in layers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ..lighting.camera import Camera
+from ..lighting.scene import Scene
+from ..lighting.transfer.indirect import IndirectLight, Transport, indirect_light, needs_none
+from ..materials.fast import Fast
+from ..spectral.basis import SpectralBasis
+from ..spectral.palette import Palette
+from ..spectral.spectrum import Spectrum
+from ..spectral.wavelengths import interpolation_matrix
+from .keeping import SpreadLayer
+
+# Fields of the light that are looked up at once: a texel holds four.
+_MOST_FIELDS = 4
+Progress = Callable[[int, int, str], None]
+
+
+class Bouncing:
+    """Keeps the rays of the last scene while its meshes are the same, and its indirect light while all of it is."""
+
+    def __init__(self) -> None:
+        self._transport: tuple[tuple[object, ...], Transport] | None = None
+        self._light: tuple[tuple[object, ...], IndirectLight] | None = None
+
+    def release(self) -> None:
+        """Forget both."""
+        self._transport = self._light = None
+
+    def light(
+        self,
+        scene: Scene,
+        surfaces: Mapping[str, Fast],
+        shown_in: Sequence[Spectrum],
+        progress: Progress,
+    ) -> IndirectLight | None:
+        """The scene's indirect light; None where it is not asked for, or where nothing of it could be seen.
+
+        Raises
+        ------
+        InputError : what `indirect_light` raises.
+        """
+        if scene.bounces == 0 or needs_none(scene):
+            return None
+        meshes = tuple(part.mesh for part in scene.parts)
+        worn = tuple(surfaces[part.material] for part in scene.parts)
+        # Objects, not their numbers: what is kept keeps them alive.
+        key = (*meshes, *worn, *scene.lights, scene.observer, scene.viewing, *shown_in)
+        known = self._light
+        if known is None or not _same(known[0], key) or known[1].asked != scene.bounces:
+            if self._transport is None or not _same(self._transport[0], meshes):
+                self._transport = meshes, Transport.of(scene, progress=progress)
+            known = self._light = key, indirect_light(scene, surfaces, self._transport[1], shown_in)
+        return known[1] if known[1].bounces else None
+
+
+def counted(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> Scene:
+    """The scene with a number of bounces in place of "auto": as many as its picture has."""
+    if scene.bounces != "auto":
+        return scene
+    light = Bouncing().light(scene, surfaces, shown_in, lambda done, total, what: None)
+    return replace(scene, bounces=0 if light is None else light.bounces)
+
+
+def indirect_layers(
+    light: IndirectLight,
+    scene: Scene,
+    camera: Camera,
+    surfaces: Mapping[str, Fast],
+    colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
+) -> Iterator[SpreadLayer]:
+    """Four fields a layer. A field's light is a spectrum times a function of the basis: its palette is the part's own
+    times that function, under that spectrum, whatever it is folded with.
+    """
+    scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
+    for number, part in enumerate(scene.parts):
+        form = surfaces[part.material].environment_form()
+        each = []
+        for field in range(light.fields):
+            spectrum, function = light.of_field(field)
+            of_light = interpolation_matrix(light.basis.wavelengths_nm, form.palette.wavelengths_nm) @ function
+            coloured = Palette(form.palette.samples * of_light, SpectralBasis.sampled(form.palette.wavelengths_nm))
+            found = colours(spectrum, coloured)[0]
+            each.append(np.pad(found, ((0, -len(found) % 4), (0, 0))))
+        for start in range(0, light.fields, _MOST_FIELDS):
+            fields = slice(start, min(start + _MOST_FIELDS, light.fields))
+            rounded = np.concatenate(each[fields])[None]
+            yield SpreadLayer(number, light, fields, form, light, np.eye(3), scale, rounded)
+
+
+def _same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
+    return len(one) == len(other) and all(a is b for a, b in zip(one, other, strict=True))
