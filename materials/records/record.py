@@ -116,7 +116,7 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
             _check_version(file, path)
             tree = read_tree(file)
         checksum = _checked(tree, path)
-        record = _record(tree)
+        record = _record(tree, path)
     except FileNotFoundError:
         raise no_such_file(path) from None
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as reason:
@@ -201,19 +201,32 @@ def _tree(record: MaterialRecord, copy: bool) -> Node:
     return tree
 
 
-def _record(tree: Node) -> MaterialRecord:
+def _record(tree: Node, path: Path) -> MaterialRecord:
     error = _error(tree["error"]) if "error" in tree.children else None
     form = next((name for name in FORMS if name in tree.children), None)
     if form is None:
         raise KeyError(f"no fast form of this version: {', '.join(FORMS)}")
     kept = form_from(tree[form])
+    try:
+        fast = FORMS[form].from_stored(kept, error) if kept else None
+    except (LookupError, TypeError, ValueError):
+        # The checksum holds: it is what was written, by a version whose form had other parts.
+        words = "a fast form of another version, or of none"
+        raise InputError(
+            words,
+            file=path,
+            field=form,
+            found=", ".join(kept),
+            expected="parts that this version writes",
+            hint=IMPORT_AGAIN,
+        ) from None
     return MaterialRecord(
         id=tree.attributes["id"],
         family=tree.attributes["family"],
         model=tree.attributes["model"],
         parameters=mapping_from(tree["parameters"]),
         provenance=Provenance(**tree["provenance"].attributes),
-        fast=FORMS[form].from_stored(kept, error) if kept else None,
+        fast=fast,
         source_hash=tree.attributes["source_hash"],
         original=mapping_from(tree["original"]),
         trials=trials_from(tree["trials"].array) if "trials" in tree.children else (),

@@ -262,3 +262,14 @@ def test_every_row_of_the_models_is_a_class_that_rebuilds_itself():
         assert name == model.NAME and callable(model.from_parameters)
     assert not MEASURED.keys() & SPECTRA.keys()
     assert {name.replace("_", " ") for name in SPECTRA} | {"reflectance"} == set(get_args(Quantity))
+
+
+def test_a_fast_form_of_another_version_is_said_to_be_one(tmp_path, monkeypatch):
+    """The checksum holds, and what is in the form is not what this version asks for."""
+    path = tmp_path / "grey.h5"
+    with monkeypatch.context() as other:
+        other.setattr(FactoredBrdf, "stored", lambda self: {"terms": {"of": "another version"}})
+        write_record(surface(), path)
+    with pytest.raises(InputError, match="a fast form of another version") as said:
+        read_record(path)
+    assert said.value.file == path and "import the material again" in str(said.value)
