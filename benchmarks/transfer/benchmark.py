@@ -52,7 +52,7 @@ def run(
     Returns
     -------
     dict : `rows`, for JSON. A row has `scene`, `vertices` (that something may be seen from), `regions`, `method`
-    ("paper" or "ours"), `at` ("pixels" or "sites"), `rays`, `bounces` ("all": until nothing is left),
+    ("paper", "ours" or "paper-2004"), `at` ("pixels" or "sites"), `rays`, `bounces` ("all": until nothing is left),
     `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`, `material`, `light`, `all`), `light`, `delta_e94` (`mean`,
     `p95`, `p99`, against paths of as many bounces) and `reference_noise` (ΔE94); ours also `coefficients`. Direct
     light at pixels is the paper's own in its rows, and the paths' in ours (see `ours`).

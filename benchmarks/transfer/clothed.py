@@ -155,6 +155,8 @@ def rows(progress: Callable[[str], None], images: BtfImages | None = None, divis
                 "vertices": len(hits.sites),
                 "regions": len(scene.parts),
                 "method": method,
+                "at": "pixels",
+                "rays": _RAYS,
                 "bounces": BOUNCES,
                 "precompute_cpu_seconds": seconds,
                 "bytes": transfer.nbytes,

@@ -72,6 +72,28 @@ def test_what_is_reflected_of_even_light():
     assert 0.05 < albedo(gloss).mean() < 0.092
 
 
+@pytest.mark.parametrize("alpha", [0.05, 0.1, 0.3, 0.6])
+def test_what_metals_reflect_of_even_light(alpha):
+    """Beside a sum over half vectors, as dense as GGX has facets, for viewers by the Gauss-Legendre rule."""
+    black = Spectrum.sampled(NM, np.zeros(81))
+    metal = CookTorrance(black, np.full(81, 0.2), np.full(81, 3.0), alpha, 1.0, "ggx", "smith")
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    u, phi = np.meshgrid((np.arange(400) + 0.5) / 400, (np.arange(60) + 0.5) * np.pi / 30)
+    slope = alpha * np.sqrt(u / (1.0 - u)).ravel()
+    cosine = 1.0 / np.sqrt(1.0 + slope**2)
+    h = np.stack([slope * cosine * np.cos(phi.ravel()), slope * cosine * np.sin(phi.ravel()), cosine], axis=1)
+    density = alpha**2 / (np.pi * cosine**3 * (alpha**2 + slope**2) ** 2)
+    seen = []
+    for square in 0.5 + 0.5 * nodes:
+        wo = np.array([np.sqrt(1.0 - square), 0.0, np.sqrt(square)])
+        along = h @ wo
+        wi = 2.0 * along[:, None] * h - wo
+        some = (along > 0.0) & (wi[:, 2] > 0.0)
+        f_r = metal.eval(wi[some], np.broadcast_to(wo, wi[some].shape))[:, 0]
+        seen.append((f_r * wi[some, 2] * 4.0 * along[some] / density[some]).sum() / len(h))
+    np.testing.assert_allclose(albedo(metal).mean(), 0.5 * weights @ seen, rtol=0.01)
+
+
 def test_a_convex_body_needs_no_bounce(scene_of):
     found = influence(worn(scene_of(sphere(2)), "red"), {"red": RED}, 32)
     assert found.bounces == 0
