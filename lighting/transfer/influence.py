@@ -37,7 +37,7 @@ from .radiant import RadiantRegions, basis_for
 # Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
 _PAIRS = 4096
 # Steps of an even sequence of the six numbers of each: powers of the inverse of the real root of x^7 = x + 1 (M.
-# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them together.
+# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them.
 _STEPS = 1.11277568427870550 ** -np.arange(1.0, 7.0)
 
 
