@@ -40,6 +40,13 @@ class Surface(abc.ABC):
         return None
 
     @property
+    def measured_to(self) -> tuple[float, float] | None:
+        """Degrees from the normal beyond which views, and beyond which light, were not measured and are held; 90 where
+        all are. None where a rule or a formula says all, or nobody says.
+        """
+        return None
+
+    @property
     def cutout(self) -> Cutout | None:
         """Where it has holes, through which is seen what lies behind; None where it has none."""
         return None

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..lighting.camera import Camera
+from ..lighting.geometry import VisibleGeometry
 from ..lighting.plan import ScenePlan
 from ..lighting.scene import Scene
 from ..materials.records.material import MaterialRecord
+from ..materials.surface import Surface
 from ..spectral.spectrum import Spectrum
 from .display import DisplayTransform
+
+# Cosines of measured directions may be off by so much.
+_ROUNDING = 1e-6
 
 
 def provenance_words(record: MaterialRecord) -> dict[str, str]:
@@ -27,6 +34,25 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
         others = f"; p99 by light: {under}" if under else ""
         words["Fit"] = f"ΔE94 mean {error.mean:.2f}, p99 {error.p99:.2f} under {error.light}{others} ({error.protocol})"
     return words
+
+
+def held_words(scene: Scene, geometry: VisibleGeometry, material: str, surface: Surface) -> tuple[str, ...]:
+    """How much of a material is seen, and is lit by lights of one direction, from where nobody measured it."""
+    if surface.measured_to is None:
+        return ()
+    own = np.isin(geometry.part, [at for at, part in enumerate(scene.parts) if part.material == material])
+    lit = [(own[one.sample], one.wi) for one in geometry.lit]
+    found = (
+        ("seen", geometry.wo[own, 2], surface.measured_to[0]),
+        ("lit", np.concatenate([wi[here, 2] for here, wi in lit] or [np.zeros(0)]), surface.measured_to[1]),
+    )
+    notes = []
+    for words, cosine, degrees in found:
+        held = np.count_nonzero(cosine < np.cos(np.radians(degrees)) - _ROUNDING)
+        if held:
+            share = f"{held / len(cosine):.1%} of its points"
+            notes.append(f"{share} are {words} from beyond {degrees:g}° off the normal, where values are held.")
+    return tuple(notes)
 
 
 def colour_chain(

@@ -15,7 +15,7 @@ from .review_cases import Setting
 from .review_compare import Comparison
 from .review_draw import Drawing
 from .review_files import picture_name, write_row
-from .review_words import provenance_words
+from .review_words import held_words, provenance_words
 
 
 def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Reading, out: Path) -> ReviewRow:
@@ -57,6 +57,6 @@ def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Readin
         colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY),
         white_xyz=drawing.white,
         noise=drawing.noise,
-        notes=drawing.notes,
+        notes=(*drawing.notes, *held_words(lit, setting.geometry, found.material, setting.surfaces[found.material])),
         provenance=provenance_words(setting.records[found.material]),
     )

@@ -61,6 +61,11 @@ class BtfForm(Fast):
         """The texels alone."""
         return (self.texels,)
 
+    @property
+    def measured_to(self) -> tuple[float, float]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """See `Surface.measured_to`; of each side the lowest is said by a note of the record."""
+        return self.texels.form.views.reach[0], self.texels.form.lights.reach[0]
+
     def in_basis(self, basis: SpectralBasis) -> BtfForm:
         """See `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))

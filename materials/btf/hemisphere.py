@@ -103,6 +103,14 @@ class Hemisphere:
         except (QhullError, ValueError):
             return np.arange(len(self))
 
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Degrees from the middle of the outermost measured directions, the least and the most: beyond them, values
+        are held.
+        """
+        across = np.degrees(np.linalg.norm(_plane(self.directions[self._outermost]), axis=1)).round(3)
+        return float(across.min()), float(across.max())
+
     @cached_property
     def inverse(self) -> Float[np.ndarray, "T 3 3"]:
         """(T,3,3) matrices of the triangles: times (x, y, 1) the shares of their corners."""

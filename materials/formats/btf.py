@@ -45,6 +45,8 @@ SUFFIXES: tuple[str, ...] = ()
 ASKS_MORE = True
 #: Share of the images that is made of its neighbours, where nobody says another.
 FILL = 0.01
+# Degrees from the normal that no direction is beyond.
+_HORIZON = 90.0
 # Measured, with a third to spare: what a process takes beside a set, bytes a texel of each view, and seconds an image
 # and a texel of each, decoded and compared.
 _PROCESS_BYTES, _VIEW_BYTES, _IMAGE_S, _TEXEL_S = 300 << 20, 24, 2e-3, 1.2e-7
@@ -108,6 +110,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         registration = registered(survey.images, survey.pictures)
     images = _without_unused(survey.images, folder).with_offset(registration.offset)
     notes += [*header_notes(members(path), folder), *survey.notes, registration.words]
+    notes += _grazing(images.views, images.lights)
     if survey.negative:
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
     if images.texel_mm is not None:
@@ -129,6 +132,18 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     original = {"folder": printable(folder.name), "views_degrees": found.views, "lights_degrees": found.lights}
     taken = f"reflectance, by the names of its images; {', '.join(notes[:3])}"
     yield MaterialSource(f"btf/{id_word(label)}", "btf", "btf", parameters, provenance, path, original, taken)
+
+
+def _grazing(views: Hemisphere, lights: Hemisphere) -> list[str]:
+    """Notes of what is done beyond the outermost directions, where nobody measured."""
+    rules = ((views, "views", "they are held"), (lights, "light", "f_r is held and its cosine falls on"))
+    notes = []
+    for hemisphere, words, rule in rules:
+        least, most = hemisphere.reach
+        if least < _HORIZON:
+            ends = f"{least:g} deg" + (f" ({most:g} on some sides)" if most > least else "")
+            notes.append(f"{words} measured up to {ends} from the normal; beyond, {rule}")
+    return notes
 
 
 def _images(found: Sorted, folder: Path, coding: Coding, basis: SpectralBasis, answer: Answer) -> BtfFiles:

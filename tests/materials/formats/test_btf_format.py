@@ -106,6 +106,22 @@ def test_few_texels_and_few_lights(tmp_path, size, lights):
     assert (images.height, images.width, len(images.lights)) == (*size, len(lights))
 
 
+@pytest.mark.parametrize(
+    ("lights", "said"),
+    [
+        (NINE, "light measured up to 60 deg from the normal; beyond, f_r is held and its cosine falls on"),
+        ([at for at in NINE if at != (60, 90)], "light measured up to 30 deg (60 on some sides) from the normal"),
+        ([*NINE, *((90, phi) for phi in range(0, 360, 30))], None),
+    ],
+    ids=["all around", "one side lower", "down to the horizon"],
+)
+def test_grazing_light_that_nobody_measured_is_said(tmp_path, lights, said):
+    written(tmp_path / "wool", lights=lights, size=(1, 1))
+    notes = btf(tmp_path / "wool")[0].provenance.notes
+    assert "views measured up to 60 deg from the normal; beyond, they are held" in notes
+    assert said in notes if said else "light measured" not in notes
+
+
 def test_a_view_and_a_ring_may_be_missing_as_a_whole(tmp_path):
     views = [at for at in NINE if at != (30, 90) and at[0] != 60]
     written(tmp_path / "wool", views, NINE)
