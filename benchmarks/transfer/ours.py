@@ -53,21 +53,32 @@ class OurMethod:
         return np.asarray(self.case.scene.camera().position, dtype=float)
 
     def relight_ms(self) -> dict[str, float]:
-        """Of colours at all sites: of another view, another material on the first glossy part, another light, all."""
+        """Of colours at all sites: of another view, another material on the first glossy part and (`matt`) on the
+        first matt one, another light, and of all: view, glossy material and light. No change is timed twice.
+        """
         state, light = self.state, self.state.lights[0]
         assert isinstance(light, EnvironmentLight)
-        state.exits(self.eye)
-        number = int(np.argmax(state.glossy))
-        part = self.case.scene.parts[number]
-        old, moved = self.case.materials[part.material], self.eye + 0.1
-        other = replace(old, parameters=(old.parameters[0], 0.9 * old.parameters[1]))
-        turned = replace(light, rotation_deg=light.rotation_deg + 30.0)
-        return {
-            "view": _best_ms(lambda: state.exits(moved)),
-            "material": _best_ms(lambda: state.with_material(part.name, other).exits(self.eye)),
-            "light": _best_ms(lambda: state.with_lights(turned).exits(self.eye)),
-            "all": _best_ms(lambda: state.with_material(part.name, other).with_lights(turned).exits(moved)),
+        eye, steps = self.eye, iter(range(1, 1000))
+
+        def changed(glossy: bool, state: Relighting = state) -> Relighting:
+            part = self.case.scene.parts[int(np.argmax(state.glossy == glossy))]
+            old, share = self.case.materials[part.material], 1.0 - 0.01 * next(steps)
+            parameters = (old.parameters[0], share * old.parameters[1])
+            surface = replace(old, parameters=parameters) if glossy else replace(old, diffuse=share * old.diffuse)
+            return state.with_material(part.name, surface)
+
+        def turned(state: Relighting = state) -> Relighting:
+            return state.with_lights(replace(light, rotation_deg=light.rotation_deg + next(steps)))
+
+        state.exits(eye)
+        found = {
+            "material": _best_ms(lambda: changed(True).exits(eye)),
+            "matt": _best_ms(lambda: changed(False).exits(eye)),
+            "light": _best_ms(lambda: turned().exits(eye)),
+            "view": _best_ms(lambda: state.exits(eye + 0.01 * next(steps))),
+            "all": _best_ms(lambda: changed(True, turned()).exits(eye + 0.01 * next(steps))),
         }
+        return found
 
     def rows(self, bounces: tuple[int | None, ...], progress: Callable[[str], None]) -> Iterator[dict]:
         """A row for each number of bounces, at pixels and at sites; None is until nothing is left.
