@@ -19,6 +19,8 @@ from .reflection import Reflection
 
 #: Sites whose normals look away from the viewer, by no more than this cosine, are beside triangles that are seen.
 BEYOND = 0.35
+# Terms up to which each has operators of its own.
+_FEW = 4
 # Sites at once: what their rays bring should stay in a core's cache. Threads.
 _BLOCK, _THREADS = 128, 2
 # Bytes of a part's weights up to which they are kept for another light.
@@ -27,22 +29,37 @@ _KEPT = 1 << 28
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """What rays of glossy sites bring, pi times radiance: what sites send evenly, what glossy parts send into cells,
-    and what rays that end on them bring beside, of lights from one direction.
+    """What rays of glossy sites bring, pi times radiance: what sites send evenly, what the cells that such rays end on
+    send, and what rays that end on glossy parts bring beside, of lights from one direction.
     """
 
     evenly: Float[np.ndarray, "S KJ"]
-    cells: tuple[CellLight, ...]
+    cells: Float[np.ndarray, "U KJ"]
     at_ends: Float[np.ndarray, "n KJ"]
 
-    def of_cells(self, rays: GlossyRays, fold: Float[np.ndarray, "KJ c"] | None) -> Float[np.ndarray, "U c"]:
-        """Of the cells that rays end on, folded."""
-        width = self.evenly.shape[1] if fold is None else fold.shape[1]
-        found = np.zeros((rays.towards.shape[1], width), dtype=self.evenly.dtype)
-        for one in self.cells:
-            spread = one.spread if fold is None else one.spread @ fold
-            found[one.part.seen] = one.values[one.part.cells] @ spread
-        return found
+    @classmethod
+    def of(
+        cls,
+        rays: GlossyRays,
+        evenly: Float[np.ndarray, "S KJ"],
+        light: Sequence[CellLight],
+        at_ends: Float[np.ndarray, "n KJ"],
+    ) -> Sources:
+        """light : of each glossy part, none where no light spreads."""
+        cells = np.zeros((rays.towards.shape[1], evenly.shape[1]), dtype=evenly.dtype)
+        for one in light:
+            cells[one.part.seen] = one.values[one.part.cells] @ one.spread
+        return cls(evenly, cells, at_ends)
+
+    @property
+    def each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """In the order of `operators_of`."""
+        return self.evenly, self.cells, self.at_ends
+
+
+def operators_of(rays: GlossyRays) -> tuple[Any, Any, Any]:
+    """From what `Sources.each` has to what each ray brings."""
+    return rays.evenly, rays.towards, rays.at_ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,44 +112,33 @@ class Weights:
         return same and np.array_equal(self.to, to)
 
     @cached_property
-    def operators(self) -> list[tuple[Any, Any, Any]]:
-        """Of each term, from `Sources.evenly`, cells and `Sources.at_ends` to what leaves the m sites."""
+    def operators(self) -> list[tuple[Any, ...]]:
+        """Of each term, from `Sources.each` to what leaves the m sites."""
         return [
-            tuple(
-                _weighted(of, self.sites, np.ascontiguousarray(self.of_ray[:, :, term]))
-                for of in (self.rays.evenly, self.rays.towards, self.rays.at_ends)
-            )
+            tuple(_weighted(of, self.sites, self.of_ray[:, :, term]) for of in operators_of(self.rays))
             for term in range(self.of_ray.shape[2])
         ]
 
     def times(self, sources: Sources, fold: Float[np.ndarray, "R KJ M3"]) -> Float[np.ndarray, "m M3"]:
         """XYZ that the sites send to the viewer."""
-        terms, size, width = fold.shape
-        if terms * width > size:
+        if len(fold) > _FEW:
             return self._by_ray(sources, fold)
-        found = np.zeros((len(self.sites), width), dtype=self.of_ray.dtype)
+        found = np.zeros((len(self.sites), fold.shape[2]), dtype=self.of_ray.dtype)
         for of_term, one in zip(self.operators, fold, strict=True):
-            evenly, cells, at_ends = of_term
-            found += evenly @ (sources.evenly @ one)
-            if sources.cells:
-                found += cells @ sources.of_cells(self.rays, one)
-            if len(sources.at_ends):
-                found += at_ends @ (sources.at_ends @ one)
+            for operator, source in zip(of_term, sources.each, strict=True):
+                if operator.nnz:
+                    found += (operator @ source) @ one
         return found
 
     def _by_ray(self, sources: Sources, fold: Float[np.ndarray, "R KJ M3"]) -> Float[np.ndarray, "m M3"]:
         """The same for many terms: what each ray brings is worked out once for all of them."""
         found = np.zeros((len(self.sites), fold.shape[2]), dtype=self.of_ray.dtype)
-        cells = sources.of_cells(self.rays, None) if sources.cells else None
 
         def work(start: int) -> None:
             mine, weights = self.sites[start : start + _BLOCK], self.of_ray[start : start + _BLOCK]
-            ones = np.ones((len(mine), self.rays.rays), dtype=weights.dtype)
-            brought = _weighted(self.rays.evenly, mine, ones, False) @ sources.evenly
-            if cells is not None:
-                brought += _weighted(self.rays.towards, mine, ones, False) @ cells
-            if len(sources.at_ends):
-                brought += _weighted(self.rays.at_ends, mine, ones, False) @ sources.at_ends
+            brought: Any = 0.0
+            for of, source in zip(operators_of(self.rays), sources.each, strict=True):
+                brought = brought + _rows(of, mine, self.rays.rays) @ source
             by_term = np.matmul(weights.swapaxes(1, 2), brought.reshape(*weights.shape[:2], -1))
             found[start : start + _BLOCK] = np.einsum("nrk,rkm->nm", by_term, fold, optimize=True)
 
@@ -141,21 +147,24 @@ class Weights:
         return found
 
 
-def _weighted(of: Any, sites: Int[np.ndarray, " m"], weights: Float[np.ndarray, "m N"], together: bool = True) -> Any:
-    """The rows of these sites' rays, weighted; `together` sums up those of each site, else each ray keeps its row."""
+def _rows(of: Any, sites: Int[np.ndarray, " m"], rays: int) -> Any:
+    """Those of the rays of some sites, ascending."""
+    first, last = int(sites[0]), int(sites[-1]) + 1
+    if last - first == len(sites):
+        return of[first * rays : last * rays]
+    return of[(sites[:, None] * rays + np.arange(rays)).ravel()]
+
+
+def _weighted(of: Any, sites: Int[np.ndarray, " m"], weights: Float[np.ndarray, "m N"]) -> Any:
+    """The rows of each site's rays, weighted and summed up."""
     from scipy.sparse import csr_array
 
-    rays = weights.shape[1]
-    first = of.indptr[sites[:, None] * rays + np.arange(rays)]
-    counts = of.indptr[sites[:, None] * rays + np.arange(1, rays + 1)] - first
-    of_site = counts.sum(axis=1)
-    ranges = [slice(a, a + n) for a, n in zip(first[:, 0].tolist(), of_site.tolist(), strict=True)]
-    none = [of.data[:0]], [of.indices[:0]]
-    data = np.concatenate([of.data[each] for each in ranges] or none[0])
-    indices = np.concatenate([of.indices[each] for each in ranges] or none[1])
-    data = data * np.repeat(weights.ravel(), counts.ravel())
-    ends = np.concatenate([[0], np.cumsum(of_site if together else counts.ravel())]).astype(np.int32)
-    return csr_array((data, indices, ends), shape=(len(ends) - 1, of.shape[1]))
+    count, rays = weights.shape
+    if not count:
+        return csr_array((0, of.shape[1]), dtype=weights.dtype)
+    rows = _rows(of, sites, rays)
+    data = rows.data * np.repeat(weights.ravel(), np.diff(rows.indptr))
+    return csr_array((data, rows.indices, rows.indptr[::rays]), shape=(count, of.shape[1]))
 
 
 @dataclass(frozen=True)

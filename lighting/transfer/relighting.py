@@ -282,7 +282,7 @@ class Relighting:
         if self.bounces == 0 or not self.glossy.any():
             return found
         folds = [None if one.is_matt else self.folds(one.spectra, illuminants) for one in self._fitting]
-        sources = Sources(self._sent, self._cells, self._ends)
+        sources = Sources.of(self.rays, self._sent, self._cells, self._ends)
         glossy_exits(found, self.prepared, self.rays, self.reflections, folds, sources, to, self._seen)
         return found
 
