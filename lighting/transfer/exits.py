@@ -136,15 +136,20 @@ class Weights:
 
         def work(start: int) -> None:
             mine, weights = self.sites[start : start + _BLOCK], self.of_ray[start : start + _BLOCK]
-            brought: Any = 0.0
-            for of, source in zip(operators_of(self.rays), sources.each, strict=True):
-                brought = brought + _rows(of, mine, self.rays.rays) @ source
-            by_term = np.matmul(weights.swapaxes(1, 2), brought.reshape(*weights.shape[:2], -1))
+            by_term = np.matmul(weights.swapaxes(1, 2), brought_by(self.rays, mine, sources))
             found[start : start + _BLOCK] = np.einsum("nrk,rkm->nm", by_term, fold, optimize=True)
 
         with ThreadPoolExecutor(_THREADS) as pool:
             list(pool.map(work, range(0, len(self.sites), _BLOCK)))
         return found
+
+
+def brought_by(rays: GlossyRays, sites: Int[np.ndarray, " m"], sources: Sources) -> Float[np.ndarray, "m N KJ"]:
+    """pi times the radiance that each ray of some glossy sites, ascending, brings."""
+    found: Any = 0.0
+    for of, source in zip(operators_of(rays), sources.each, strict=True):
+        found = found + _rows(of, sites, rays.rays) @ source
+    return found.reshape(len(sites), rays.rays, -1)
 
 
 def _rows(of: Any, sites: Int[np.ndarray, " m"], rays: int) -> Any:

@@ -275,16 +275,28 @@ class Relighting:
         above = np.einsum("ni,ni->n", to, hits.sites.normals) > -BEYOND
         arriving = self.arriving.reshape(len(part), -1)
         found = np.zeros((len(part), 3 * len(illuminants)), dtype=self.dtype)
-        for number, one in enumerate(self.reflections):
+        for number in range(len(self.reflections)):
             mine = np.flatnonzero((part == number) & above)
-            fold = self.folds(self._on_basis(one, one.matt), illuminants).astype(self.dtype)
-            found[mine] = arriving[mine] @ fold
+            found[mine] = arriving[mine] @ self.matt_fold(number, illuminants).astype(self.dtype)
         if self.bounces == 0 or not self.glossy.any():
             return found
-        folds = [None if one.is_matt else self.folds(one.spectra, illuminants) for one in self._fitting]
-        sources = Sources.of(self.rays, self._sent, self._cells, self._ends)
-        glossy_exits(found, self.prepared, self.rays, self.reflections, folds, sources, to, self._seen)
+        folds = [self.glossy_fold(number, illuminants) if glossy else None for number, glossy in enumerate(self.glossy)]
+        glossy_exits(found, self.prepared, self.rays, self.reflections, folds, self.sources, to, self._seen)
         return found
+
+    @cached_property
+    def sources(self) -> Sources:
+        """What rays of glossy sites bring."""
+        return Sources.of(self.rays, self._sent, self._cells, self._ends)
+
+    def matt_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "KJ M3"]:
+        """`folds` of what a part reflects evenly."""
+        one = self.reflections[part]
+        return self.folds(self._on_basis(one, one.matt), illuminants)
+
+    def glossy_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "R KJ M3"]:
+        """`folds` of its other terms."""
+        return self.folds(self._fitting[part].spectra, illuminants)
 
 
 def _planned(
