@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from fnmatch import fnmatchcase
+from itertools import groupby
 from pathlib import Path
 
-import numpy as np
-
 from ...calibration.text_tables import columns
+from ...materials.tensors.brdf_tensor import BrdfTensor
+from ...materials.tensors.components import Components
 from ...spectral.errors import InputError
-from . import clothed
-from .ours import OurMethod
-from .pixels import difference, seen_sites, truth_of
+from . import clothed, growth, path_tracing, spectral
+from .bars import bars
+from .ours import Geometry, OurMethod
+from .pixels import Truths, difference, figures_of
 from .scenes import TransferScene, scenes
 from .tensors import TensorMethod, shared_by_all
 
 Progress = Callable[[str], None]
-#: Rays of a site, texels of a face of its visibility and the longest edge between sites, in radii of the scene: of a
-#: quick and of a full run. The paper has 64 texels, and some 100 to 1000 vertices a region.
-QUICK, FULL = (64, 16, 0.16), (256, 64, 0.06)
+#: Rays of a site of the paper's way, texels of a face of its visibility, as the paper has 64, and bytes that tensors
+#: may take before they are compressed: of a quick and of a full run.
+QUICK, FULL = (64, 16, 5e8), (256, 64, 2e9)
 #: Bounces of the paper's pictures: it stops after two.
 BOUNCES = (0, 1, 2)
-#: Rays of a site by our way, in a quick and in a full run; bounces, of which None is until nothing is left.
-OUR_RAYS, OUR_BOUNCES = ((64,), (256, 1024)), (0, 1, 2, None)
+#: Rays of a site by our way, in a quick and in a full run, and the longest edge between sites of a quick one; bounces,
+#: of which None is until nothing is left.
+OUR_RAYS, QUICK_EDGE, OUR_BOUNCES = ((64,), (256, 1024)), 0.16, (0, 1, 2, None)
+#: What is changed, one at a time and all together.
+RELIT = ("view", "material", "matt", "light", "all")
 #: What the paper says of its own scenes: vertices, megabytes, hours before the first picture, and milliseconds of
 #: another view, another material too, and another light too, on a GPU of 2007.
 PAPER = (
@@ -46,16 +52,19 @@ def run(
 
     Parameters
     ----------
-    full : more scenes, lights, rays and sites, and the 2004 paper's way (`clothed`). data : a folder with meshes/, or
-    None. case : only scenes whose names fit, `*` and `?` for anything; those of the full run too.
+    full : more scenes, lights, rays and sites, the 2004 paper's way (`clothed`), the price of the spectrum
+    (`spectral`), growth (`growth`) and Mitsuba (`path_tracing`). data : a folder with meshes/, or None. case : only
+    scenes whose names fit, `*` and `?` for anything; those of the full run too.
 
     Returns
     -------
     dict : `rows`, for JSON. A row has `scene`, `vertices` (that something may be seen from), `regions`, `method`
-    ("paper", "ours" or "paper-2004"), `at` ("pixels" or "sites"), `rays`, `bounces` ("all": until nothing is left),
-    `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`, `material`, `light`, `all`), `light`, `delta_e94` (`mean`,
-    `p95`, `p99`, against paths of as many bounces) and `reference_noise` (ΔE94); ours also `coefficients`. Direct
-    light at pixels is the paper's own in its rows, and the paths' in ours (see `ours`).
+    ("paper", "ours", "paper-2004" or "mitsuba"), `at` ("pixels" or "sites"; "wavelengths" beside the same with 81
+    samples), `rays`, `bounces` ("all": until nothing is left), `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`,
+    `material`, `light`, `all`; ours also `matt`), `light`, `delta_e94` (`mean`, `p95`, `p99`, against paths of as many
+    bounces) and `reference_noise` (ΔE94); ours also `coefficients`, and at sites `delta_e94_matt` and
+    `delta_e94_glossy` of what receives the light. Direct light at pixels is the paper's own in its rows, and the
+    paths' in ours (see `ours`).
 
     Raises
     ------
@@ -63,30 +72,50 @@ def run(
     """
     there = scenes(full or case is not None, data)
     chosen = [one for one in there if case is None or fnmatchcase(one.name, case)]
-    with_btf = fnmatchcase(clothed.NAME, case) if case is not None else full
-    if not chosen and not with_btf:
-        names = ", ".join([*dict.fromkeys(s.name for s in there), clothed.NAME])
+    extra = [make for name, make in EXTRA.items() if (full if case is None else fnmatchcase(name, case))]
+    if not chosen and not extra:
+        names = ", ".join([*dict.fromkeys(s.name for s in there), *EXTRA])
         raise InputError("no scene is called so", field="--case", found=case, expected=names)
-    rows: list[dict] = clothed.rows(progress) if with_btf else []
+    rows: list[dict] = [row for make in extra for row in make(progress)]
     if not chosen:
         return {"rows": rows}
     progress("a family of highlights as a tensor")
     shared = shared_by_all()
-    for one in chosen:
-        rows += _of_tensors(one, TensorMethod.of(one, shared, *(FULL if full else QUICK), progress), full, progress)
-        for rays in OUR_RAYS[full]:
-            ours = OurMethod.of(one, rays, (FULL if full else QUICK)[2], progress)
-            rows += ours.rows(OUR_BOUNCES, progress)
+    for _, same in groupby(chosen, key=lambda one: one.name):
+        rows += _of_scene([*same], shared, full, progress)
     return {"rows": rows}
 
 
-def _of_tensors(case: TransferScene, method: TensorMethod, full: bool, progress: Progress) -> Iterator[dict]:
-    seen = seen_sites(case.scene, method.hits, (FULL if full else QUICK)[2])
+#: What there is beside scenes, by the name that `--case` calls it.
+EXTRA: dict[str, Callable[[Progress], list[dict]]] = {
+    clothed.NAME: clothed.rows,
+    spectral.NAME: spectral.rows,
+    growth.NAME: growth.rows,
+    path_tracing.NAME: path_tracing.rows,
+}
+
+
+def _of_scene(
+    lit: list[TransferScene], shared: tuple[BrdfTensor, Components], full: bool, progress: Progress
+) -> Iterator[dict]:
+    """One scene under each of its lights, which no precomputation knows."""
+    truths = [Truths(case, progress) for case in lit]
+    tensors = TensorMethod.of(lit[0], shared, *(FULL if full else QUICK), progress)
+    for truth in truths:
+        yield from _of_tensors(replace(tensors, case=truth.case), truth)
+    for rays in OUR_RAYS[full]:
+        geometry = Geometry.of(lit[0], rays, lit[0].longest_edge if full else QUICK_EDGE, progress)
+        for truth in truths:
+            progress(f"{truth.case.name}, {truth.case.light}: {rays} rays, relit")
+            yield from OurMethod.of(truth.case, geometry).rows(OUR_BOUNCES, truth)
+
+
+def _of_tensors(method: TensorMethod, truths: Truths) -> Iterator[dict]:
+    case, seen = method.case, method.seen
     relight, arriving = method.relight_ms(), method.arriving()
     for bounces in BOUNCES:
-        truth = truth_of(case, bounces, progress)
-        off = difference(case, truth, seen, method.xyz(arriving, bounces))
-        noise = truth.noise
+        truth = truths.picture(bounces)
+        off = difference(case, truth, seen, seen.picture(method.xyz(arriving, bounces)))
         yield {
             "scene": case.name,
             "vertices": len(method.hits.sites),
@@ -99,33 +128,28 @@ def _of_tensors(case: TransferScene, method: TensorMethod, full: bool, progress:
             "bytes": method.transfer.nbytes,
             "relight_ms": relight,
             "light": case.light,
-            "delta_e94": dict(zip(("mean", "p95", "p99"), _figures(off), strict=True)),
-            "reference_noise": None if noise is None else float(max(noise.mean)),
+            "delta_e94": figures_of(off),
+            "reference_noise": None if truth.noise is None else float(max(truth.noise.mean)),
         }
-
-
-def _figures(off: np.ndarray) -> tuple[float, float, float]:
-    p95, p99 = np.percentile(off, (95.0, 99.0))
-    return float(off.mean()), float(p95), float(p99)
 
 
 def report(figures: dict) -> str:
     """The figures as a table, and what the paper says of its own."""
     body = []
     for one in figures["rows"]:
-        relight, off, noise = one["relight_ms"], one["delta_e94"], one["reference_noise"]
+        relight, off, noise = one["relight_ms"], one["delta_e94"] or {}, one["reference_noise"]
         counts = [f"{one['vertices']:,}", *(str(one[name]) for name in ("regions", "rays", "bounces"))]
         body.append(
             [
                 one["scene"], one["light"], one["method"], one["at"], *counts,
                 f"{one['precompute_cpu_seconds']:.0f}", f"{one['bytes'] / 1e6:.0f}",
-                *(f"{relight[name]:.0f}" for name in ("view", "material", "light", "all")),
-                *(f"{off[name]:.2f}" for name in ("mean", "p95", "p99")), "-" if noise is None else f"{noise:.2f}",
+                *(f"{relight[name]:.0f}" if name in relight else "-" for name in RELIT),
+                *(f"{off[name]:.2f}" if name in off else "-" for name in ("mean", "p95", "p99")),
+                "-" if noise is None else f"{noise:.2f}",
             ]
         )  # fmt: skip
     headings = ["scene", "light", "method", "at", "sites", "regions", "rays", "bounces", "CPU s", "MB"]
-    headings += ["view", "material", "light"]
-    headings += ["all ms", "mean", "p95", "p99", "noise"]
+    headings += [*RELIT[:-1], "all ms", "mean", "p95", "p99", "noise"]
     title = "ΔE94 against paths of as many bounces at every wavelength; ours with the paths' own direct light"
     of_paper = [
         [name, f"{vertices:,}", f"{megabytes}", f"{hours:g}", f"{view}", f"{material}", f"{light}"]
@@ -133,4 +157,6 @@ def report(figures: dict) -> str:
     ]
     words = ["scene", "vertices", "MB", "hours", "view", "and material", "and light ms"]
     said = f"Sun et al. 2007, table 1 (no errors are given)\n{columns(words, of_paper, left=1)}"
-    return f"{title}\n{columns(headings, body, left=4)}\n\n{said}"
+    found = bars(figures["rows"])
+    held = f"\n\nBars, as far as they were measured\n{columns(['bar', 'at most', 'measured', 'of'], found, left=1)}"
+    return f"{title}\n{columns(headings, body, left=4)}\n\n{said}{held if found else ''}"

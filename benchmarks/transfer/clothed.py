@@ -41,7 +41,7 @@ from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ..btf.cases import cases as btf_cases
 from ..svbrdf.cases import made_sky
-from .pixels import BUDGET, seen_sites
+from .pixels import BUDGET, figures_of, seen_sites
 from .scenes import SIDE
 
 #: What `--case` calls it.
@@ -148,7 +148,6 @@ def rows(progress: Callable[[str], None], images: BtfImages | None = None, divis
     ):
         values, relight = _relit(transfer, light, pixels, gathering, product, seconds)
         off = delta_e_xyz(want, np.maximum(values, 0.0), scene.adopted_white())
-        p95, p99 = np.percentile(off, (95.0, 99.0))
         found.append(
             {
                 "scene": NAME,
@@ -162,7 +161,7 @@ def rows(progress: Callable[[str], None], images: BtfImages | None = None, divis
                 "bytes": transfer.nbytes,
                 "relight_ms": relight,
                 "light": "sky",
-                "delta_e94": {"mean": float(off.mean()), "p95": float(p95), "p99": float(p99)},
+                "delta_e94": figures_of(off),
                 "reference_noise": None if truth.noise is None else float(max(truth.noise.mean)),
             }
         )

@@ -10,42 +10,59 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.geometry import Tracer, VisibleGeometry
+from ...lighting.geometry import Tracer, VisibleGeometry, visible_geometry
 from ...lighting.reference_bounces import BounceSum
+from ...lighting.transfer.between import Points, exits_between
 from ...lighting.transfer.prepared import Prepared
 from ...lighting.transfer.relighting import Relighting
 from ...lighting.vectors import dot, unit
 from ...materials.scattering import Scattering
 from ...spectral.difference import delta_e_xyz
-from .pixels import Seen, difference, seen_sites, truth_of
+from ..measuring import best_ms
+from .pixels import ALL, Seen, Truths, difference, figures_of, seen_sites
 from .scenes import TransferScene
 
 #: Sites that paths start from, chosen among those that the camera looks at; paths of each, twice, and a seed.
 SITES, PATHS, SEED = 600, 512, 11
-#: Surfaces of the longest paths that stand for all there are: what is left is far below their noise.
-ALL = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """The rays of a scene, for any light: seen, of its camera; cpu_seconds, of all that lights leave as it is."""
+
+    prepared: Prepared
+    seen: Seen
+    cpu_seconds: float
+
+    @classmethod
+    def of(cls, case: TransferScene, rays: int, longest_edge: float, progress: Callable[[str], None]) -> Geometry:
+        """rays : of each site."""
+        progress(f"{case.name}: {rays} rays of each site")
+        start = time.process_time()
+        prepared = Prepared.of(case.scene, rays, longest_edge)
+        _ = prepared.by_part, prepared.later, prepared.sky_operator, prepared.occluders
+        _ = Relighting.of(case.scene, case.materials, prepared).rays.sky_in_cells
+        spent = time.process_time() - start
+        return cls(prepared, seen_sites(case.scene, prepared.hits, longest_edge), spent)
 
 
 @dataclass(frozen=True, eq=False)
 class OurMethod:
-    """A scene's rays, ready to be relit. precompute_cpu_seconds : of all that materials and lights leave as it is."""
+    """A scene under a light, ready to be relit."""
 
     case: TransferScene
     state: Relighting
-    seen: Seen
-    precompute_cpu_seconds: float
+    geometry: Geometry
 
     @classmethod
-    def of(cls, case: TransferScene, rays: int, longest_edge: float, progress: Callable[[str], None]) -> OurMethod:
-        """rays : of each site."""
-        progress(f"{case.name}, {case.light}: {rays} rays of each site")
-        start = time.process_time()
-        prepared = Prepared.of(case.scene, rays, longest_edge)
-        _ = prepared.operator, prepared.later, prepared.sky_operator, prepared.occluders
-        state = Relighting.of(case.scene, case.materials, prepared)
-        _ = state.rays
-        spent = time.process_time() - start
-        return cls(case, state, seen_sites(case.scene, prepared.hits, longest_edge), spent)
+    def of(cls, case: TransferScene, geometry: Geometry) -> OurMethod:
+        """geometry : of the scene."""
+        return cls(case, Relighting.of(case.scene, case.materials, geometry.prepared), geometry)
+
+    @property
+    def seen(self) -> Seen:
+        """Sites about pixels."""
+        return self.geometry.seen
 
     @property
     def eye(self) -> Float[np.ndarray, "3"]:
@@ -53,52 +70,68 @@ class OurMethod:
         return np.asarray(self.case.scene.camera().position, dtype=float)
 
     def relight_ms(self) -> dict[str, float]:
-        """Of colours at all sites: of another view, another material on the first glossy part, another light, all."""
+        """Of colours at all sites: of another view, another material on the first glossy part and (`matt`) on the
+        first matt one, another light, and of all: view, glossy material and light. No change is timed twice.
+        """
         state, light = self.state, self.state.lights[0]
         assert isinstance(light, EnvironmentLight)
-        state.exits(self.eye)
-        number = int(np.argmax(state.glossy))
-        part = self.case.scene.parts[number]
-        old, moved = self.case.materials[part.material], self.eye + 0.1
-        other = replace(old, parameters=(old.parameters[0], 0.9 * old.parameters[1]))
-        turned = replace(light, rotation_deg=light.rotation_deg + 30.0)
-        return {
-            "view": _best_ms(lambda: state.exits(moved)),
-            "material": _best_ms(lambda: state.with_material(part.name, other).exits(self.eye)),
-            "light": _best_ms(lambda: state.with_lights(turned).exits(self.eye)),
-            "all": _best_ms(lambda: state.with_material(part.name, other).with_lights(turned).exits(moved)),
-        }
+        eye, steps = self.eye, iter(range(1, 1000))
 
-    def rows(self, bounces: tuple[int | None, ...], progress: Callable[[str], None]) -> Iterator[dict]:
+        def changed(glossy: bool, state: Relighting = state) -> Relighting:
+            part = self.case.scene.parts[int(np.argmax(state.glossy == glossy))]
+            old, share = self.case.materials[part.material], 1.0 - 0.01 * next(steps)
+            parameters = (old.parameters[0], share * old.parameters[1])
+            surface = replace(old, parameters=parameters) if glossy else replace(old, diffuse=share * old.diffuse)
+            return state.with_material(part.name, surface)
+
+        def turned(state: Relighting = state) -> Relighting:
+            return state.with_lights(replace(light, rotation_deg=light.rotation_deg + next(steps)))
+
+        state.exits(eye)
+        found = {
+            "material": best_ms(lambda: changed(True).exits(eye)),
+            "matt": best_ms(lambda: changed(False).exits(eye)),
+            "light": best_ms(lambda: turned().exits(eye)),
+            "view": best_ms(lambda: state.exits(eye + 0.01 * next(steps))),
+            "all": best_ms(lambda: changed(True, turned()).exits(eye + 0.01 * next(steps))),
+        }
+        return found
+
+    def rows(self, bounces: tuple[int | None, ...], truths: Truths) -> Iterator[dict]:
         """A row for each number of bounces, at pixels and at sites; None is until nothing is left.
 
         Direct light at pixels is that of paths without a bounce: renderers have it at each pixel, and sites do not. At
         sites both sides have the same direct light, every part as a matt one.
         """
         case, relight = self.case, self.relight_ms()
-        direct = truth_of(case, 0, progress)
+        direct = truths.picture(0)
         own = direct.xyz[0].reshape(-1, 3)[self.seen.pixel]
         sites = self._chosen()
-        evenly = self._evenly(sites)
+        glossy = self.state.glossy[self.state.prepared.hits.part_of_site[sites]]
+        evenly, points = self._evenly(sites), self._points()
         for count in bounces:
-            state = replace(self.state, bounces=count)
-            exits = state.exits(self.eye).astype(float)
-            truth = truth_of(case, ALL if count is None else count, progress)
-            off = difference(case, truth, self.seen, exits, own)
+            state, longest = replace(self.state, bounces=count), ALL if count is None else count
+            truth = truths.picture(longest)
+            off = difference(case, truth, self.seen, exits_between(state, points) + own)
             yield self._row("pixels", state, relight, off, truth.noise and float(max(truth.noise.mean)))
             if count == 0:
                 continue
-            progress(f"{case.name}, {case.light}: paths from sites, {count} bounces")
-            halves = paths_from(case, self.state.prepared, sites, self.eye, ALL if count is None else count)
+            exits = state.exits(self.eye).astype(float)
+            halves = truths.from_sites(longest, sites, lambda n=longest: self._paths(sites, n))
             white, mean = case.scene.adopted_white(), halves.mean(axis=0)
             off = delta_e_xyz(mean + evenly, np.maximum(exits[sites] + evenly, 0.0), white)
             noise = 0.5 * delta_e_xyz(halves[0] + evenly, np.maximum(halves[1] + evenly, 0.0), white).mean()
-            yield self._row("sites", state, relight, off, float(noise))
+            yield self._row("sites", state, relight, off, float(noise)) | {
+                f"delta_e94_{name}": figures_of(off[which]) for name, which in (("matt", ~glossy), ("glossy", glossy))
+            }
+
+    def _paths(self, sites: Int[np.ndarray, " n"], bounces: int) -> Float[np.ndarray, "2 n 3"]:
+        return paths_from(self.case, self.state.prepared, sites, self.eye, bounces)
 
     def _row(
         self, at: str, state: Relighting, relight: dict[str, float], off: Float[np.ndarray, " n"], noise: float | None
     ) -> dict:
-        prepared, (p95, p99) = self.state.prepared, np.percentile(off, (95.0, 99.0))
+        prepared = self.state.prepared
         return {
             "scene": self.case.name,
             "vertices": len(prepared.hits.sites),
@@ -108,11 +141,11 @@ class OurMethod:
             "rays": prepared.hits.rays,
             "coefficients": state.basis.size,
             "bounces": "all" if state.bounces is None else state.bounces,
-            "precompute_cpu_seconds": self.precompute_cpu_seconds,
+            "precompute_cpu_seconds": self.geometry.cpu_seconds,
             "bytes": prepared.hits.nbytes,
             "relight_ms": relight,
             "light": self.case.light,
-            "delta_e94": {"mean": float(off.mean()), "p95": float(p95), "p99": float(p99)},
+            "delta_e94": figures_of(off),
             "reference_noise": noise,
         }
 
@@ -123,6 +156,16 @@ class OurMethod:
         to = unit((self.eye - centre) / radius - hits.sites.starts[there])
         there = there[dot(to, hits.sites.normals[there]) > 0.1]
         return np.sort(np.random.default_rng(SEED).permutation(there)[:SITES])
+
+    def _points(self) -> Points:
+        """What pixels show."""
+        hits, seen = self.state.prepared.hits, self.seen
+        found = visible_geometry(self.case.scene, None, slice(None), Tracer(self.case.scene), with_frames=True)
+        assert found.frame is not None
+        there = np.searchsorted(found.pixel, seen.pixel)
+        assert np.array_equal(found.pixel[there], seen.pixel)
+        part = hits.part_of_site[seen.sites[:, 0]]
+        return Points(part, seen.sites, seen.shares, found.frame[there], found.wo[there])
 
     def _evenly(self, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
         """What they would send out of direct light, every part as a matt one."""
@@ -159,12 +202,3 @@ def paths_from(
     total = BounceSum(case.scene, geometry, surfaces, (None,), Tracer(case.scene), (SEED,), PATHS, bounces)
     total.extend(PATHS)
     return total.halves[:, 0, :, 0]
-
-
-def _best_ms(call: Callable[[], object], times: int = 3) -> float:
-    best = np.inf
-    for _ in range(times):
-        start = time.perf_counter()
-        call()
-        best = min(best, time.perf_counter() - start)
-    return 1000.0 * best

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,8 +17,10 @@ from ...lighting.visibility.refinement import refined
 from ...spectral.difference import delta_e_xyz
 from .scenes import TransferScene
 
-#: ΔE94 that the truth's budget is: its noise is a tenth.
-BUDGET = 3.0
+#: ΔE94 that the truth's budget is, of which its noise is a tenth: of whole pictures and direct light, and of others.
+FINE, BUDGET = 1.5, 3.0
+#: Surfaces of the longest paths that stand for all there are: what is left is far below their noise.
+ALL = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,18 +56,46 @@ def seen_sites(scene: Scene, hits: Hits, longest_edge: float) -> Seen:
 def truth_of(case: TransferScene, bounces: int, progress: Callable[[str], None]) -> ReferencePictures:
     """Paths of so many bounces, at every wavelength."""
     progress(f"{case.name}, {case.light}: paths of {bounces} bounces")
-    return reference_images(case.scene, None, case.materials, budget=BUDGET, bounces=bounces)
+    budget = FINE if bounces in (0, ALL) else BUDGET
+    return reference_images(case.scene, None, case.materials, budget=budget, bounces=bounces)
+
+
+@dataclass(frozen=True, eq=False)
+class Truths:
+    """Paths of a scene under its light, traced when they are first asked for."""
+
+    case: TransferScene
+    progress: Callable[[str], None] = lambda line: None
+    _pictures: dict[int, ReferencePictures] = field(default_factory=dict)
+    _sites: dict[tuple[int, bytes], np.ndarray] = field(default_factory=dict)
+
+    def picture(self, bounces: int) -> ReferencePictures:
+        """`truth_of`."""
+        if bounces not in self._pictures:
+            self._pictures[bounces] = truth_of(self.case, bounces, self.progress)
+        return self._pictures[bounces]
+
+    def from_sites(
+        self, bounces: int, sites: Int[np.ndarray, " n"], trace: Callable[[], Float[np.ndarray, "2 n 3"]]
+    ) -> Float[np.ndarray, "2 n 3"]:
+        """What `trace` gives of these sites, once."""
+        key = bounces, sites.tobytes()
+        if key not in self._sites:
+            self.progress(f"{self.case.name}, {self.case.light}: paths from sites, {bounces} bounces")
+            self._sites[key] = trace()
+        return self._sites[key]
 
 
 def difference(
-    case: TransferScene,
-    truth: ReferencePictures,
-    seen: Seen,
-    values: Float[np.ndarray, "S 3"],
-    beside: Float[np.ndarray, "n 3"] | None = None,
+    case: TransferScene, truth: ReferencePictures, seen: Seen, values: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, " n"]:
-    """ΔE94 of all pixels that show a surface; colours below 0 count as black. beside : of pixels, what comes to it."""
+    """ΔE94 of all pixels that show a surface, of which `values` are the colours; those below 0 count as black."""
     covered = truth.coverage.ravel()[seen.pixel] == 1.0
     want = truth.xyz[0].reshape(-1, 3)[seen.pixel[covered]]
-    found = seen.picture(values) + (0.0 if beside is None else beside)
-    return delta_e_xyz(want, np.maximum(found[covered], 0.0), case.scene.adopted_white())
+    return delta_e_xyz(want, np.maximum(values[covered], 0.0), case.scene.adopted_white())
+
+
+def figures_of(off: Float[np.ndarray, " n"]) -> dict[str, float]:
+    """Of differences, as rows have them; 0 of none."""
+    p95, p99 = np.percentile(off, (95.0, 99.0)) if len(off) else (0.0, 0.0)
+    return {"mean": float(off.mean()) if len(off) else 0.0, "p95": float(p95), "p99": float(p99)}

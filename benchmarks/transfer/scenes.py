@@ -35,13 +35,15 @@ _SKY = (32, 64)
 class TransferScene:
     """A scene under one light from all around, of which every part is a region of its own.
 
-    materials : by material id, as many as parts; of one family.
+    materials : by material id, as many as parts; of one family. longest_edge : between sites, in radii of the scene,
+    with which there are some 13,000 of them, as in the paper's smallest scenes.
     """
 
     name: str
     light: str
     scene: Scene
     materials: dict[str, Tuned]
+    longest_edge: float
 
 
 @cache
@@ -52,41 +54,43 @@ def family() -> Family:
 
 def scenes(full: bool, data: Path | None = None) -> list[TransferScene]:
     """Those of a quick or a full run; with `data`, one with a measured mesh too."""
-    made: list[tuple[str, Callable[[], tuple[list[tuple[Mesh, Tuned]], Camera]]]] = [("table", _table)]
+    made: list[tuple[str, Callable[[], tuple[list[tuple[Mesh, Tuned]], Camera]], float]] = [("table", _table, 0.035)]
     if full:
-        made += [("box", _box), ("car", _car)]
+        made += [("box", _box, 0.045), ("car", _car, 0.095)]
         if data is not None and (data / "meshes" / "spot.obj").is_file():
-            made.append(("spot", lambda: _spot(data / "meshes" / "spot.obj")))
+            made.append(("spot", lambda: _spot(data / "meshes" / "spot.obj"), 0.03))
     found = []
-    for name, make in made:
+    for name, make, longest_edge in made:
         parts, camera = make()
-        lights = (("sky", _sky()), ("two-lamps", _two_lamps()), ("booth", _booth()))
+        lights = (("sky", made_sky()), ("two-lamps", _two_lamps()), ("booth", _booth()))
         for light, lamp in lights if full else lights[:1]:
             named = [Part(f"{name}-{number}", mesh, f"{name}-{number}") for number, (mesh, _) in enumerate(parts)]
             scene = Scene(tuple(named), (lamp,), (camera,), observer("1931_2"))
             materials = {part.material: tuned for part, (_, tuned) in zip(named, parts, strict=True)}
-            found.append(TransferScene(name, light, scene, materials))
+            found.append(TransferScene(name, light, scene, materials, longest_edge))
     return found
 
 
-def _ramp(*stops: float) -> Float[np.ndarray, " L"]:
+def ramp(*stops: float) -> Float[np.ndarray, " L"]:
     """A reflectance from violet to red, smooth between so many values."""
     return np.interp(NM, np.linspace(400.0, 700.0, len(stops)), stops)
 
 
 _NONE, _GREY = np.zeros(len(NM)), np.full(len(NM), 0.5)
-_RED = _ramp(0.05, 0.04, 0.05, 0.08, 0.6, 0.75, 0.78)
-_GREEN = _ramp(0.05, 0.08, 0.35, 0.55, 0.2, 0.08, 0.08)
-_BLUE = _ramp(0.45, 0.55, 0.35, 0.1, 0.05, 0.05, 0.06)
-_BEIGE, _NAVY = _ramp(0.35, 0.45, 0.55, 0.6, 0.65), _ramp(0.12, 0.1, 0.06, 0.04, 0.05)
-_GOLD = _ramp(0.35, 0.38, 0.5, 0.8, 0.9, 0.93, 0.95)
+_RED = ramp(0.05, 0.04, 0.05, 0.08, 0.6, 0.75, 0.78)
+_GREEN = ramp(0.05, 0.08, 0.35, 0.55, 0.2, 0.08, 0.08)
+_BLUE = ramp(0.45, 0.55, 0.35, 0.1, 0.05, 0.05, 0.06)
+_BEIGE, _NAVY = ramp(0.35, 0.45, 0.55, 0.6, 0.65), ramp(0.12, 0.1, 0.06, 0.04, 0.05)
+_GOLD = ramp(0.35, 0.38, 0.5, 0.8, 0.9, 0.93, 0.95)
 
 
-def _matt(colour: Float[np.ndarray, " L"]) -> Tuned:
+def matt(colour: Float[np.ndarray, " L"]) -> Tuned:
+    """Without a highlight."""
     return Tuned(NM, colour, _NONE, family(), (0.04, 0.3))
 
 
-def _gloss(colour: Float[np.ndarray, " L"], roughness: float = 0.2) -> Tuned:
+def gloss(colour: Float[np.ndarray, " L"], roughness: float = 0.2) -> Tuned:
+    """Below a clear coat."""
     return Tuned(NM, colour, np.ones(len(NM)), family(), (0.04, roughness))
 
 
@@ -130,11 +134,11 @@ def _ring(centre: Sequence[Number], radius: Number, thick: Number, upright: bool
 def _table() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
     """A grey table, a red wall, a ball of blue gloss, a golden ring and a green block."""
     parts = [
-        (_quad((-1.2, 0, 1.2), (1.2, 0, 1.2), (1.2, 0, -1.2), (-1.2, 0, -1.2)), _matt(_GREY)),
-        (_quad((-1.2, 0, -1.2), (1.2, 0, -1.2), (1.2, 1.2, -1.2), (-1.2, 1.2, -1.2)), _matt(_RED)),
-        (_ball((-0.45, 0.36, -0.35), 0.35), _gloss(_BLUE)),
+        (_quad((-1.2, 0, 1.2), (1.2, 0, 1.2), (1.2, 0, -1.2), (-1.2, 0, -1.2)), matt(_GREY)),
+        (_quad((-1.2, 0, -1.2), (1.2, 0, -1.2), (1.2, 1.2, -1.2), (-1.2, 1.2, -1.2)), matt(_RED)),
+        (_ball((-0.45, 0.36, -0.35), 0.35), gloss(_BLUE)),
         (_ring((0.45, 0.115, 0.35), 0.3, 0.11), _metal(_GOLD)),
-        (_block((0.5, 0.301, -0.55), (0.5, 0.6, 0.5), 30.0), _matt(_GREEN)),
+        (_block((0.5, 0.301, -0.55), (0.5, 0.6, 0.5), 30.0), matt(_GREEN)),
     ]
     return parts, _camera((0.8, 1.7, 3.2), (0.0, 0.3, 0.0), 38.0)
 
@@ -144,27 +148,27 @@ def _box() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
     a, b, c, d = (-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)
     e, f, g, h = (-1, 1.2, 1), (1, 1.2, 1), (1, 1.2, -1), (-1, 1.2, -1)
     parts = [
-        (_quad(a, b, c, d), _matt(np.full(len(NM), 0.75))),
-        (_quad(d, c, g, h), _matt(_GREEN)),
-        (_quad(a, d, h, e), _matt(_RED)),
-        (_quad(c, b, f, g), _matt(_BLUE)),
-        (_block((-0.4, 0.35, -0.3), (0.5, 0.7, 0.5), 20.0), _gloss(_GREY)),
-        (_block((0.45, 0.2, 0.3), (0.4, 0.4, 0.4), -25.0), _matt(_BEIGE)),
+        (_quad(a, b, c, d), matt(np.full(len(NM), 0.75))),
+        (_quad(d, c, g, h), matt(_GREEN)),
+        (_quad(a, d, h, e), matt(_RED)),
+        (_quad(c, b, f, g), matt(_BLUE)),
+        (_block((-0.4, 0.35, -0.3), (0.5, 0.7, 0.5), 20.0), gloss(_GREY)),
+        (_block((0.45, 0.2, 0.3), (0.4, 0.4, 0.4), -25.0), matt(_BEIGE)),
     ]
     return parts, _camera((0.0, 1.9, 3.6), (0.0, 0.4, 0.0), 38.0)
 
 
 def _car() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
     """A car's inside, seen from behind: floor, roof, doors, dashboard, console, seats, trim and a wheel."""
-    carpet, roof, leather = _matt(_NAVY), _matt(_BEIGE), _gloss(_ramp(0.08, 0.07, 0.1, 0.3, 0.45), 0.35)
+    carpet, roof, leather = matt(_NAVY), matt(_BEIGE), gloss(ramp(0.08, 0.07, 0.1, 0.3, 0.45), 0.35)
     trim = _metal(np.full(len(NM), 0.7), 0.15)
     parts = [
         (_block((0, -0.03, 0), (1.5, 0.06, 2.4)), carpet),
         (_block((0, 1.23, 0.1), (1.4, 0.06, 1.6)), roof),
-        (_block((-0.75, 0.35, 0), (0.06, 0.7, 2.2)), _matt(_BEIGE)),
-        (_block((0.75, 0.35, 0), (0.06, 0.7, 2.2)), _matt(_BEIGE)),
-        (_block((0, 0.6, -0.95), (1.44, 0.35, 0.4)), _gloss(_NAVY, 0.4)),
-        (_block((0, 0.2, 0.05), (0.24, 0.4, 1.0)), _gloss(_ramp(0.05, 0.05, 0.05), 0.15)),
+        (_block((-0.75, 0.35, 0), (0.06, 0.7, 2.2)), matt(_BEIGE)),
+        (_block((0.75, 0.35, 0), (0.06, 0.7, 2.2)), matt(_BEIGE)),
+        (_block((0, 0.6, -0.95), (1.44, 0.35, 0.4)), gloss(_NAVY, 0.4)),
+        (_block((0, 0.2, 0.05), (0.24, 0.4, 1.0)), gloss(ramp(0.05, 0.05, 0.05), 0.15)),
         (_block((-0.4, 0.22, 0.15), (0.46, 0.18, 0.5)), leather),
         (_block((-0.4, 0.6, 0.44), (0.46, 0.6, 0.12)), leather),
         (_block((0.4, 0.22, 0.15), (0.46, 0.18, 0.5)), leather),
@@ -172,7 +176,7 @@ def _car() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
         (_block((-0.71, 0.55, 0), (0.02, 0.05, 2.0)), trim),
         (_block((0.71, 0.55, 0), (0.02, 0.05, 2.0)), trim),
         (_block((0, 0.68, -0.745), (1.2, 0.04, 0.012)), trim),
-        (_ring((-0.4, 0.68, -0.58), 0.17, 0.02, upright=True), _gloss(_ramp(0.05, 0.05, 0.05), 0.3)),
+        (_ring((-0.4, 0.68, -0.58), 0.17, 0.02, upright=True), gloss(ramp(0.05, 0.05, 0.05), 0.3)),
     ]
     return parts, _camera((0.25, 1.0, 1.7), (0.0, 0.5, -0.5), 55.0)
 
@@ -185,9 +189,9 @@ def _spot(path: Path) -> tuple[list[tuple[Mesh, Tuned]], Camera]:
     middle = 0.5 * (low + high) * (1.0, 0.0, 1.0) + low * (0.0, 1.0, 0.0)
     body = Mesh((mesh.vertices - middle) * scale, mesh.normals, mesh.faces)
     parts = [
-        (body, _gloss(_GREY, 0.35)),
-        (_quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)), _matt(_RED)),
-        (_quad((-1, 0, -1), (1, 0, -1), (1, 1.2, -1), (-1, 1.2, -1)), _matt(_GREEN)),
+        (body, gloss(_GREY, 0.35)),
+        (_quad((-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)), matt(_RED)),
+        (_quad((-1, 0, -1), (1, 0, -1), (1, 1.2, -1), (-1, 1.2, -1)), matt(_GREEN)),
     ]
     return parts, _camera((0.9, 1.0, 2.6), (0.0, 0.4, 0.0), 38.0)
 
@@ -198,7 +202,7 @@ def _camera(position: Sequence[Number], target: Sequence[Number], angle: Number)
     )
 
 
-def _sky() -> EnvironmentLight:
+def made_sky() -> EnvironmentLight:
     """A clear sky that is brighter about a low sun, and ground below."""
     to = texel_directions(*_SKY)
     sun = np.array([0.5, 0.6, 0.62]) / np.linalg.norm([0.5, 0.6, 0.62])

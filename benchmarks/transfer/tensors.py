@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.transfer.hits import Hits, scene_hits
-from ...lighting.transfer_tensors.precomputed import transfer_tensors
+from ...lighting.transfer.hits import Bodies, Hits, scene_hits
+from ...lighting.transfer_tensors.precomputed import bytes_of_site, transfer_tensors
 from ...lighting.transfer_tensors.relighting import Arriving, TensorTransfer
 from ...lighting.visibility.occluders import Occluders
 from ...lighting.visibility.refinement import refined
@@ -19,7 +19,12 @@ from ...lighting.visibility.sites import scaled_triangles
 from ...materials.tensors.brdf_tensor import BrdfTensor, brdf_tensor
 from ...materials.tensors.components import Components, components_of
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from ..measuring import best_ms
+from .pixels import Seen, seen_sites
 from .scenes import TransferScene, family
+
+# Longest edges between sites, in radii of the scene: where the search for one begins, and where it ends.
+_FINEST, _COARSEST = 0.06, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +33,7 @@ class TensorMethod:
 
     case: TransferScene
     hits: Hits
+    seen: Seen
     transfer: TensorTransfer
     precompute_cpu_seconds: float
 
@@ -38,19 +44,24 @@ class TensorMethod:
         shared: tuple[BrdfTensor, Components],
         rays: int,
         across: int,
-        longest_edge: float,
+        most_bytes: float,
         progress: Callable[[str], None],
     ) -> TensorMethod:
-        """Every part a region. rays : of each site. across : texels of a face of its visibility."""
+        """Every part a region. rays : of each site. across : texels of a face of its visibility. most_bytes : that the
+        tensors may take before they are compressed; the scene has as many sites as fit.
+        """
         start = time.process_time()
         progress(f"{case.name}: rays")
+        room, longest_edge = most_bytes / bytes_of_site(len(case.scene.parts), shared[1]), _FINEST
+        while longest_edge < _COARSEST and len(Bodies.of(case.scene, longest_edge).sites) > room:
+            longest_edge *= 2.0**0.25
         hits = scene_hits(case.scene, rays, longest_edge=longest_edge)
         occluders = Occluders(scaled_triangles(refined(case.scene, longest_edge)[0]))
         progress(f"{case.name}: transfer tensors of {len(hits.sites):,} sites")
         tensors = transfer_tensors(hits, np.arange(len(case.scene.parts)), shared[1], occluders, across)
         progress(f"{case.name}: clusters")
         transfer = TensorTransfer.of(tensors, family(), *shared)
-        return cls(case, hits, transfer, time.process_time() - start)
+        return cls(case, hits, seen_sites(case.scene, hits, longest_edge), transfer, time.process_time() - start)
 
     def xyz(self, arriving: Arriving, bounces: int) -> Float[np.ndarray, "S 3"]:
         """Colours of all sites for the scene's camera."""
@@ -71,8 +82,8 @@ class TensorMethod:
 
     def relight_ms(self) -> dict[str, float]:
         """Of another view or material, of another light before anything is seen of it, and of all of them."""
-        arriving, light = _best_ms(self.arriving)
-        _, seen = _best_ms(lambda: self.xyz(arriving, 2))
+        arriving = self.arriving()
+        light, seen = best_ms(self.arriving), best_ms(lambda: self.xyz(arriving, 2))
         # A view is looked up in the same sums as a material is: neither is kept from the other.
         return {"view": seen, "material": seen, "light": light + seen, "all": light + seen}
 
@@ -80,12 +91,3 @@ class TensorMethod:
 def shared_by_all() -> tuple[BrdfTensor, Components]:
     """The family's factors and components, found once for all scenes."""
     return brdf_tensor(family()), components_of(family())
-
-
-def _best_ms(call: Callable[[], Arriving | np.ndarray], times: int = 3) -> tuple:
-    found, best = None, np.inf
-    for _ in range(times):
-        start = time.perf_counter()
-        found = call()
-        best = min(best, time.perf_counter() - start)
-    return found, 1000.0 * best

@@ -8,6 +8,7 @@ second is even over directions. Here, as many follow as change ΔE94 by more tha
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,8 +28,8 @@ ENOUGH = 0.1
 MOST = 2000
 # One site in so many is looked at first.
 _FEW = 16
-# Regions from which on each site has its own operator at hand, as texels need it.
-_MANY = 64
+# Runs of sites from which on each site has its own operator at hand, as texels need it.
+_MANY = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +76,11 @@ class Regions:
         basis = self.basis
         if basis.is_sampled:
             return arriving * self.reflectances[self.region][:, None, :]
-        if len(self._operators) > _MANY:
+        if len(self._runs) > _MANY:
             return np.einsum("ski,sji->skj", arriving, self._operators.astype(arriving.dtype)[self.region])
         found = np.empty_like(arriving)
-        for mine, operator in zip(self._sites, self._operators, strict=True):
-            found[mine] = arriving[mine] @ operator.T.astype(arriving.dtype)
+        for mine, region in self._runs:
+            np.matmul(arriving[mine], self._operators[region].T.astype(arriving.dtype), out=found[mine])
         return found
 
     @cached_property
@@ -87,10 +88,10 @@ class Regions:
         return self.basis.operator(self.reflectances)
 
     @cached_property
-    def _sites(self) -> list[np.ndarray]:
-        """Of each region."""
-        order = np.argsort(self.region, kind="stable")
-        return np.split(order, np.searchsorted(self.region[order], np.arange(1, len(self.reflectances))))
+    def _runs(self) -> list[tuple[slice, int]]:
+        """Sites of one region that follow one another, and which it is."""
+        edges = [0, *(np.flatnonzero(np.diff(self.region)) + 1).tolist(), len(self.region)]
+        return [(slice(a, b), int(self.region[a])) for a, b in itertools.pairwise(edges) if a < b]
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +186,7 @@ def passed_on(
         gives = _seen(following, to_xyz)
         size = float(np.abs(gives).sum())
         share = min(size / before, q) if before > 0.0 else 0.0
-        left = _largest(seen, gives / (1.0 - share), white, enough) if size > 0.0 else 0.0
+        left = largest_difference(seen, gives / (1.0 - share), white, enough) if size > 0.0 else 0.0
         bound = float(regions.most_y(following, gives[:, 1], reference_lux).max(initial=0.0)) / (1.0 - q)
         if left <= enough if bounces is None else bounce == bounces:
             return Interreflection(bounce, first, total, left, bound)
@@ -196,7 +197,7 @@ def passed_on(
     raise InputError("light that does not end", found=words, expected=f"at most {enough:g}", hint="allow more bounces")
 
 
-def _largest(
+def largest_difference(
     seen: Float[np.ndarray, "S 3"], more: Float[np.ndarray, "S 3"], white: Float[np.ndarray, "3"], enough: float
 ) -> float:
     """ΔE94 that `more` changes any site by; of a few of them where that is already more than `enough`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -10,7 +11,7 @@ from jaxtyping import Float, Int
 from ...spectral.basis import SpectralBasis
 from ...spectral.memory import check_room, gigabytes
 from ..vectors import dot, unit
-from .glossy_rays import GlossyRays
+from .glossy_rays import GlossyPart, GlossyRays
 from .prepared import Prepared
 from .received import Received
 from .reflection import Reflection
@@ -19,37 +20,51 @@ from .reflection import Reflection
 _BLOCK = 1 << 15
 
 
+@dataclass(frozen=True, eq=False)
+class CellLight:
+    """What the cells of one glossy part send out: `values @ spread` is pi times their radiance in coefficients.
+
+    values (G_p O, C), spread (C, KJ) : of each spectrum and term, or of each spectrum and coefficient, whichever are
+    fewer.
+    """
+
+    part: GlossyPart
+    values: Float[np.ndarray, "GO C"]
+    spread: Float[np.ndarray, "C KJ"]
+
+
 def cell_radiosity(
     rays: GlossyRays,
+    originals: Sequence[Reflection],
     reflections: Sequence[Reflection],
-    part: Int[np.ndarray, " G"],
     got: Received,
     basis: SpectralBasis,
     dtype: type = np.float32,
-) -> Float[np.ndarray, "GO KJ"]:
-    """pi times the radiance that glossy sites send into each cell, of lights that spread; without their matt terms.
+) -> tuple[CellLight, ...]:
+    """What glossy sites send into each cell, of lights that spread; without their matt terms.
 
-    part : of each glossy site.
+    originals, reflections : of each part, as they are and at the wavelengths of the basis.
 
     Raises
     ------
     InputError : it would not fit into memory.
     """
     size, spectra = len(rays.cells), got.incoming.shape[2]
-    needed = len(rays.sites) * size * spectra * basis.size * np.dtype(dtype).itemsize
+    most = max((len(reflections[one.part].spectra) + basis.size for one in rays.parts), default=0)
+    needed = len(rays.sites) * size * spectra * most * np.dtype(dtype).itemsize
     words = f"{len(rays.sites):,} glossy sites, {spectra} spectra, {basis.size} coefficients: {gigabytes(needed)}"
     check_room(needed, "what glossy parts send out does not fit into memory", words, "ask for fewer sites")
-    found = np.zeros((len(rays.sites), size, spectra, basis.size), dtype=dtype)
     if not got.incoming.any():
-        return found.reshape(-1, spectra * basis.size)
-    for number in np.unique(part):
-        mine, reflection = np.flatnonzero(part == number), reflections[number]
-        terms = basis.project(np.pi * reflection.spectra).astype(dtype)
-        for k in range(spectra):
-            arriving = got.incoming[mine, :, k]
-            for table, coefficients in zip(reflection.table, terms, strict=True):
-                found[mine, :, k] += (arriving @ table.T)[:, :, None] * coefficients
-    return found.reshape(-1, spectra * basis.size)
+        return ()
+    found = []
+    for one in rays.parts:
+        values = got.scattered(one, originals[one.part]).astype(dtype, copy=False)
+        terms = basis.project(reflections[one.part].spectra)
+        spread = np.kron(np.eye(spectra), terms).astype(dtype)
+        if spread.shape[0] > spread.shape[1]:
+            values, spread = values @ spread, np.eye(spread.shape[1], dtype=dtype)
+        found.append(CellLight(one, values, spread))
+    return tuple(found)
 
 
 def ray_radiosity(

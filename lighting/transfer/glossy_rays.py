@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,30 @@ _BYTES_OF_GLOSSY, _BYTES_TOWARDS = 100, 160
 
 
 @dataclass(frozen=True, eq=False)
+class GlossyPart:
+    """What the G_p sites of one glossy part send to others; what is equal in all of a part is left to its surface.
+
+    part : its number. sites (G_p,) : which of all glossy sites they are.
+    rows (n,), emission (n, G_p O) : irradiance at sites `rows` = this times radiosity (pi times radiance) of cells.
+    seen (u,), cells (u,) : of the cells that rays of glossy sites end on, which are this part's; and which of its own.
+    """
+
+    part: int
+    sites: Int[np.ndarray, " G_p"]
+    rows: Int[np.ndarray, " n"]
+    emission: Any
+    seen: Int[np.ndarray, " u"]
+    cells: Int[np.ndarray, " u"]
+
+
+@dataclass(frozen=True, eq=False)
 class GlossyRays:
     """Of G glossy sites among S, N rays each; O cells.
 
     sites (G,) : their numbers. number (S,) : which of them a site is, -1 of a matt one.
-    emission : (S, G O) irradiance at each site = this times radiosity (pi times radiance) of cells.
-    evenly, towards : (G N, S) and (G N, G O): pi times the radiance that each ray of glossy sites brings, of sites that
-        send out evenly and of cells.
+    parts : of each glossy part that has sites.
+    evenly, towards, at_ends : (G N, S), (G N, U) and (G N, n): pi times the radiance that each ray of glossy sites
+        brings, of sites that send out evenly, of the U cells that such rays end on, and of what `ray` bring beside.
     local (G, N, 3) : unit directions of the rays in the sites' frames. cell (G, N) : that they lie in.
     escape (G, N) : the texel of the sky that each ray meets; -1 where it meets a part.
     ray (n,) : numbers (site times N + ray) of rays that end on a glossy part, ascending; about (n,3), share (n,3) : the
@@ -41,9 +59,10 @@ class GlossyRays:
     cells: Cells
     sites: Int[np.ndarray, " G"]
     number: Int[np.ndarray, " S"]
-    emission: Any
+    parts: tuple[GlossyPart, ...]
     evenly: Any
     towards: Any
+    at_ends: Any
     local: Float[np.ndarray, "G N 3"]
     cell: Int[np.ndarray, "G N"]
     escape: Int[np.ndarray, "G N"]
@@ -55,6 +74,20 @@ class GlossyRays:
     def rays(self) -> int:
         """N."""
         return self.local.shape[1]
+
+    @cached_property
+    def sky_in_cells(self) -> Any:
+        """(G I, texels): lux from each cell of glossy sites' hemispheres = this times luminance of the sky, cd/m^2."""
+        from scipy.sparse import csr_array
+
+        site, ray = np.nonzero(self.escape >= 0)
+        texel = self.escape[site, ray].astype(np.int32)
+        value = np.full(len(site), np.pi / self.rays, dtype=np.float32)
+        place = (site * len(self.cells) + self.cell[site, ray]).astype(np.int32)
+        size = (len(self.sites) * len(self.cells), int(texel.max(initial=-1)) + 1)
+        found = csr_array((value, (place, texel)), shape=size)
+        found.sum_duplicates()
+        return found
 
     @classmethod
     def of(
@@ -84,25 +117,63 @@ class GlossyRays:
         local = np.empty((len(sites), rays, 3), dtype=np.float32)
         ends = list(_ends(hits, frames, glossy, number, cells))
         ray, about, share, column = (np.concatenate([one[k] for one in ends]) for k in range(4))
-        emission = csr_array(
-            ((share / rays).ravel().astype(np.float32), (np.repeat(ray // rays, 3).astype(np.int32), column.ravel())),
-            shape=(count, len(sites) * size),
-        )
-        emission.sum_duplicates()
         for start in range(0, len(sites), _BLOCK):
             some = sites[start : start + _BLOCK]
             local[start : start + _BLOCK] = np.einsum("nij,nrj->nri", frames[some], _of_sites(hits, some))
         evenly = _evenly(hits, sites)
         row = number[ray // rays]
         of_glossy = np.flatnonzero(row >= 0)
-        place = np.repeat(row[of_glossy] * rays + ray[of_glossy] % rays, 3).astype(np.int32)
+        place = row[of_glossy] * rays + ray[of_glossy] % rays
+        met, which = np.unique(column[of_glossy][share[of_glossy] > 0.0], return_inverse=True)
+        inside = share[of_glossy] > 0.0
         towards = csr_array(
-            (share[of_glossy].ravel().astype(np.float32), (place, column[of_glossy].ravel())),
-            shape=(len(sites) * rays, len(sites) * size),
+            (
+                share[of_glossy][inside].astype(np.float32),
+                (np.repeat(place, inside.sum(axis=1)).astype(np.int32), which.astype(np.int32)),
+            ),
+            shape=(len(sites) * rays, len(met)),
         )
+        at_ends = csr_array(
+            (np.ones(len(of_glossy), dtype=np.float32), (place.astype(np.int32), of_glossy.astype(np.int32))),
+            shape=(len(sites) * rays, len(ray)),
+        )
+        parts = tuple(_parts(hits.part_of_site[sites], (ray // rays, share / rays, column), met, size))
+        cell = cells.of(local)
         return cls(
-            cells, sites, number, emission, evenly, towards, local, cells.of(local), escapes[sites], ray, about, share
+            cells, sites, number, parts, evenly, towards, at_ends, local, cell, escapes[sites], ray, about, share
         )
+
+
+def _parts(
+    part: Int[np.ndarray, " G"],
+    ends: tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 3"], Int[np.ndarray, "n 3"]],
+    met: Int[np.ndarray, " U"],
+    size: int,
+) -> Iterator[GlossyPart]:
+    """ends : of rays that end on glossy parts, their site, shares of the sites about it, and columns of cells."""
+    from scipy.sparse import csr_array
+
+    site, share, column = ends
+    within, of_cell = np.empty(len(part), dtype=np.int64), part[met // size]
+    # All corners of a triangle are of its part, and those that are dark have no share.
+    of_ray = part[np.take_along_axis(column, share.argmax(axis=1)[:, None], axis=1)[:, 0] // size]
+    for number in np.unique(part):
+        mine, rays = np.flatnonzero(part == number), np.flatnonzero(of_ray == number)
+        within[mine] = np.arange(len(mine))
+        row, corner = np.nonzero(share[rays] > 0.0)
+        chosen = column[rays][row, corner]
+        rows, place = np.unique(site[rays][row], return_inverse=True)
+        emission = csr_array(
+            (
+                share[rays][row, corner].astype(np.float32),
+                (place.astype(np.int32), (within[chosen // size] * size + chosen % size).astype(np.int32)),
+            ),
+            shape=(len(rows), len(mine) * size),
+        )
+        emission.sum_duplicates()
+        seen = np.flatnonzero(of_cell == number)
+        cells = within[met[seen] // size] * size + met[seen] % size
+        yield GlossyPart(int(number), mine, rows, emission, seen, cells)
 
 
 def _of_sites(hits: Hits, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n N 3"]:

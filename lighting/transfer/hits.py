@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int, UInt16
@@ -60,13 +61,14 @@ class Hits:
     part: Int[np.ndarray, " F"]
     areas: Float[np.ndarray, " S"]
 
-    @property
+    @cached_property
     def part_of_site(self) -> Int[np.ndarray, " S"]:
         """That each site is on."""
         found = np.zeros(len(self.sites), dtype=np.int64)
         for corners in (self.backs, self.corners):
             there = corners >= 0
             found[corners[there]] = np.broadcast_to(self.part[:, None], corners.shape)[there]
+        found.flags.writeable = False
         return found
 
     @property

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from .hits import Hits
 
@@ -40,3 +42,43 @@ def irradiance_operator(hits: Hits) -> Any:
     from scipy.sparse import vstack
 
     return vstack(blocks, format="csr") if blocks else csr_array((0, 0), dtype=np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class ByPart:
+    """G with what comes from each part kept apart: light of one amount a site and one colour a part costs one number.
+
+    rows (n, S) : those of G, cut where the part of the sender changes; they share its numbers. part (n,) : of the
+    senders of each. first (S + 1,) : the first row of each site.
+    """
+
+    rows: Any
+    part: Int[np.ndarray, " n"]
+    first: Int[np.ndarray, " sites_and_1"]
+
+    @classmethod
+    def of(cls, operator: Any, part: Int[np.ndarray, " S"]) -> ByPart:
+        """operator : G with ascending columns. part : of each site."""
+        from scipy.sparse import csr_array
+
+        of_number = part[operator.indices]
+        begins = np.append(np.diff(of_number, prepend=-1) != 0, True)
+        # A row without numbers begins where the next one does.
+        begins[operator.indptr] = True
+        edges = np.flatnonzero(begins)
+        rows = csr_array((operator.data, operator.indices, edges), shape=(len(edges) - 1, operator.shape[1]))
+        return cls(rows, of_number[edges[:-1]], np.searchsorted(edges, operator.indptr))
+
+    def amounts(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "n K"]:
+        """What sites receive of those of each part, were all white."""
+        return np.stack([self.rows @ np.ascontiguousarray(each) for each in lux.T], axis=1)
+
+    def irradiance(
+        self, amounts: Float[np.ndarray, "n K"], terms: Float[np.ndarray, "P J"]
+    ) -> Float[np.ndarray, "S KJ"]:
+        """The same in the colours of the parts."""
+        from scipy.sparse import csr_array
+
+        shape = len(self.first) - 1, len(terms)
+        each = (csr_array((amount, self.part, self.first), shape=shape) @ terms for amount in amounts.T)
+        return np.concatenate([np.ascontiguousarray(one) for one in each], axis=1)

@@ -59,7 +59,7 @@ def regions_of(
 
     fine : the scene that `hits` are of, with texture coordinates where materials use them.
     """
-    region, parts = hits.part_of_site, []
+    region, parts = hits.part_of_site.copy(), []
     for part in fine.parts:
         surface = surfaces[part.material]
         parts.append(interpolation_matrix(surface.wavelengths_nm, wavelengths_nm) @ even_albedo(surface))

@@ -20,7 +20,7 @@ from ..visibility.sites import scaled_triangles
 from .cells import Cells
 from .glossy_rays import GlossyRays
 from .hits import RAYS, Hits, scene_hits
-from .operator import irradiance_operator
+from .operator import ByPart, irradiance_operator
 
 #: Texels across a face of the sky: 2.8 degrees in the middle.
 SKY = 32
@@ -57,6 +57,11 @@ class Prepared:
     def operator(self) -> Any:
         """G, see `irradiance_operator`."""
         return irradiance_operator(self.hits)
+
+    @cached_property
+    def by_part(self) -> ByPart:
+        """`operator`, cut by the parts that light comes from."""
+        return ByPart.of(self.operator, self.hits.part_of_site)
 
     @cached_property
     def later(self) -> Any:

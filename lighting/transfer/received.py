@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,8 +13,10 @@ from ..environment.environment import EnvironmentLight
 from ..lights import DeltaLight, Light, SpreadLight
 from ..vectors import dot
 from .direct import drawn_arrivals
-from .glossy_rays import GlossyRays
+from .glossy_rays import GlossyPart, GlossyRays
+from .operator import ByPart
 from .prepared import Prepared
+from .reflection import Reflection
 
 # Sites at once, of lights that stand near.
 _BLOCK = 1024
@@ -30,6 +33,29 @@ class Received:
     lux: Float[np.ndarray, "S K"]
     incoming: Float[np.ndarray, "G I K"]
     free: tuple[tuple[int, DeltaLight, Bool[np.ndarray, " S"]], ...]
+    by_part: ByPart
+    _scattered: dict[int, tuple[Reflection, np.ndarray]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def amounts(self) -> Float[np.ndarray, "n K"]:
+        """What white parts would send to sites of it, see `ByPart`."""
+        return self.by_part.amounts(self.lux)
+
+    def scattered(self, part: GlossyPart, reflection: Reflection) -> Float[np.ndarray, "GO KR"]:
+        """pi times the radiance that the sites of one glossy part send into cells by each term, without its spectrum;
+        kept, since other materials elsewhere leave it as it is.
+        """
+        known = self._scattered.get(part.part)
+        if known is None or known[0] is not reflection:
+            arriving, terms = self.incoming[part.sites], len(reflection.table)
+            found = np.empty((len(part.sites), arriving.shape[1], arriving.shape[2], terms), dtype=arriving.dtype)
+            for k in range(arriving.shape[2]):
+                for r in range(terms):
+                    found[:, :, k, r] = np.ascontiguousarray(arriving[:, :, k]) @ reflection.table[r].T
+            found *= np.pi
+            known = reflection, found.reshape(-1, arriving.shape[2] * terms)
+            self._scattered[part.part] = known
+        return known[1]
 
 
 def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> Received:
@@ -53,7 +79,7 @@ def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> R
             assert isinstance(light, SpreadLight)
             lux[:, mine], incoming[..., mine] = _of_near(prepared, rays, light)
         first = mine.stop
-    return Received(lux, incoming, tuple(free))
+    return Received(lux, incoming, tuple(free), prepared.by_part)
 
 
 def _of_delta(prepared: Prepared, light: DeltaLight) -> tuple[Bool[np.ndarray, " S"], Float[np.ndarray, " S"]]:
@@ -69,12 +95,8 @@ def _of_delta(prepared: Prepared, light: DeltaLight) -> tuple[Bool[np.ndarray, "
 
 def _of_sky(rays: GlossyRays, sky: Float[np.ndarray, "D K"]) -> Float[np.ndarray, "G I K"]:
     """Each ray brings pi / N times the luminance that it meets."""
-    # One more texel, which is black, is what rays meet that meet a part.
-    seen = np.append(sky, np.zeros((1, sky.shape[1]), dtype=sky.dtype), axis=0)
-    place = np.arange(len(rays.sites))[:, None] * len(rays.cells) + rays.cell
-    size = (len(rays.sites), len(rays.cells))
-    found = [np.bincount(place.ravel(), seen[rays.escape, k].ravel(), size[0] * size[1]) for k in range(sky.shape[1])]
-    return (np.stack(found, axis=1) * (np.pi / rays.rays)).reshape(*size, sky.shape[1]).astype(np.float32)
+    cells = rays.sky_in_cells
+    return (cells @ sky[: cells.shape[1]]).reshape(len(rays.sites), len(rays.cells), sky.shape[1])
 
 
 def _of_near(prepared: Prepared, rays: GlossyRays, light: SpreadLight) -> tuple[np.ndarray, np.ndarray]:

@@ -31,12 +31,13 @@ from ..lights import Light
 from ..scene import Scene
 from ..vectors import VectorLike, finite_vector, unit
 from .bounces import ENOUGH, MOST, Interreflection, Regions, passed_on
-from .emission import cell_radiosity, ray_radiosity
-from .exits import BEYOND, glossy_exits
+from .emission import CellLight, cell_radiosity, ray_radiosity
+from .exits import BEYOND, Seen, Sources, glossy_exits
 from .glossy_rays import GlossyRays
 from .prepared import Prepared
 from .received import Received, received
 from .reflection import Reflection
+from .settling import settled
 from .transport_basis import transport_basis
 
 
@@ -61,6 +62,7 @@ class Relighting:
     dtype: type = np.float32
     _received: Received | None = None
     _weights: dict[tuple[int, bytes], tuple[Spectrum, np.ndarray]] = field(default_factory=dict, repr=False)
+    _seen: Seen = field(default_factory=Seen, repr=False)
 
     @classmethod
     def of(
@@ -136,10 +138,16 @@ class Relighting:
     @cached_property
     def _matt(self) -> Float[np.ndarray, "S KJ"]:
         """What sites send out evenly of it."""
-        terms = self.basis.project(np.stack([self._on_basis(one, one.matt) for one in self.reflections]))
         part = self.prepared.hits.part_of_site
-        sent = self.received.lux[:, :, None] * terms.astype(self.dtype)[part][:, None, :]
+        sent = self.received.lux[:, :, None] * self._terms[part][:, None, :]
         return sent.reshape(len(sent), -1).astype(self.dtype, copy=False)
+
+    @cached_property
+    def _terms(self) -> Float[np.ndarray, "P J"]:
+        """Of what each part reflects evenly."""
+        return self.basis.project(np.stack([self._on_basis(one, one.matt) for one in self.reflections])).astype(
+            self.dtype
+        )
 
     @cached_property
     def _fitting(self) -> tuple[Reflection, ...]:
@@ -156,10 +164,9 @@ class Relighting:
         return values @ interpolation_matrix(one.wavelengths_nm, to).T
 
     @cached_property
-    def _cells(self) -> Float[np.ndarray, "GO KJ"]:
+    def _cells(self) -> tuple[CellLight, ...]:
         """What glossy sites send into cells, of lights that spread."""
-        part = self.prepared.hits.part_of_site[self.rays.sites]
-        return cell_radiosity(self.rays, self._fitting, part, self.received, self.basis, self.dtype)
+        return cell_radiosity(self.rays, self.reflections, self._fitting, self.received, self.basis, self.dtype)
 
     @cached_property
     def _ends(self) -> Float[np.ndarray, "n KJ"]:
@@ -170,7 +177,9 @@ class Relighting:
     def _first(self) -> Float[np.ndarray, "S KJ"]:
         """Irradiance of light that met one surface."""
         rays, count = self.rays, len(self.prepared.hits.sites)
-        arriving = self.prepared.operator @ self._matt + rays.emission @ self._cells
+        arriving = self.prepared.by_part.irradiance(self.received.amounts, self._terms)
+        for one in self._cells:
+            arriving[one.part.rows] += (one.part.emission @ one.values) @ one.spread
         if self.received.free and len(rays.ray):
             row = rays.ray // rays.rays
             for column in range(arriving.shape[1]):
@@ -186,14 +195,14 @@ class Relighting:
         regions = Regions(part, albedos, self.basis)
         first = regions.reflected(self._by_spectrum(self._first))
         reference = float(scene.viewing.reference_illuminance_lux)
-        folds = [self.basis.synthesis.T @ self._observed(spectrum).T for spectrum in self.spectra]
-        to_xyz = (np.concatenate(folds) / reference).astype(self.dtype)
-        beside = self._direct_colours(to_xyz, albedos)
-        white, most = scene.adopted_white(), MOST
-        more = None if self.bounces is None else max(self.bounces - 2, 0)
-        return passed_on(
-            self.prepared.later, regions, first, to_xyz, white, reference, self.enough, most, None, beside, more
-        )
+        weights = [self._observed(spectrum) for spectrum in self.spectra]
+        to_xyz = (np.concatenate([self.basis.synthesis.T @ one.T for one in weights]) / reference).astype(self.dtype)
+        beside, later = self._direct_colours(to_xyz, albedos), self.prepared.later
+        white = scene.adopted_white()
+        if self.bounces is None:
+            return settled(later, regions, first, weights, white, reference, self.enough, MOST, beside)
+        more = max(self.bounces - 2, 0)
+        return passed_on(later, regions, first, to_xyz, white, reference, self.enough, MOST, None, beside, more)
 
     def _direct_colours(
         self, to_xyz: Float[np.ndarray, "KJ 3"], albedos: Float[np.ndarray, "P L"]
@@ -266,16 +275,28 @@ class Relighting:
         above = np.einsum("ni,ni->n", to, hits.sites.normals) > -BEYOND
         arriving = self.arriving.reshape(len(part), -1)
         found = np.zeros((len(part), 3 * len(illuminants)), dtype=self.dtype)
-        for number, one in enumerate(self.reflections):
+        for number in range(len(self.reflections)):
             mine = np.flatnonzero((part == number) & above)
-            fold = self.folds(self._on_basis(one, one.matt), illuminants).astype(self.dtype)
-            found[mine] = arriving[mine] @ fold
+            found[mine] = arriving[mine] @ self.matt_fold(number, illuminants).astype(self.dtype)
         if self.bounces == 0 or not self.glossy.any():
             return found
-        folds = [None if one.is_matt else self.folds(one.spectra, illuminants) for one in self._fitting]
-        sources = (self._sent, self._cells, self._ends)
-        glossy_exits(found, self.prepared, self.rays, self._fitting, folds, sources, to)
+        folds = [self.glossy_fold(number, illuminants) if glossy else None for number, glossy in enumerate(self.glossy)]
+        glossy_exits(found, self.prepared, self.rays, self.reflections, folds, self.sources, to, self._seen)
         return found
+
+    @cached_property
+    def sources(self) -> Sources:
+        """What rays of glossy sites bring."""
+        return Sources.of(self.rays, self._sent, self._cells, self._ends)
+
+    def matt_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "KJ M3"]:
+        """`folds` of what a part reflects evenly."""
+        one = self.reflections[part]
+        return self.folds(self._on_basis(one, one.matt), illuminants)
+
+    def glossy_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "R KJ M3"]:
+        """`folds` of its other terms."""
+        return self.folds(self._fitting[part].spectra, illuminants)
 
 
 def _planned(

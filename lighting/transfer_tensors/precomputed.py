@@ -69,9 +69,9 @@ def transfer_tensors(
     """
     regions, count = int(region_of_part.max()) + 1, len(hits.sites)
     parts, size = components.table.shape[3] + 1, len(CubeMap(ONE_BOUNCE))
-    numbers = regions * parts * (size * BANDS**2 + regions * parts * len(CubeMap(TWO_BOUNCES)))
-    words = f"{count:,} sites, {regions} regions, {parts} components: {gigabytes(4 * numbers * count)} of memory"
-    check_room(4 * numbers * count, "transfer tensors do not fit into memory", words, "ask for fewer regions")
+    needed = bytes_of_site(regions, components) * count
+    words = f"{count:,} sites, {regions} regions, {parts} components: {gigabytes(needed)} of memory"
+    check_room(needed, "transfer tensors do not fit into memory", words, "ask for fewer regions")
     visible = _visible(hits, occluders, across, progress)
     region = region_of_part[hits.part_of_site]
     one = np.zeros((count, regions, parts, size, BANDS**2), dtype=np.float32)
@@ -88,6 +88,12 @@ def transfer_tensors(
         two[site] = bounce.twice(site, first)
         progress(site + 1, count, "two bounces")
     return TransferTensors(hits.sites.starts, hits.sites.normals, region, visible, across, one, two)
+
+
+def bytes_of_site(regions: int, components: Components) -> int:
+    """What the tensors of one site take."""
+    parts, size = components.table.shape[3] + 1, len(CubeMap(ONE_BOUNCE))
+    return 4 * regions * parts * (size * BANDS**2 + regions * parts * len(CubeMap(TWO_BOUNCES)))
 
 
 def unpacked(visible: UInt8[np.ndarray, "n bytes"], across: int) -> Float[np.ndarray, "n D"]:

@@ -1,0 +1,84 @@
+"""What leaves surfaces between sites, of light that comes by way of other parts.
+
+What arrives is linear on triangles. A matt surface folds it; a glossy one has a normal and a view of its own there, of
+which what its sites send is no mean: on a coarse ring highlights lie between sites. So the rays of all three sites
+about a point are taken, each with the BRDF at the point, and as dense as they are together (the balance heuristic of
+Veach and Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...spectral.spectrum import Spectrum
+from ..vectors import LEAST_COSINE, unit
+from .exits import brought_by
+from .relighting import Relighting
+
+# Points at once.
+_BLOCK = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Where surfaces are seen.
+
+    part (n,). sites, shares (n,3) : of the triangle there. frame (n,3,3) : from the world to the surface's own.
+    wo (n,3) : to the viewer, in that frame.
+    """
+
+    part: Int[np.ndarray, " n"]
+    sites: Int[np.ndarray, "n 3"]
+    shares: Float[np.ndarray, "n 3"]
+    frame: Float[np.ndarray, "n 3 3"]
+    wo: Float[np.ndarray, "n 3"]
+
+
+def exits_between(
+    state: Relighting, points: Points, illuminants: Sequence[Spectrum | None] = (None,)
+) -> Float[np.ndarray, "n M3"]:
+    """XYZ that points send to the viewer, as `Relighting.exits` has it of sites."""
+    found = np.zeros((len(points.part), 3 * len(illuminants)), dtype=state.dtype)
+    arriving = state.arriving.reshape(len(state.arriving), -1)
+    for number in np.unique(points.part).tolist():
+        mine = np.flatnonzero(points.part == number)
+        here = np.einsum("nc,ncf->nf", points.shares[mine], arriving[points.sites[mine]])
+        found[mine] = here @ state.matt_fold(number, illuminants).astype(state.dtype)
+    if state.bounces == 0:
+        return found
+    for number in np.flatnonzero(state.glossy).tolist():
+        mine = np.flatnonzero(points.part == number)
+        fold = state.glossy_fold(number, illuminants)
+        for start in range(0, len(mine), _BLOCK):
+            some = mine[start : start + _BLOCK]
+            found[some] += _glossy(state, points, some, number, fold)
+    return found
+
+
+def _glossy(
+    state: Relighting, points: Points, some: Int[np.ndarray, " m"], number: int, fold: Float[np.ndarray, "R KJ M3"]
+) -> Float[np.ndarray, "m M3"]:
+    rays, hits = state.rays, state.prepared.hits
+    shares, sites = points.shares[some], points.sites[some]
+    there, back = np.unique(sites, return_inverse=True)
+    back = back.reshape(sites.shape)
+    to = np.concatenate([hits.directions(slice(site, site + 1)) for site in there])
+    brought = brought_by(rays, rays.number[there], state.sources)
+    wi = np.einsum("mij,mcrj->mcri", points.frame[some], to[back]).reshape(len(some), -1, 3)
+    # How dense all rays together are in each direction, beside the cosine at the point.
+    cosines = np.maximum(np.einsum("msi,mcri->mcrs", hits.sites.normals[sites], to[back]), 0.0)
+    density = np.einsum("ms,mcrs->mcr", shares, cosines)
+    weight = 3.0 * shares[:, :, None] * np.divide(1.0, density, out=np.zeros_like(density), where=density > 0.0)
+    weight = weight.reshape(len(some), -1) * np.maximum(wi[..., 2], 0.0)
+    wo = points.wo[some].copy()
+    wo[:, 2] = np.maximum(wo[:, 2], LEAST_COSINE)
+    wo, reflection = unit(wo), state.reflections[number]
+    f_r = reflection.scalars(wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0)).reshape(*wi.shape[:2], -1)
+    f_r = f_r * weight[:, :, None]
+    f_r *= reflection.correction(f_r, wo[:, 2])[:, None]
+    by_term = np.einsum("mrt,mrk->mtk", f_r, brought[back].reshape(len(some), wi.shape[1], -1), optimize=True)
+    return np.einsum("mtk,tkx->mx", by_term, fold * (np.pi / wi.shape[1]), optimize=True)
