@@ -41,7 +41,12 @@ class FieldGathering(StandingForm):
         """The field's."""
         return self.functions.hats
 
-    def terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
+    def terms(
+        self,
+        uv: Float[np.ndarray, "N 2"],
+        wo: Float[np.ndarray, "N 3"],
+        footprint: Float[np.ndarray, "N 2 2"] | None = None,
+    ) -> Float[np.ndarray, "N B J"]:
         """See `StandingForm.terms`."""
         total = np.zeros((len(uv), len(self.lights), self.palette.rank))
         for share, view, row, column in self.texels.around(uv, wo):
@@ -52,7 +57,7 @@ class FieldGathering(StandingForm):
         """The twin of `lobes`."""
         kind, form = self.texels.form.gathering_shader(), self.texels.form
         sizes = {"FOURS": -(-self.palette.rank // 4), "TERMS": len(self.lights)}
-        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}
         textures = {**kind.textures, **self.standing_textures(), "views": directions_listed(form.views)}
         return TermShader(
             kind.file, {**kind.sizes, **sizes}, textures, {**kind.uniforms, "size": (form.width, form.height)}

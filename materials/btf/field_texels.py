@@ -88,7 +88,7 @@ class FieldTexels(Summand):
         """See `Summand.shader`."""
         kind, form = self.form.shader(), self.form
         sizes = {"FOURS": -(-self.palette.rank // 4)}
-        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}
         lowest = form.lights.lowest
         uniforms = {"size": (form.width, form.height), "steepest": (float(np.arccos(lowest)), lowest)}
         textures = {**kind.textures, "views": directions_listed(form.views)}

@@ -98,7 +98,7 @@ class LobeGathering(EnvironmentForm):
         form = self.texels.form
         kind = form.gathering_shader()
         sizes = {"FOURS": -(-self.palette.rank // 4)}
-        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}
         textures = {"views": directions_listed(form.views), "prefiltered": self.table.listed()}
         uniforms = {"size": (form.width, form.height)}
         return TermShader(
