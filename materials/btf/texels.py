@@ -201,11 +201,16 @@ def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:
     return padded.reshape(-1, 4)
 
 
-def listed_levels(sizes: Sequence[tuple[int, ...]]) -> tuple[dict[str, int], dict[str, Any]]:
-    """What `corners.glsl` reads of levels of heights and widths, one below the other: what is defined, and uniforms."""
+def listed_levels(
+    sizes: Sequence[tuple[int, ...]], each: Sequence[int] | None = None
+) -> tuple[dict[str, int], dict[str, Any]]:
+    """What `corners.glsl` reads of levels of heights and widths: what is defined, and uniforms.
+
+    each : how much of what holds them each takes; None: its rows, one level below the other.
+    """
     if len(sizes) == 1:
         return {}, {"size": sizes[0][::-1]}
-    tops = np.concatenate([[0], np.cumsum([height for height, _ in sizes])])
+    tops = np.concatenate([[0], np.cumsum([height for height, _ in sizes] if each is None else each)])
     levels = [(float(width), float(height), float(top)) for (height, width), top in zip(sizes, tops, strict=False)]
     return {"LEVELS": len(sizes)}, {"levels": levels}
 
