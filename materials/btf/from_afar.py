@@ -135,7 +135,8 @@ def by_cluster(
     first = (cluster[:, :, None] == cluster[:, None, :]).argmax(axis=2)
     shares = shares.astype(np.float32)
     for corner in range(4):
-        here = np.flatnonzero(np.any((first == corner) & (shares > 0.0), axis=1))
+        mine = (first == corner) & (shares > 0.0)
+        here = np.flatnonzero(mine[:, 0] | mine[:, 1] | mine[:, 2] | mine[:, 3])
         if not len(here):
             continue
         total = shares[here, corner, None] * level.weights[place[here, corner]]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
@@ -112,10 +112,17 @@ class BtfTexels(Summand):
         """Coefficients at points."""
         view, of_view = self.form.views.shares(wo)
         light, of_light = self.form.lights.shares(wi, falling=True)
-        total = np.zeros((len(uv), self.palette.rank))
+        pair = (view[:, :, None] * len(self.form.lights) + light[:, None, :]).reshape(-1, 9)
+        share = (of_view[:, :, None] * of_light[:, None, :]).reshape(-1, 1, 9).astype(np.float32)
+        components, size = level.table.shape[3:]
+        # All numbers of a cluster, a view and a light in one row.
+        rows = level.table.reshape(-1, components * size)
+        pairs = len(rows) // len(level.table)
+        total = np.zeros((len(uv), size))
         for here, cluster, weights in by_cluster(level, uv):
-            found = _between(level.table, cluster, view[here], of_view[here], light[here], of_light[here])
-            total[here] += np.einsum("nc,ncj->nj", weights, found)
+            nine = rows.take(cluster[:, None] * pairs + pair[here], axis=0)
+            found = (share[here] @ nine).reshape(-1, components, size)
+            total[here] += (weights[:, None] @ found)[:, 0]
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
@@ -174,23 +181,6 @@ class BtfTexels(Summand):
         """Texels across and down, views and lights."""
         height, width = self.form.number.shape
         return f"{width} x {height} texels, {len(self.form.views)} views x {len(self.form.lights)} lights"
-
-
-def _between(
-    table: Float[np.ndarray, "k V Lt c1 J"],
-    cluster: Int[np.ndarray, " N"],
-    view: Int[np.ndarray, "N 3"],
-    of_view: Float[np.ndarray, "N 3"],
-    light: Int[np.ndarray, "N 3"],
-    of_light: Float[np.ndarray, "N 3"],
-) -> Float[np.ndarray, "N c1 J"]:
-    """Mean and components of clusters between three views and three lights."""
-    found = np.zeros((len(cluster), *table.shape[3:]), dtype=np.float32)
-    for a in range(3):
-        for b in range(3):
-            share = (of_view[:, a] * of_light[:, b]).astype(np.float32)
-            found += share[:, None, None] * table[cluster, view[:, a], light[:, b]]
-    return found
 
 
 def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:
