@@ -15,7 +15,8 @@ from jaxtyping import Float, Int
 from ...materials.btf.coding import LEAST, MOST, decoded_amplitudes, decoded_axes, decoded_exponents
 from ...materials.btf.fields import Field, LafortuneField, PolynomialField
 from ...materials.btf.hemisphere import Hemisphere
-from ...materials.btf.lobe_field import LobeField, summed
+from ...materials.btf.lobe_amplitudes import summed
+from ...materials.btf.lobe_field import LobeField
 from ...materials.btf.texels import BtfTexels
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
@@ -86,15 +87,16 @@ def _to_xyz(basis: SpectralBasis) -> Float[np.ndarray, "J 3"]:
 def _clusters(rows, shape, weights, number, light, basis) -> _Shade:
     """Every cluster's mean and components, from every view, in XYZ."""
     taken = (light[:, None, None] * _to_xyz(basis)).reshape(-1, 3).astype(np.float32)
-    table = (rows @ taken).reshape(*shape, 3)
+    clusters, views, components = shape
+    # X, Y and Z one behind the other, each of all components: what is summed up lies together.
+    table = np.ascontiguousarray((rows @ taken).reshape(*shape, 3).swapaxes(2, 3))
+    table = table.reshape(clusters * views, 3 * components)
 
     def shade(place, view, share):
-        cluster, own = number[place], weights[place]
-        found = np.zeros((len(place), 3), dtype=np.float32)
-        for side in range(3):
-            seen = table[cluster, view[:, side]]
-            found += share[:, side, None] * np.einsum("nc,nck->nk", own, seen)
-        return found
+        row = number.take(place)[:, None] * views + view
+        seen = table.take(row.ravel(), axis=0).reshape(len(place), 9, components)
+        found = (seen @ weights.take(place, axis=0)[:, :, None]).reshape(len(place), 3, 3)
+        return np.einsum("ns,nsk->nk", share, found)
 
     return shade
 

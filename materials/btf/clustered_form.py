@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
+from .from_afar import TexelLevel
 from .hemisphere import Hemisphere
 
 
@@ -43,6 +44,10 @@ class ClusteredForm(Protocol):
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
         """f_r cos(theta_i), 1/sr, of each cluster's mean, and of its components at a weight of 1; float32."""
+        ...
+
+    def coarser(self) -> tuple[TexelLevel, ...]:
+        """Texels from farther and farther away (`from_afar.coarser`); worked out when first asked for."""
         ...
 
     def stored(self) -> dict[str, Any]:

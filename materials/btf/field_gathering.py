@@ -14,7 +14,8 @@ from jaxtyping import Float
 
 from ...spectral.palette import Palette
 from ..term_shader import TermShader
-from .field_texels import FieldTexels
+from .field_texels import FieldTexels, around
+from .from_afar import levels_at
 from .light_basis import LightFunctions
 from .standing import StandingForm
 from .texels import directions_listed
@@ -41,22 +42,28 @@ class FieldGathering(StandingForm):
         """The field's."""
         return self.functions.hats
 
-    def terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
+    def terms(
+        self,
+        uv: Float[np.ndarray, "N 2"],
+        wo: Float[np.ndarray, "N 3"],
+        footprint: Float[np.ndarray, "N 2 2"] | None = None,
+    ) -> Float[np.ndarray, "N B J"]:
         """See `StandingForm.terms`."""
         total = np.zeros((len(uv), len(self.lights), self.palette.rank))
-        for share, view, row, column in self.texels.around(uv, wo):
-            total += share[:, None, None] * self.texels.form.gathered(view, row, column)
+        for number, at, counted in levels_at(footprint, self.texels.size, len(uv)):
+            form = self.texels.level(number)
+            for share, view, row, column in around(form, uv[at], wo[at]):
+                total[at] += (counted * share)[:, None, None] * form.gathered(view, row, column)
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
         """The twin of `lobes`."""
-        kind, form = self.texels.form.gathering_shader(), self.texels.form
+        kind, form = self.texels.form.gathering_shader(filtered), self.texels.form
         sizes = {"FOURS": -(-self.palette.rank // 4), "TERMS": len(self.lights)}
-        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}
         textures = {**kind.textures, **self.standing_textures(), "views": directions_listed(form.views)}
-        return TermShader(
-            kind.file, {**kind.sizes, **sizes}, textures, {**kind.uniforms, "size": (form.width, form.height)}
-        )
+        levels, uniforms = self.texels.places(filtered)
+        return TermShader(kind.file, {**kind.sizes, **sizes, **levels}, textures, {**kind.uniforms, **uniforms})
 
     @property
     def key(self) -> tuple:

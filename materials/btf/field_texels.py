@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -21,8 +21,9 @@ from ..points import Points
 from ..svbrdf.texels import between
 from ..term_shader import TermShader
 from ..terms import Terms
+from .from_afar import levels_at
 from .reflectance_field import ReflectanceField
-from .texels import directions_listed
+from .texels import directions_listed, listed_levels
 
 # Points at once: one texel's numbers in a view are held of each.
 _BLOCK = 1 << 13
@@ -53,8 +54,22 @@ class FieldTexels(Summand):
             found = f"{self.palette.entries} of {self.palette.rank}"
             raise InputError("a palette that does not fit", field="palette", found=found, expected=words)
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Texels down and across."""
+        return self.form.height, self.form.width
+
+    def level(self, number: int) -> ReflectanceField:
+        """The field of a level; others than the first are worked out when first asked for, by whatever basis."""
+        return self.form if number == 0 else self.form.coarser()[number - 1]
+
+    def places(self, filtered: bool) -> tuple[dict[str, int], dict[str, Any]]:
+        """Where levels are in the lists of texels; see `listed_levels`."""
+        sizes = [(level.height, level.width) for level in self.form.levels(filtered)]
+        return listed_levels(sizes, [height * width for height, width in sizes])
+
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`."""
+        """See `Summand.terms`; where points say what they span, the mean over that."""
         assert points.uv is not None
         value = np.zeros((len(points), self.palette.rank))
         scale = points.angles(self.frame).scale
@@ -62,37 +77,24 @@ class FieldTexels(Summand):
         for start in range(0, len(lit), _BLOCK):
             some = lit[start : start + _BLOCK]
             light, falling = self.form.lights.held(points.wi[some])
-            for share, view, row, column in self.around(points.uv[some], points.wo[some]):
-                value[some] += share[:, None] * self.form.at(view, row, column, light)
+            spanned = None if points.spans is None or points.footprint is None else points.footprint[some]
+            for number, here, counted in levels_at(spanned, self.size, len(some)):
+                at, form = some[here], self.level(number)
+                for share, view, row, column in around(form, points.uv[at], points.wo[at]):
+                    value[at] += (counted * share)[:, None] * form.at(view, row, column, light[here])
             value[some] *= (scale[some] * falling)[:, None]
         return Terms(value)
 
-    def around(
-        self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]
-    ) -> Iterator[
-        tuple[
-            Float[np.ndarray, " N"],
-            Int[np.ndarray, " N"],
-            Int[np.ndarray, " N"],
-            Int[np.ndarray, " N"],
-        ]
-    ]:
-        """Of each of four texels in three views about points: what it counts, the view, its row and column."""
-        view, of_view = self.form.views.shares(wo)
-        rows, columns, shares = between(uv, self.form.height, self.form.width)
-        for texel in range(4):
-            for side in range(3):
-                yield of_view[:, side] * shares[:, texel], view[:, side], rows[:, texel], columns[:, texel]
-
     def shader(self, filtered: bool = False) -> TermShader:
         """See `Summand.shader`."""
-        kind, form = self.form.shader(), self.form
+        kind, form = self.form.shader(filtered), self.form
         sizes = {"FOURS": -(-self.palette.rank // 4)}
-        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}
         lowest = form.lights.lowest
-        uniforms = {"size": (form.width, form.height), "steepest": (float(np.arccos(lowest)), lowest)}
+        levels, uniforms = self.places(filtered)
+        uniforms |= {"steepest": (float(np.arccos(lowest)), lowest)}
         textures = {**kind.textures, "views": directions_listed(form.views)}
-        return TermShader(kind.file, {**kind.sizes, **sizes}, textures, {**kind.uniforms, **uniforms})
+        return TermShader(kind.file, {**kind.sizes, **sizes, **levels}, textures, {**kind.uniforms, **uniforms})
 
     @property
     def key(self) -> tuple:
@@ -109,3 +111,21 @@ class FieldTexels(Summand):
         """Texels across and down, views and lights."""
         form = self.form
         return f"{form.width} x {form.height} texels, {len(form.views)} views x {len(form.lights)} lights"
+
+
+def around(
+    form: ReflectanceField, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]
+) -> Iterator[
+    tuple[
+        Float[np.ndarray, " N"],
+        Int[np.ndarray, " N"],
+        Int[np.ndarray, " N"],
+        Int[np.ndarray, " N"],
+    ]
+]:
+    """Of each of four texels in three views about points: what it counts, the view, its row and column."""
+    view, of_view = form.views.shares(wo)
+    rows, columns, shares = between(uv, form.height, form.width)
+    for texel in range(4):
+        for side in range(3):
+            yield of_view[:, side] * shares[:, texel], view[:, side], rows[:, texel], columns[:, texel]

@@ -15,11 +15,11 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.palette import Palette
-from ..svbrdf.texels import between
 from ..term_shader import TermShader
+from .from_afar import by_cluster, levels_at
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions
 from .standing import StandingForm
-from .texels import BtfTexels, directions_listed, folded
+from .texels import BtfTexels, directions_listed, folded, in_fours, listed_levels
 
 # Rows that the basis is balanced on.
 _ROWS = 6000
@@ -27,7 +27,7 @@ _ROWS = 6000
 
 @dataclass(frozen=True, eq=False)
 class BtfGathering(StandingForm):
-    """What the texels of a BTF gather; the four about a point are worked out each for itself, and mixed then."""
+    """What the texels of a BTF gather; clusters of the four about a point are worked out first, and mixed then."""
 
     texels: BtfTexels
 
@@ -53,7 +53,14 @@ class BtfGathering(StandingForm):
     @cached_property
     def table(self) -> Float[np.ndarray, "k V B c1 J"]:
         """Means and components of every view in the light basis."""
-        found = np.einsum("kvlcj,lb->kvbcj", self.texels.table, self.basis.analysis, optimize=True)
+        return self._in_basis(self.texels.table)
+
+    @cached_property
+    def _coarser(self) -> list[Float[np.ndarray, "k V B c1 J"]]:
+        return [self._in_basis(level.table) for level in self.texels.form.coarser()]
+
+    def _in_basis(self, table: Float[np.ndarray, "k V Lt c1 J"]) -> Float[np.ndarray, "k V B c1 J"]:
+        found = np.einsum("kvlcj,lb->kvbcj", table, self.basis.analysis, optimize=True)
         return np.ascontiguousarray(found, dtype=np.float32)
 
     @cached_property
@@ -61,43 +68,45 @@ class BtfGathering(StandingForm):
         """Of each term of the light basis what it takes of each function."""
         return self.basis.synthesis.T @ self.functions.hats
 
-    def terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
-        """What the texels at points have of each term of the light basis."""
+    def terms(
+        self,
+        uv: Float[np.ndarray, "N 2"],
+        wo: Float[np.ndarray, "N 3"],
+        footprint: Float[np.ndarray, "N 2 2"] | None = None,
+    ) -> Float[np.ndarray, "N B J"]:
+        """See `StandingForm.terms`."""
         form = self.texels.form
         view, of_view = form.views.shares(wo)
-        height, width = form.number.shape
-        rows, columns, shares = between(uv, height, width)
         total = np.zeros((len(uv), self.table.shape[2], self.palette.rank))
-        for texel in range(4):
-            place = rows[:, texel] * width + columns[:, texel]
-            cluster = form.number.ravel()[place].astype(np.int64)
-            weights = self.texels.weights[place] * shares[:, texel, None].astype(np.float32)
-            for side in range(3):
-                found = np.einsum("nbcj,nc->nbj", self.table[cluster, view[:, side]], weights, optimize=True)
-                total += of_view[:, side, None, None] * found
+        for number, points, share in levels_at(footprint, self.texels.size, len(uv)):
+            table = self.table if number == 0 else self._coarser[number - 1]
+            for here, cluster, weights in by_cluster(self.texels.level(number), uv[points]):
+                at = points[here]
+                for side in range(3):
+                    found = np.einsum("nbcj,nc->nbj", table[cluster, view[at, side]], weights, optimize=True)
+                    total[at] += (share[here] * of_view[at, side])[:, None, None] * found
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
         """The twin of `lobes`."""
-        looked_up = self.texels.shader(filtered)
-        size, components = self.palette.rank, self.table.shape[3]
-        tallest = self.texels.tallest
-        fours = -(-size // 4)
-        table = self.table / tallest[:, None]
-        rows = table.transpose(0, 1, 3, 2, 4).reshape(-1, size)
+        tables = [self.table, *(self._coarser if filtered else ())]
+        rows = [
+            (table / self.texels.tallest(number)[:, None, None, :, None]).transpose(0, 1, 3, 2, 4)
+            for number, table in enumerate(tables)
+        ]
         # What half precision holds best is of size 1; the lights take what is left.
-        largest = float(np.abs(rows).max(initial=0.0)) or 1.0
-        padded = np.zeros((len(rows), fours * 4), dtype=np.float16)
-        padded[:, :size] = rows / largest
+        largest = float(np.abs(rows[0]).max(initial=0.0)) or 1.0
         textures = {
-            "components": folded(padded.reshape(-1, 4)),
-            "texels": looked_up.textures["texels"],
+            "components": folded(np.concatenate([in_fours(some / largest) for some in rows])),
+            "texels": self.texels.packed(filtered),
             "views": directions_listed(self.texels.form.views),
             **self.standing_textures(largest),
         }
-        kept = {name: looked_up.sizes[name] for name in ("FOURS", "CELLS", "VIEWS", "VIEW_CELLS")}
-        sizes = kept | {"COMPONENTS": components, "TERMS": len(self.lights)}
-        return TermShader(Path(__file__).with_suffix(".glsl"), sizes, textures, looked_up.uniforms)
+        views = self.texels.form.views
+        sizes = {"FOURS": -(-self.palette.rank // 4), "CELLS": views.cells.shape[0], "VIEWS": len(views)}
+        sizes |= {"VIEW_CELLS": views.cells.shape[2], "COMPONENTS": self.table.shape[3], "TERMS": len(self.lights)}
+        places, uniforms = listed_levels([level.number.shape for level in self.texels.levels(filtered)])
+        return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms)
 
     @property
     def key(self) -> tuple:

@@ -193,7 +193,9 @@ class Hemisphere:
         for column in range(which.shape[1]):
             number = which[:, column]
             shares = np.einsum("nij,nj->ni", self.inverse[number], here)
-            least = np.where(number < 0, -np.inf, shares.min(axis=1))
+            # Of three columns, many times faster than along the rows.
+            smallest = np.minimum(np.minimum(shares[:, 0], shares[:, 1]), shares[:, 2])
+            least = np.where(number < 0, -np.inf, smallest)
             better = least > best
             found, best = np.where(better, number, found), np.where(better, least, best)
             share = np.where(better[:, None], shares, share)

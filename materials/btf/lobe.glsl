@@ -1,5 +1,7 @@
 // Lobes of a texel as they are kept, twin of coding.py: of each view and texel SETS sets of KEPT_LOBES lobes, then FOURS
-// of each amplitude. `size` says how many texels there are.
+// of each amplitude. Levels lie one behind the other.
+
+#include "corners.glsl"
 
 uniform sampler2D kept;
 uniform float tallest;          // what amplitudes are relative to
@@ -12,8 +14,8 @@ vec4 kept_at(int place) {
 }
 
 // Where the numbers of a texel in a view begin.
-int start_of(ivec2 texel, int view) {
-    return ((view * size.y + texel.y) * size.x + texel.x) * STRIDE;
+int start_of(ivec2 texel, ivec3 level, int view) {
+    return (VIEWS * level.z + (view * level.y + texel.y) * level.x + texel.x) * STRIDE;
 }
 
 // Of bytes of an unfolded octahedron (Meyer et al. 2010).

@@ -19,13 +19,9 @@ import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
-from ...spectral.difference import lightness_slope
 from ...spectral.errors import InputError
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
 from ..term_shader import TermShader
 from .coding import (
-    coded_amplitudes,
     coded_axes,
     coded_exponents,
     decoded_amplitudes,
@@ -34,18 +30,14 @@ from .coding import (
 )
 from .hemisphere import Hemisphere
 from .images import BtfImages
+from .lobe_amplitudes import Equations, summed, to_luminance, weights_of
 from .lobes import fitted_lobes, lobe_values
+from .lobes_from_afar import LobesOfView, lobes_from_afar
 from .reflectance_field import ReflectanceField, registered_view
-from .side_by_side import solved
 from .texels import folded
 
 #: Lobes at most: eleven numbers and more for each are not a compact form any longer.
 MOST_LOBES = 8
-# What is missed is weighted by this power of dL*/dY: 1 would be lightness itself; below it, what is saturated and dark
-# counts for less, since its error is in chroma as well.
-_POWER = 0.75
-# Of the mean of the diagonal, what each amplitude is held back by: lobes that are alike would else be large and differ.
-_HELD = 1e-5
 # Texels at once.
 _BLOCK = 1 << 12
 
@@ -133,17 +125,32 @@ class LobeField(ReflectanceField):
         values = lobe_values(axes, exponents, self.lights.directions[light, None])[..., 0]
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
 
-    def shader(self) -> TermShader:
+    def coarser(self) -> tuple[LobeField, ...]:
+        """See `ReflectanceField.coarser`: lobes of coarser texels are found again (`lobes_from_afar`)."""
+        return self._coarser
+
+    @cached_property
+    def _coarser(self) -> tuple[LobeField, ...]:
+        to_y, lights = to_luminance(self.basis), self.lights.directions
+        views = [lobes_from_afar(*self.of_view(view), lights, to_y) for view in range(len(self.views))]
+        return tuple(self._of_views(level) for level in zip(*views, strict=True))
+
+    def _of_views(self, views: tuple[LobesOfView, ...]) -> LobeField:
+        kept = [np.stack(part) for part in zip(*views, strict=True)]
+        return LobeField(self.views, self.lights, self.basis, *kept)
+
+    def shader(self, filtered: bool = False) -> TermShader:
         """See `ReflectanceField.shader`; amplitudes are in half precision, relative to the largest of all."""
-        return self._shader("lobe_texels.glsl")
+        return self._shader("lobe_texels.glsl", filtered)
 
-    def gathering_shader(self) -> TermShader:
+    def gathering_shader(self, filtered: bool = False) -> TermShader:
         """What `lobe_gathering` reads of lobes."""
-        return self._shader("lobe_gathering.glsl")
+        return self._shader("lobe_gathering.glsl", filtered)
 
-    def _shader(self, file: str) -> TermShader:
+    def _shader(self, file: str, filtered: bool) -> TermShader:
         sizes = {"KEPT_LOBES": self.lobes, "SETS": self.axes.shape[3]}
-        return TermShader(Path(__file__).with_name(file), sizes, {"kept": self._listed}, {"tallest": self._tallest})
+        kept = self._filtered if filtered else self._listed
+        return TermShader(Path(__file__).with_name(file), sizes, {"kept": kept}, {"tallest": self._tallest})
 
     @property
     def _tallest(self) -> float:
@@ -151,6 +158,13 @@ class LobeField(ReflectanceField):
 
     @cached_property
     def _listed(self) -> np.ndarray:
+        return folded(self._rows(self._tallest))
+
+    @cached_property
+    def _filtered(self) -> np.ndarray:
+        return folded(np.concatenate([level._rows(self._tallest) for level in (self, *self._coarser)]))
+
+    def _rows(self, tallest: float) -> np.ndarray:
         """Of each view and texel its lobes, codes of axis and exponent, and then its amplitudes; float16."""
         sets, lobes = self.axes.shape[3:5]
         texels, size = self.height * self.width, self.basis.size
@@ -163,11 +177,11 @@ class LobeField(ReflectanceField):
             exponents = decoded_exponents(self.exponents[view], lobes).reshape(texels, sets, lobes)
             codes[..., 2] = np.rint(2.0 * np.log2(exponents))
             one[:, : sets * lobes] = codes.reshape(texels, -1, 4)
-            shares = decoded_amplitudes(self.amplitudes[view], self.largest[view]) / self._tallest
+            shares = decoded_amplitudes(self.amplitudes[view], self.largest[view]) / tallest
             padded = np.zeros((texels, lobes + 1, 4 * quads), dtype=np.float16)
             padded[..., :size] = shares.reshape(texels, lobes + 1, size)
             one[:, sets * lobes :] = padded.reshape(texels, -1, 4)
-        return folded(listed.reshape(-1, 4))
+        return listed.reshape(-1, 4)
 
     def stored(self) -> dict[str, Any]:
         """See `ReflectanceField.stored`."""
@@ -180,11 +194,6 @@ class LobeField(ReflectanceField):
         arrays = {name: np.asarray(kept[name]) for name in ("axes", "exponents", "amplitudes", "largest")}
         views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
         return cls(views, lights, basis, **arrays)
-
-
-def summed(values: Float[np.ndarray, "*n G k"], amplitudes: Float[np.ndarray, "*n k J"]) -> Float[np.ndarray, "*n J"]:
-    """Of lobes' values and amplitudes the sums, one for each coefficient."""
-    return np.einsum("...gk,...kg->...g" if values.shape[-2] > 1 else "...gk,...kj->...j", values, amplitudes)
 
 
 def lobe_field(
@@ -201,7 +210,7 @@ def lobe_field(
     if not 1 <= lobes <= MOST_LOBES:
         expected = f"1 to {MOST_LOBES}"
         raise InputError("a number of lobes that there is not", field="lobes", found=lobes, expected=expected)
-    to_y = np.pi * images.basis.fold(illuminant("D65"), observer("1931_2"))[1].astype(np.float32)
+    to_y = to_luminance(images.basis)
     shape, size = (len(images.views), images.height, images.width), images.basis.size
     sets = 1 if shared else size
     axes = np.empty((*shape, sets, lobes, 2), dtype=np.uint8)
@@ -212,12 +221,12 @@ def lobe_field(
         values = registered_view(images, view)
         texels = values.shape[1]
         flat = axes[view].reshape(texels, sets, lobes, 2), exponents[view].reshape(texels, sets, -1)
-        equations = _Equations(texels, lobes + 1, sets, size)
+        equations = Equations(texels, lobes + 1, sets, size)
         for start in range(0, texels, _BLOCK):
             rows = slice(start, start + _BLOCK)
             some = np.ascontiguousarray(values[:, rows].transpose(1, 0, 2))
             luminance = some @ to_y
-            weights = lightness_slope(luminance.astype(np.float64)) ** _POWER
+            weights = weights_of(luminance)
             for one in range(sets):
                 mine = slice(0, size) if shared else slice(one, one + 1)
                 fitted = luminance if shared else some[..., one]
@@ -231,50 +240,3 @@ def lobe_field(
         largest[view], codes = equations.rounded()
         amplitudes[view] = codes.reshape(amplitudes.shape[1:])
     return LobeField(images.views, images.lights, images.basis, axes, exponents, amplitudes, largest)
-
-
-class _Equations:
-    """Normal equations of the amplitudes of a view's texels: m functions, a set of them for each g of G."""
-
-    def __init__(self, texels: int, functions: int, sets: int, size: int) -> None:
-        self.square = np.empty((sets, functions, functions, texels))
-        self.right = np.empty((sets, functions, size // sets, texels))
-
-    def add(
-        self,
-        rows: slice,
-        one: int,
-        lobes: Float[np.ndarray, "n k Lt"],
-        weights: Float[np.ndarray, "n Lt"],
-        values: Float[np.ndarray, "n Lt j"],
-    ) -> None:
-        """Those of some texels."""
-        functions = np.concatenate([np.ones((len(lobes), 1, lobes.shape[2]), lobes.dtype), lobes], axis=1)
-        # Relative, so that no texel is held back more than another.
-        squares = (weights / np.sqrt(np.mean(weights**2, axis=1, keepdims=True))) ** 2
-        weighed = functions * squares[:, None].astype(lobes.dtype)
-        square = (weighed @ functions.swapaxes(1, 2)).astype(np.float64)
-        diagonal = np.einsum("nii->ni", square)
-        diagonal += _HELD * diagonal.mean(axis=1, keepdims=True)
-        self.square[one, ..., rows] = square.transpose(1, 2, 0)
-        self.right[one, ..., rows] = (weighed @ values).transpose(1, 2, 0)
-
-    def rounded(self) -> tuple[Float[np.ndarray, "m J"], Int8[np.ndarray, "T m J"]]:
-        """What amplitudes are relative to, and whole numbers: each makes up for how those before were rounded."""
-        every = list(zip(self.square, self.right, strict=True))
-        exact = [solved(square.copy(), right.copy()) for square, right in every]
-        largest = np.concatenate([np.abs(one).max(axis=2) for one in exact], axis=1)
-        found = np.empty((self.right.shape[3], *largest.shape), dtype=np.int8)
-        size = self.right.shape[2]
-        for number, (square, right) in enumerate(every):
-            mine = slice(number * size, (number + 1) * size)
-
-            def kept(function: int, amplitudes: np.ndarray, mine: slice = mine) -> np.ndarray:
-                limit = largest[function, mine]
-                # What makes up for others may go beyond the largest by as much as they were off.
-                held = np.clip(amplitudes.T, -limit, limit)
-                found[:, function, mine] = coded_amplitudes(held, limit)
-                return decoded_amplitudes(found[:, function, mine], limit).T
-
-            solved(square, right, kept)
-        return largest, found

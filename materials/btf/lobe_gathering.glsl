@@ -2,30 +2,28 @@
 
 uniform sampler2D views;
 uniform sampler2D prefiltered;  // three texels an angle, a row an exponent; the last row is of what is even
-uniform ivec2 size;
 
 #include "hemisphere.glsl"
-#include "corners.glsl"
 #include "lobe.glsl"
 
-const int AROUND = 12;
+const int AROUND = 12 * LOOKS;
 const int EACH = SETS * KEPT_LOBES;
 
 struct Here {
-    ivec2 first;
-    vec2 part;
+    Corners corners;
     Around view;
     vec4 even[FOURS];
     vec4 matt[BENT * FOURS];
 };
 
-// A texel in a view, of the twelve about a point: where its numbers begin, and what it counts.
-int start_at(ivec2 first, Around seen, int number) {
-    return start_of(corner_at(first, number / 3), seen.number[number % 3]);
+// A texel in a view, of the twelve about a point at a level: where its numbers begin, and what it counts.
+int start_at(Corners corners, Around seen, int number) {
+    Four four = corners.four[number / 12];
+    return start_of(corner_at(four, number % 12 / 3), four.level, seen.number[number % 3]);
 }
 
-float counted(vec2 part, Around seen, int number) {
-    return share_of(part, number / 3) * seen.share[number % 3];
+float counted(Corners corners, Around seen, int number) {
+    return corners.share[number / 12] * share_of(corners.four[number / 12], number % 12 / 3) * seen.share[number % 3];
 }
 
 // Column of `prefiltered`: evenly in the sine of half the angle to the normal.
@@ -69,18 +67,15 @@ vec4 of_set(vec4 amplitude, int set, int row) {
 
 Here here_at(Gathered s) {
     Here here;
-    vec2 place = vec2(s.uv.x, 1.0 - s.uv.y) * vec2(size) - 0.5;
-    vec2 first = floor(place);
-    here.first = ivec2(first);
-    here.part = place - first;
+    here.corners = corners_about(s.uv, s.footprint);
     here.view = around(views, VIEW_CELLS, plane_of(s.wo), -1.0);
     for (int k = 0; k < FOURS; ++k) here.even[k] = vec4(0.0);
     for (int k = 0; k < BENT * FOURS; ++k) here.matt[k] = vec4(0.0);
     float taken[BENT];
     for (int number = 0; number < AROUND; ++number) {
-        float part = counted(here.part, here.view, number) * tallest;
+        float part = counted(here.corners, here.view, number) * tallest;
         if (part == 0.0) continue;
-        int start = start_at(here.first, here.view, number), amplitudes = start + EACH;
+        int start = start_at(here.corners, here.view, number), amplitudes = start + EACH;
         for (int row = 0; row < FOURS; ++row) here.even[row] += part * kept_at(amplitudes + row);
         for (int i = 0; i < EACH; ++i) {
             vec4 code = kept_at(start + i);
@@ -113,7 +108,7 @@ vec4 lobe(Here here, int number) {
         float spread = texelFetch(prefiltered, ivec2(0, textureSize(prefiltered, 0).y - 1), 0).z;
         return vec4(0.0, 0.0, 1.0, spread);
     }
-    vec4 code = kept_at(start_at(here.first, here.view, number / EACH) + number % EACH);
+    vec4 code = kept_at(start_at(here.corners, here.view, number / EACH) + number % EACH);
     vec3 axis = axis_of(code.xy);
     vec4 gaussian = texelFetch(prefiltered, ivec2(angle_of(axis), row_of(code.z)), 0);
     float level = length(axis.xy);
@@ -128,9 +123,9 @@ vec4 value(Here here, int number, int row) {
         return texelFetch(prefiltered, ivec2(0, textureSize(prefiltered, 0).y - 1), 0).w * here.even[row];
     }
     int place = number / EACH, i = number % EACH;
-    float part = counted(here.part, here.view, place);
+    float part = counted(here.corners, here.view, place);
     if (part == 0.0) return vec4(0.0);
-    int start = start_at(here.first, here.view, place);
+    int start = start_at(here.corners, here.view, place);
     vec4 code = kept_at(start + i);
     float gaussian = texelFetch(prefiltered, ivec2(angle_of(axis_of(code.xy)), row_of(code.z)), 0).w;
     vec4 amplitude = kept_at(start + EACH + (i % KEPT_LOBES + 1) * FOURS + row);

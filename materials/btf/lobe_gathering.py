@@ -17,12 +17,13 @@ from ...spectral.palette import Palette
 from ..environment_form import BENDS, EnvironmentForm, Lobes
 from ..points import Points
 from ..term_shader import TermShader
-from .field_texels import FieldTexels
+from .field_texels import FieldTexels, around
+from .from_afar import levels_at
 from .lobe_field import LobeField
 from .prefiltered import Prefiltered, nearest_angle, prefiltered
 from .texels import directions_listed
 
-# Of a point twelve texels in a view: four times three.
+# Of a point twelve texels in a view, at a level: four times three.
 _AROUND = 12
 
 
@@ -53,9 +54,13 @@ class LobeGathering(EnvironmentForm):
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Gaussians a point."""
+        """Gaussians a point, where nothing is filtered."""
+        return self._count(False)
+
+    def _count(self, filtered: bool) -> int:
+        """Of one level, or of two."""
         sets, lobes = self.field.axes.shape[3:5]
-        return _AROUND * sets * lobes + 1
+        return (2 if filtered else 1) * _AROUND * sets * lobes + 1
 
     @property
     def table(self) -> Prefiltered:
@@ -63,29 +68,32 @@ class LobeGathering(EnvironmentForm):
         return prefiltered(round(self.field.lights.lowest, 6))
 
     def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`."""
+        """See `EnvironmentForm.lobes`; where points say what they span, those of two levels."""
         assert points.uv is not None
-        count, rank, table = len(points), self.palette.rank, self.table
-        directions = np.empty((count, self.count, 3))
-        sharpness = np.empty((count, self.count))
-        value = np.zeros((count, self.count, rank))
+        spanned = None if points.spans is None else points.footprint
+        count, rank, table, (sets, lobes) = len(points), self.palette.rank, self.table, self.field.axes.shape[3:5]
+        every = self._count(spanned is not None)
+        directions, sharpness = np.tile([0.0, 0.0, 1.0], (count, every, 1)), np.ones((count, every))
+        value = np.zeros((count, every, rank))
         matt, even = np.zeros((count, BENDS, rank)), np.zeros((count, rank))
-        first = 0
-        for share, view, row, column in self.texels.around(points.uv, points.wo):
-            axes, exponents, amplitudes = self.field.of(view, row, column)
-            amplitudes = amplitudes * share[:, None, None]
-            even += amplitudes[:, 0]
-            exponent, angle = np.rint(2.0 * np.log2(exponents)).astype(np.int64) + 2, nearest_angle(axes)
-            about, gaussian = table.axes(exponent, angle, axes), table.value[exponent, angle]
-            cosines = table.matt(exponent, angle, axes)
-            sets, lobes = exponents.shape[1:]
-            for one in range(sets):
-                mine = slice(0, rank) if sets == 1 else slice(one, one + 1)
-                rows = slice(first, first + lobes)
-                directions[:, rows], sharpness[:, rows] = about[:, one], table.sharpness[exponent, angle][:, one]
-                value[:, rows, mine] = gaussian[:, one, :, None] * amplitudes[:, 1:, mine]
-                matt[:, :, mine] += np.einsum("nkb,nkj->nbj", cosines[:, one], amplitudes[:, 1:, mine])
-                first += lobes
+        first = np.zeros(count, dtype=np.int64)
+        for number, at, counted in levels_at(spanned, self.texels.size, count):
+            form = self.texels.level(number)
+            assert isinstance(form, LobeField)
+            for share, view, row, column in around(form, points.uv[at], points.wo[at]):
+                axes, exponents, amplitudes = form.of(view, row, column)
+                amplitudes = amplitudes * (counted * share)[:, None, None]
+                even[at] += amplitudes[:, 0]
+                exponent, angle = np.rint(2.0 * np.log2(exponents)).astype(np.int64) + 2, nearest_angle(axes)
+                about, gaussian = table.axes(exponent, angle, axes), table.value[exponent, angle]
+                cosines = table.matt(exponent, angle, axes)
+                for one in range(sets):
+                    mine = slice(0, rank) if sets == 1 else slice(one, one + 1)
+                    here = at[:, None], first[at, None] + np.arange(lobes)
+                    directions[here], sharpness[here] = about[:, one], table.sharpness[exponent, angle][:, one]
+                    value[(*here, mine)] = gaussian[:, one, :, None] * amplitudes[:, 1:, mine]
+                    matt[at, :, mine] += np.einsum("nkb,nkj->nbj", cosines[:, one], amplitudes[:, 1:, mine])
+                    first[at] += lobes
         up, last = np.broadcast_to([0.0, 0.0, 1.0], (count, 3)), np.full(count, len(table.value) - 1)
         upright = np.zeros(count, dtype=np.int64)
         directions[:, -1], sharpness[:, -1] = up, table.sharpness[-1, 0]
@@ -96,13 +104,13 @@ class LobeGathering(EnvironmentForm):
     def shader(self, filtered: bool = False) -> TermShader:
         """The twin of `lobes`."""
         form = self.texels.form
-        kind = form.gathering_shader()
-        sizes = {"FOURS": -(-self.palette.rank // 4)}
-        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2]}
+        kind = form.gathering_shader(filtered)
+        levels, uniforms = self.texels.places(filtered)
+        sizes = {"FOURS": -(-self.palette.rank // 4), "LOBES": self._count("LEVELS" in levels)}
+        sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}
         textures = {"views": directions_listed(form.views), "prefiltered": self.table.listed()}
-        uniforms = {"size": (form.width, form.height)}
         return TermShader(
-            kind.file, {**kind.sizes, **sizes}, {**kind.textures, **textures}, {**kind.uniforms, **uniforms}
+            kind.file, {**kind.sizes, **sizes, **levels}, {**kind.textures, **textures}, {**kind.uniforms, **uniforms}
         )
 
     @property

@@ -1,7 +1,5 @@
 // Terms of lobes, as field_texels.glsl asks for them; twin of LobeField.at.
 
-uniform ivec2 size;
-
 #include "lobe.glsl"
 
 float lobe_value(int place, vec3 light) {
@@ -10,8 +8,8 @@ float lobe_value(int place, vec3 light) {
     return cosine > 0.0 ? pow(cosine, exponent_of(code.z)) : 0.0;
 }
 
-vec4 field_value(ivec2 texel, int view, vec3 light, int row) {
-    int start = start_of(texel, view), amplitudes = start + SETS * KEPT_LOBES + row;
+vec4 field_value(ivec2 texel, ivec3 level, int view, vec3 light, int row) {
+    int start = start_of(texel, level, view), amplitudes = start + SETS * KEPT_LOBES + row;
     vec4 total = kept_at(amplitudes);
     for (int i = 0; i < KEPT_LOBES; ++i) {
         vec4 amplitude = kept_at(amplitudes + (i + 1) * FOURS);

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from .cluster_metric import seen_by_clusters
 from .clustered_form import decoded
 from .clusters import Clusters, clustered
 from .dictionary import Dictionary, dictionary_of
+from .from_afar import Span, TexelLevel, coarser
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .rounded_mean import rounded_mean
@@ -77,8 +79,11 @@ class LocalPca:
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
         """f_r cos(theta_i), 1/sr, of each cluster's mean, and of its components at a weight of 1; float32."""
+        return self._tabled(self.parts * self.part_steps[..., None].astype(np.float32))
+
+    def _tabled(self, parts: Float[np.ndarray, "q c1 G"]) -> Float[np.ndarray, "q V Lt c1 J"]:
+        """Of parts of the dictionary's functions, brought to length 1; the first of each is a mean's."""
         functions = self.dictionary.functions() / self.dictionary.lengths[:, None, None, None].astype(np.float32)
-        parts = self.parts * self.part_steps[..., None].astype(np.float32)
         count, views, lights, size = len(parts), len(self.views), len(self.lights), self.basis.size
         numbers = views * lights * size
         rows = parts.reshape(count * parts.shape[1], parts.shape[2]).astype(np.float32) @ functions.reshape(
@@ -87,6 +92,18 @@ class LocalPca:
         found = rows.reshape(count, parts.shape[1], views, lights, size)
         found[:, 0] += self.dictionary.average
         return np.ascontiguousarray(found.transpose(0, 2, 3, 1, 4))
+
+    def coarser(self) -> tuple[TexelLevel, ...]:
+        """See `ClusteredForm.coarser`."""
+        return self._coarser
+
+    @cached_property
+    def _coarser(self) -> tuple[TexelLevel, ...]:
+        _, back = _orthonormal(self.dictionary)
+        lengths = self.dictionary.lengths.astype(np.float32)
+        rows = (self.parts * self.part_steps[..., None].astype(np.float32) / lengths) @ np.linalg.pinv(back)
+        span = Span(rows, lambda found: self._tabled((found @ back) * lengths))
+        return coarser(self.number, self.weights, span)
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
         """See `ClusteredForm.decoded`."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,10 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from .clustered_form import decoded
 from .clusters import clustered
+from .from_afar import Span, TexelLevel, coarser
 from .hemisphere import Hemisphere
 from .images import BtfImages
+from .metric import seen
 
 # Clusters are looked for in the span of so many principal components of all texels, found on so many texels.
 _SPAN, _LEARNT = 256, 2048
@@ -49,8 +52,39 @@ class PaperPca:
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
         """See `ClusteredForm.table`."""
-        scaled = self.brdfs * self.steps[:, :, None, None, None].astype(np.float32)
-        return np.ascontiguousarray(scaled.transpose(0, 2, 3, 1, 4))
+        return np.ascontiguousarray(self._scaled.transpose(0, 2, 3, 1, 4))
+
+    @property
+    def _scaled(self) -> Float[np.ndarray, "k c1 V Lt J"]:
+        return self.brdfs * self.steps[:, :, None, None, None].astype(np.float32)
+
+    def coarser(self) -> tuple[TexelLevel, ...]:
+        """See `ClusteredForm.coarser`."""
+        return self._coarser
+
+    @cached_property
+    def _coarser(self) -> tuple[TexelLevel, ...]:
+        return coarser(self.number, self.weights, self._span())
+
+    def _span(self) -> Span:
+        """Of all rows, about the mean of all texels."""
+        rows, count = self._scaled, len(self.brdfs)
+        shape, texels = rows.shape[1:], np.bincount(self.number.ravel(), minlength=count) / self.number.size
+        average = np.tensordot(texels.astype(np.float32), rows[:, 0], axes=1)
+        rows[:, 0] -= average
+        metric = seen(average, self.basis).astype(np.float32)
+        looks = np.einsum("kcvlj,vljm->kcvlm", rows, metric, optimize=True).reshape(count * shape[0], -1)
+        squares, turn = np.linalg.eigh((looks @ looks.T).astype(np.float64))
+        some = squares > _NOTHING * max(float(squares[-1]), np.finfo(np.float32).tiny)
+        lengths, turn = np.sqrt(squares[some]), turn[:, some]
+        functions = (turn / lengths).T.astype(np.float32) @ rows.reshape(len(looks), -1)
+
+        def tabled(found: Float[np.ndarray, "q c1 n"]) -> Float[np.ndarray, "q V Lt c1 J"]:
+            values = (found @ functions).reshape(len(found), *shape)
+            values[:, 0] += average
+            return np.ascontiguousarray(values.transpose(0, 2, 3, 1, 4))
+
+        return Span((turn * lengths).astype(np.float32).reshape(count, shape[0], -1), tabled)
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
         """See `ClusteredForm.decoded`."""

@@ -8,8 +8,9 @@ costs but what it comes to under each of the six.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,6 +19,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from ...spectral.basis import SpectralBasis
+from ..svbrdf.texels import levels_of
 from ..term_shader import TermShader
 from .hemisphere import Hemisphere
 from .images import BtfImages
@@ -40,7 +42,7 @@ def monomials(light: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 6"]:
 class Polynomials(ReflectanceField):
     """A polynomial for each view, texel and coefficient.
 
-    codes (V,H,W,6,J) : whole numbers of steps (V,6,J), 1/sr, above lowest (V,6,J).
+    codes (V,H,W,6,J) : whole numbers of steps (V,6,J), 1/sr, above lowest (V,6,J); of coarser texels their means.
     """
 
     KIND: ClassVar[str] = "rfp"
@@ -48,7 +50,7 @@ class Polynomials(ReflectanceField):
     views: Hemisphere
     lights: Hemisphere
     basis: SpectralBasis
-    codes: UInt8[np.ndarray, "V H W 6 J"]
+    codes: UInt8[np.ndarray, "V H W 6 J"] | Float[np.ndarray, "V H W 6 J"]
     steps: Float[np.ndarray, "V 6 J"]
     lowest: Float[np.ndarray, "V 6 J"]
 
@@ -93,16 +95,38 @@ class Polynomials(ReflectanceField):
         """The polynomials themselves."""
         return self.codes[view, row, column] * self.steps[view] + self.lowest[view]
 
-    def shader(self) -> TermShader:
+    def coarser(self) -> tuple[Polynomials, ...]:
+        """See `ReflectanceField.coarser`: the mean of polynomials is the polynomial of their means."""
+        return self._coarser
+
+    @cached_property
+    def _coarser(self) -> tuple[Polynomials, ...]:
+        return tuple(replace(self, codes=codes) for codes in self._means())
+
+    def _means(self) -> list[Float[np.ndarray, "V _ _ 6 J"]]:
+        """Of the codes, in half precision as the GPU has them: off by 1/16 of a step at most."""
+        shape = (self.height, self.width, math.prod(self.codes.shape[3:]))
+        views = [levels_of(codes.reshape(shape).astype(np.float32))[1:] for codes in self.codes]
+        return [
+            np.stack([mean.astype(np.float16).reshape(*mean.shape[:2], *self.codes.shape[3:]) for mean in level])
+            for level in zip(*views, strict=True)
+        ]
+
+    def shader(self, filtered: bool = False) -> TermShader:
         """See `ReflectanceField.shader`; codes are whole numbers in half precision."""
-        return self._shader("polynomial_texels.glsl")
+        return self._shader("polynomial_texels.glsl", filtered)
 
-    def gathering_shader(self) -> TermShader:
+    def gathering_shader(self, filtered: bool = False) -> TermShader:
         """See `ReflectanceField.gathering_shader`."""
-        return self._shader("polynomial_gathering.glsl")
+        return self._shader("polynomial_gathering.glsl", filtered)
 
-    def _shader(self, file: str) -> TermShader:
-        return TermShader(Path(__file__).with_name(file), {}, self._textures)
+    def _shader(self, file: str, filtered: bool) -> TermShader:
+        return TermShader(Path(__file__).with_name(file), {}, self._filtered if filtered else self._textures)
+
+    @cached_property
+    def _filtered(self) -> dict[str, np.ndarray]:
+        codes = [_in_fours(level.codes, np.float16) for level in (self, *self._coarser)]
+        return self._textures | {"codes": folded(np.concatenate(codes))}
 
     @cached_property
     def _textures(self) -> dict[str, np.ndarray]:

@@ -56,11 +56,23 @@ class ReflectanceField(Field):
         """Values of texels in measured views, under light no lower than what was measured (`Hemisphere.held`)."""
 
     @abc.abstractmethod
-    def shader(self) -> TermShader:
-        """The twin of `at`: of GLSL that includes field_texels.glsl, which says what it has to define."""
+    def coarser(self) -> tuple[ReflectanceField, ...]:
+        """Fields of texels from farther and farther away, half as many each way, down to a single one; worked out when
+        first asked for.
+        """
+
+    def levels(self, filtered: bool) -> tuple[ReflectanceField, ...]:
+        """All levels, or where nothing is filtered this field alone."""
+        return (self, *(self.coarser() if filtered else ()))
 
     @abc.abstractmethod
-    def gathering_shader(self) -> TermShader:
+    def shader(self, filtered: bool = False) -> TermShader:
+        """The twin of `at`: of GLSL that includes field_texels.glsl, which says what it has to define; `filtered`: of
+        all levels, one behind the other.
+        """
+
+    @abc.abstractmethod
+    def gathering_shader(self, filtered: bool = False) -> TermShader:
         """The twin of `gathered`: of GLSL that includes field_gathering.glsl, which says what it has to define."""
 
     @abc.abstractmethod

@@ -41,8 +41,13 @@ class StandingForm(EnvironmentForm):
         """Of each term what it takes of each function."""
 
     @abc.abstractmethod
-    def terms(self, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N B J"]:
-        """Of points that are seen from somewhere."""
+    def terms(
+        self,
+        uv: Float[np.ndarray, "N 2"],
+        wo: Float[np.ndarray, "N 3"],
+        footprint: Float[np.ndarray, "N 2 2"] | None = None,
+    ) -> Float[np.ndarray, "N B J"]:
+        """Of points that are seen from somewhere; where they say what they span, the mean over that."""
 
     def lobes(self, points: Points) -> Lobes:
         """See `EnvironmentForm.lobes`."""
@@ -51,7 +56,8 @@ class StandingForm(EnvironmentForm):
         terms = np.empty((count, len(self.lights), rank))
         for start in range(0, count, _BLOCK):
             rows = slice(start, start + _BLOCK)
-            terms[rows] = self.terms(points.uv[rows], points.wo[rows])
+            spanned = None if points.spans is None or points.footprint is None else points.footprint[rows]
+            terms[rows] = self.terms(points.uv[rows], points.wo[rows], spanned)
         found = np.einsum("nbj,bf->nfj", terms, self.lights)
         axes = np.broadcast_to(self.functions.axes, (count, self.count, 3))
         sharpness = np.full((count, self.count), self.functions.sharpness)

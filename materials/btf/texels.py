@@ -1,27 +1,29 @@
 """The summand of BTFs: four texels about a point, in three views and under three lights each.
 
-Weights of different clusters mean different things and are never mixed: texels are worked out first, and mixed then.
+Weights of different clusters mean different things and are never mixed: clusters are worked out first, and mixed then.
+From afar texels are coarser ones, in clusters of their own (`from_afar`), mixed between two levels.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ..axes import Frame
 from ..fast import MOST_TEXELS, Summand
 from ..points import Points
-from ..svbrdf.texels import between
 from ..term_shader import TermShader
 from ..terms import Terms
 from .clustered_form import ClusteredForm
+from .from_afar import TexelLevel, by_cluster, levels_at, with_mean
 from .hemisphere import Hemisphere
 
 # Points at once: nine pairs of directions of four texels' components are held of each.
@@ -54,92 +56,115 @@ class BtfTexels(Summand):
         """See `LocalPca.table`, with components for weights of whole numbers."""
         return self.form.table()
 
-    @cached_property
+    @property
     def weights(self) -> Float[np.ndarray, "T c1"]:
         """Of each texel in the order of rows, 1 and its weights; float32."""
-        weights = self.form.weights.reshape(self.form.number.size, -1)
-        return np.concatenate([np.ones((len(weights), 1), np.float32), weights.astype(np.float32)], axis=1)
+        return self.whole.weights
 
     @cached_property
-    def tallest(self) -> Float[np.ndarray, " c1"]:
-        """What components are divided by and weights multiplied with on the GPU, so that half precision holds them."""
-        tallest = np.abs(self.table).max(axis=(0, 1, 2, 4))
-        return np.where(tallest > 0.0, tallest, 1.0).astype(np.float32)
+    def whole(self) -> TexelLevel:
+        """The texels themselves."""
+        return TexelLevel(self.form.number, with_mean(self.form.weights), self.table)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Texels down and across."""
+        height, width = self.form.number.shape
+        return height, width
+
+    def level(self, number: int) -> TexelLevel:
+        """Texels of a level; others than the first are worked out when first asked for, by whatever basis."""
+        return self.whole if number == 0 else self.form.coarser()[number - 1]
+
+    def levels(self, filtered: bool) -> tuple[TexelLevel, ...]:
+        """All levels, or where nothing is filtered the texels alone."""
+        return (self.whole, *(self.form.coarser() if filtered else ()))
+
+    def tallest(self, number: int) -> Float[np.ndarray, "#k c1"]:
+        """What components of a level are divided by and weights multiplied with on the GPU, so that half precision
+        holds them; of stored texels, whose weights are whole numbers, all clusters' alike.
+        """
+        largest = self.level(number).largest
+        return largest if number else largest.max(axis=0, keepdims=True)
 
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`."""
+        """See `Summand.terms`; where points say what they span, the mean over that."""
         assert points.uv is not None
         value = np.zeros((len(points), self.palette.rank))
         scale = points.angles(self.frame).scale
         lit = np.flatnonzero(scale > 0.0)
         for start in range(0, len(lit), _BLOCK):
             some = lit[start : start + _BLOCK]
-            value[some] = self._at(points.uv[some], points.wi[some], points.wo[some]) * scale[some, None]
+            spanned = None if points.spans is None or points.footprint is None else points.footprint[some]
+            for number, here, share in levels_at(spanned, self.size, len(some)):
+                at = some[here]
+                found = self._at(self.level(number), points.uv[at], points.wi[at], points.wo[at])
+                value[at] += found * (share * scale[at])[:, None]
         return Terms(value)
 
     def _at(
-        self, uv: Float[np.ndarray, "N 2"], wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]
+        self,
+        level: TexelLevel,
+        uv: Float[np.ndarray, "N 2"],
+        wi: Float[np.ndarray, "N 3"],
+        wo: Float[np.ndarray, "N 3"],
     ) -> Float[np.ndarray, "N J"]:
         """Coefficients at points."""
         view, of_view = self.form.views.shares(wo)
         light, of_light = self.form.lights.shares(wi, falling=True)
-        height, width = self.form.number.shape
-        rows, columns, shares = between(uv, height, width)
-        total = np.zeros((len(uv), self.palette.rank))
-        for texel in range(4):
-            place = rows[:, texel] * width + columns[:, texel]
-            cluster = self.form.number.ravel()[place].astype(np.int64)
-            found = self._between(cluster, view, of_view, light, of_light)
-            total += shares[:, texel, None] * np.einsum("nc,ncj->nj", self.weights[place], found)
+        pair = (view[:, :, None] * len(self.form.lights) + light[:, None, :]).reshape(-1, 9)
+        share = (of_view[:, :, None] * of_light[:, None, :]).reshape(-1, 1, 9).astype(np.float32)
+        components, size = level.table.shape[3:]
+        # All numbers of a cluster, a view and a light in one row.
+        rows = level.table.reshape(-1, components * size)
+        pairs = len(rows) // len(level.table)
+        total = np.zeros((len(uv), size))
+        for here, cluster, weights in by_cluster(level, uv):
+            nine = rows.take(cluster[:, None] * pairs + pair[here], axis=0)
+            found = (share[here] @ nine).reshape(-1, components, size)
+            total[here] += (weights[:, None] @ found)[:, 0]
         return total
-
-    def _between(
-        self,
-        cluster: Int[np.ndarray, " N"],
-        view: Int[np.ndarray, "N 3"],
-        of_view: Float[np.ndarray, "N 3"],
-        light: Int[np.ndarray, "N 3"],
-        of_light: Float[np.ndarray, "N 3"],
-    ) -> Float[np.ndarray, "N c1 J"]:
-        """Mean and components of clusters between three views and three lights."""
-        found = np.zeros((len(cluster), *self.table.shape[3:]), dtype=np.float32)
-        for a in range(3):
-            for b in range(3):
-                share = (of_view[:, a] * of_light[:, b]).astype(np.float32)
-                found += share[:, None, None] * self.table[cluster, view[:, a], light[:, b]]
-        return found
 
     def shader(self, filtered: bool = False) -> TermShader:
         """See `Summand.shader`; components are in half precision, relative to the largest of each."""
-        table = self.table.reshape(-1, *self.table.shape[3:])
-        components, size = table.shape[1:]
-        quads = -(-size // 4)
-        padded = np.zeros((len(table), components, quads * 4), dtype=np.float16)
-        padded[..., :size] = table / self.tallest[:, None]
+        scaled = [
+            in_fours(level.table / self.tallest(number)[:, None, None, :, None])
+            for number, level in enumerate(self.levels(filtered))
+        ]
         textures = {
-            "components": folded(padded.reshape(-1, 4)),
-            "texels": self._packed(),
+            "components": folded(np.concatenate(scaled)),
+            "texels": self.packed(filtered),
             "views": directions_listed(self.form.views),
             "lights": directions_listed(self.form.lights),
         }
-        sizes = {"COMPONENTS": components, "FOURS": quads, "CELLS": self.form.views.cells.shape[0]}
-        sizes |= {"VIEWS": len(self.form.views), "LIGHTS": len(self.form.lights)}
-        sizes |= {"VIEW_CELLS": self.form.views.cells.shape[2], "LIGHT_CELLS": self.form.lights.cells.shape[2]}
-        height, width = self.form.number.shape
-        return TermShader(Path(__file__).with_suffix(".glsl"), sizes, textures, {"size": (width, height)})
+        sizes = {"COMPONENTS": self.table.shape[3], "FOURS": -(-self.palette.rank // 4)}
+        views, lights = self.form.views, self.form.lights
+        sizes |= {"CELLS": views.cells.shape[0], "VIEWS": len(views), "LIGHTS": len(lights)}
+        sizes |= {"VIEW_CELLS": views.cells.shape[2], "LIGHT_CELLS": lights.cells.shape[2]}
+        places, uniforms = listed_levels([level.number.shape for level in self.levels(filtered)])
+        return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms)
 
-    def _packed(self) -> np.ndarray:
-        """Of each texel its cluster and its weights, four numbers to a texel of the GPU's, one beside the other."""
-        height, width = self.form.number.shape
-        numbers = self.weights * self.tallest
-        numbers = np.concatenate([self.form.number.reshape(-1, 1).astype(np.float32), numbers], axis=1)
-        quads = -(-numbers.shape[1] // 4)
-        padded = np.zeros((len(numbers), quads * 4), dtype=np.float32)
-        padded[:, : numbers.shape[1]] = numbers
-        if width * quads > MOST_TEXELS or height > MOST_TEXELS:
-            found, expected = f"{width * quads} x {height} texels", f"at most {MOST_TEXELS} each way"
+    def packed(self, filtered: bool) -> np.ndarray:
+        """Of each texel its cluster and its weights, four numbers to a texel of the GPU's, one beside the other; levels
+        one below the other.
+        """
+        levels = self.levels(filtered)
+        quads = -(-(1 + self.table.shape[3]) // 4)
+        heights, width = [len(level.number) for level in levels], self.form.number.shape[1]
+        if width * quads > MOST_TEXELS or sum(heights) > MOST_TEXELS:
+            found, expected = f"{width * quads} x {sum(heights)} texels", f"at most {MOST_TEXELS} each way"
             raise InputError("a BTF too large for the GPU", field="texels", found=found, expected=expected)
-        return padded.reshape(height, width * quads, 4)
+        found = np.zeros((sum(heights), width, quads * 4), dtype=np.float32)
+        top = clusters = 0
+        for number, level in enumerate(levels):
+            height, across = level.number.shape
+            here = found[top : top + height, :across]
+            cluster = level.number.ravel().astype(np.int64)
+            tallest = np.broadcast_to(self.tallest(number), level.largest.shape)
+            here[..., 0] = (cluster + clusters).reshape(height, across)
+            here[..., 1 : 1 + level.weights.shape[1]] = (level.weights * tallest[cluster]).reshape(height, across, -1)
+            top, clusters = top + height, clusters + len(level.table)
+        return found.reshape(sum(heights), width * quads, 4)
 
     @property
     def key(self) -> tuple:
@@ -156,6 +181,28 @@ class BtfTexels(Summand):
         """Texels across and down, views and lights."""
         height, width = self.form.number.shape
         return f"{width} x {height} texels, {len(self.form.views)} views x {len(self.form.lights)} lights"
+
+
+def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:
+    """Coefficients four to a texel, in half precision."""
+    size = values.shape[-1]
+    padded = np.zeros((*values.shape[:-1], -(-size // 4) * 4), dtype=np.float16)
+    padded[..., :size] = values
+    return padded.reshape(-1, 4)
+
+
+def listed_levels(
+    sizes: Sequence[tuple[int, ...]], each: Sequence[int] | None = None
+) -> tuple[dict[str, int], dict[str, Any]]:
+    """What `corners.glsl` reads of levels of heights and widths: what is defined, and uniforms.
+
+    each : how much of what holds them each takes; None: its rows, one level below the other.
+    """
+    if len(sizes) == 1:
+        return {}, {"size": sizes[0][::-1]}
+    tops = np.concatenate([[0], np.cumsum([height for height, _ in sizes] if each is None else each)])
+    levels = [(float(width), float(height), float(top)) for (height, width), top in zip(sizes, tops, strict=False)]
+    return {"LEVELS": len(sizes)}, {"levels": levels}
 
 
 def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:

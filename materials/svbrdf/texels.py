@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import numpy as np
@@ -75,6 +75,19 @@ def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, las
     """The level, with its fraction, whose texels are as wide as the longer side of what a sample spans."""
     sides = np.linalg.norm(footprint * (width, height), axis=-1)
     return np.clip(np.log2(np.maximum(sides.max(axis=1), 1.0)), 0.0, float(last))
+
+
+def at_levels(
+    level: Float[np.ndarray, " N"], count: int
+) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, " n"]]]:
+    """Of `count` levels those that points are looked up at: number, which points, and what it counts there.
+
+    A point is at one level, or between two, which together count 1.
+    """
+    for number in range(count):
+        share = np.maximum(1.0 - np.abs(level - number), 0.0)
+        if len(here := np.flatnonzero(share)):
+            yield number, here, share[here]
 
 
 def filtered(

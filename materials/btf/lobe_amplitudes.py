@@ -1,0 +1,84 @@
+"""Amplitudes of lobes that are given: least squares of all coefficients at once, and their rounding.
+
+What is missed counts by a power of dL*/dY. Amplitudes are rounded one after the other, each making up for those before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int8
+
+from ...spectral.basis import SpectralBasis
+from ...spectral.difference import lightness_slope
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from .coding import coded_amplitudes, decoded_amplitudes
+from .side_by_side import solved
+
+# What is missed is weighted by this power of dL*/dY: 1 would be lightness itself; below it, what is saturated and dark
+# counts for less, since its error is in chroma as well.
+_POWER = 0.75
+# Of the mean of the diagonal, what each amplitude is held back by: lobes that are alike would else be large and differ.
+_HELD = 1e-5
+
+
+def to_luminance(basis: SpectralBasis) -> Float[np.ndarray, " J"]:
+    """Of coefficients of f_r cos(theta_i) their Y under D65, for the 1931 observer; float32."""
+    return np.pi * basis.fold(illuminant("D65"), observer("1931_2"))[1].astype(np.float32)
+
+
+def weights_of(luminance: Float[np.ndarray, "n Lt"]) -> Float[np.ndarray, "n Lt"]:
+    """What is missed of values of some luminance is multiplied with."""
+    return lightness_slope(luminance.astype(np.float64)) ** _POWER
+
+
+def summed(values: Float[np.ndarray, "*n G k"], amplitudes: Float[np.ndarray, "*n k J"]) -> Float[np.ndarray, "*n J"]:
+    """Of lobes' values and amplitudes the sums, one for each coefficient."""
+    return np.einsum("...gk,...kg->...g" if values.shape[-2] > 1 else "...gk,...kj->...j", values, amplitudes)
+
+
+class Equations:
+    """Normal equations of the amplitudes of a view's texels: m functions, a set of them for each g of G."""
+
+    def __init__(self, texels: int, functions: int, sets: int, size: int) -> None:
+        self.square = np.empty((sets, functions, functions, texels))
+        self.right = np.empty((sets, functions, size // sets, texels))
+
+    def add(
+        self,
+        rows: slice,
+        one: int,
+        lobes: Float[np.ndarray, "n k Lt"],
+        weights: Float[np.ndarray, "n Lt"],
+        values: Float[np.ndarray, "n Lt j"],
+    ) -> None:
+        """Those of some texels."""
+        functions = np.concatenate([np.ones((len(lobes), 1, lobes.shape[2]), lobes.dtype), lobes], axis=1)
+        # Relative, so that no texel is held back more than another.
+        squares = (weights / np.sqrt(np.mean(weights**2, axis=1, keepdims=True))) ** 2
+        weighed = functions * squares[:, None].astype(lobes.dtype)
+        square = (weighed @ functions.swapaxes(1, 2)).astype(np.float64)
+        diagonal = np.einsum("nii->ni", square)
+        diagonal += _HELD * diagonal.mean(axis=1, keepdims=True)
+        self.square[one, ..., rows] = square.transpose(1, 2, 0)
+        self.right[one, ..., rows] = (weighed @ values).transpose(1, 2, 0)
+
+    def rounded(self) -> tuple[Float[np.ndarray, "m J"], Int8[np.ndarray, "T m J"]]:
+        """What amplitudes are relative to, and whole numbers: each makes up for how those before were rounded."""
+        every = list(zip(self.square, self.right, strict=True))
+        exact = [solved(square.copy(), right.copy()) for square, right in every]
+        largest = np.concatenate([np.abs(one).max(axis=2) for one in exact], axis=1)
+        found = np.empty((self.right.shape[3], *largest.shape), dtype=np.int8)
+        size = self.right.shape[2]
+        for number, (square, right) in enumerate(every):
+            mine = slice(number * size, (number + 1) * size)
+
+            def kept(function: int, amplitudes: np.ndarray, mine: slice = mine) -> np.ndarray:
+                limit = largest[function, mine]
+                # What makes up for others may go beyond the largest by as much as they were off.
+                held = np.clip(amplitudes.T, -limit, limit)
+                found[:, function, mine] = coded_amplitudes(held, limit)
+                return decoded_amplitudes(found[:, function, mine], limit).T
+
+            solved(square, right, kept)
+        return largest, found
