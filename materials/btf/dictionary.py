@@ -17,12 +17,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...spectral.basis import SpectralBasis
-from .metric import seen
+from .metric import LIGHTS, seen
 from .rounded_mean import RoundedMean, principal
 from .sparse import dense, sparse
 
-# Largest numbers that whole steps are stored as.
-_NARROW, _WIDE = np.iinfo(np.int8), np.iinfo(np.int16)
+# What whole steps are stored as.
+_WIDE = np.iinfo(np.int16)
 # Dimensions of colour: what is seen has no more, however many coefficients there are.
 _COLOURS = 3
 
@@ -96,14 +96,13 @@ def dictionary_of(
 ) -> Dictionary:
     """Functions as they are seen, rounded to steps; those of which nothing is left are left out.
 
-    functions : in ΔE94, as large as they occur in texels. step : of a whole number, in root mean squares of all
-    functions, a dimension of colour: as coarse for many coefficients as for three.
+    functions : in ΔE94, as large as they occur in texels. step : of a whole number, in root mean squares of what all
+    functions show under D65, a dimension of colour: as coarse for many coefficients as for three, whose spectra, made
+    up, differ more under other lights.
     """
     turns = [_principal(functions, axis) for axis in (1, 2, 3)]
     core = turned(functions, *(turn.astype(np.float32).T for turn in turns))
-    size = (
-        float(np.sqrt(np.sum(np.square(core, dtype=np.float64)) / (_COLOURS * core[..., 0].size))) if core.size else 0.0
-    )
+    size = np.sqrt(_square_under_d65(functions, mean) / (_COLOURS * core[..., 0].size)) if core.size else 0.0
     # A number that int16 does not hold would need steps that are smaller than anything a texel shows.
     size = max(step * size, float(np.abs(core).max(initial=0.0)) / _WIDE.max)
     size = size if size > 0.0 else 1.0
@@ -115,8 +114,15 @@ def dictionary_of(
         count = int(np.flatnonzero(some).max(initial=-1)) + 1
         steps = steps.take(range(count), axis=axis)
         turns[axis - 1] = turns[axis - 1][:, :count]
-    narrow = np.abs(steps).max(initial=0.0) <= _NARROW.max
-    return Dictionary(basis, mean, steps.astype(np.int8 if narrow else np.int16), *turns, step=size)
+    return Dictionary(basis, mean, steps.astype(np.int16), *turns, step=size)
+
+
+def _square_under_d65(functions: Float[np.ndarray, "G V Lt J"], mean: RoundedMean) -> float:
+    """The sum of squares of what functions, in ΔE94 under all lights, show under D65."""
+    all_lights, d65 = (seen(mean.values, mean.basis, lights) for lights in (LIGHTS, ("D65",)))
+    products = np.einsum("gvlj,gvlk->vljk", functions, functions, optimize=True).astype(np.float64)
+    turn = np.linalg.solve(all_lights, d65)
+    return float(np.einsum("vlji,vljk,vlki->", turn, products, turn, optimize=True))
 
 
 def turned(

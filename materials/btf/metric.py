@@ -29,12 +29,15 @@ def folding_of(lights: tuple[str, ...] = LIGHTS) -> Folding:
     return Folding(observer("1931_2"), [illuminant(name) for name in lights])
 
 
-def seen(mean: Float[np.ndarray, "*n J"], basis: SpectralBasis) -> Float[np.ndarray, "*n J J"]:
+def seen(
+    mean: Float[np.ndarray, "*n J"], basis: SpectralBasis, lights: tuple[str, ...] = LIGHTS
+) -> Float[np.ndarray, "*n J J"]:
     """Lower triangular C, for each of some colours: ΔE94 of a small change x of the coefficients is |C^T x|.
 
     mean : f_r cos(theta_i), 1/sr, coefficients in `basis`. White is the perfect diffuser, lit along its normal.
+    lights : under which it is looked at; squares of ΔE94 are their means.
     """
-    folding = folding_of()
+    folding = folding_of(lights)
     weights = np.pi * folding.coefficients(basis)
     whites = folding.weights(basis.wavelengths_nm).sum(axis=0)
     flat = np.asarray(mean, dtype=np.float64).reshape(-1, basis.size)

@@ -18,6 +18,13 @@ def test_an_array_comes_back(share):
     assert back.dtype == np.int16 and np.array_equal(back, values)
 
 
+def test_numbers_that_no_byte_holds_stand_apart():
+    values = np.array([0, 127, 0, 128, -127, -128, 0, 0, -32768, 32767, 1], dtype=np.int16)
+    kept = sparse(values)
+    assert kept["others"].dtype == np.int8 and kept["large"].tolist() == [128, -128, -32768, 32767]
+    np.testing.assert_array_equal(dense(kept), values)
+
+
 @pytest.mark.parametrize("run", [0, 1, 254, 255, 256, 509, 510, 511])
 def test_runs_of_every_length(run):
     values = np.zeros(2 * run + 7, dtype=np.int8)
