@@ -16,10 +16,10 @@ from jaxtyping import Float
 
 from ...spectral.palette import Palette
 from ..term_shader import TermShader
-from .from_afar import by_cluster, levels_at
+from .corners import by_cluster, levels_at, listed_levels
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions
 from .standing import StandingForm
-from .texels import BtfTexels, directions_listed, folded, in_fours, listed_levels
+from .texels import BtfTexels, directions_listed, folded, in_fours
 
 # Rows that the basis is balanced on.
 _ROWS = 6000
