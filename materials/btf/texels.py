@@ -26,7 +26,7 @@ from .corners import by_cluster, levels_at, listed_levels
 from .from_afar import TexelLevel, with_mean
 from .hemisphere import Hemisphere
 
-# Points at once: nine pairs of directions of four texels' components are held of each.
+# Points at once: all that a cluster has between three views and three lights is held of each.
 _BLOCK = 1 << 11
 
 
