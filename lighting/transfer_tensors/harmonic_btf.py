@@ -31,11 +31,9 @@ class HarmonicBtf(BtfGathering):
     """A BTF whose light basis are 25 harmonics."""
 
     @cached_property
-    def table(self) -> Float[np.ndarray, "k V B c1 J"]:
-        """Means and components of every view in harmonics."""
-        weights = harmonic_weights(self.texels.form.lights)
-        found = np.einsum("kvlcj,lb->kvbcj", self.texels.table, weights, optimize=True)
-        return np.ascontiguousarray(found, dtype=np.float32)
+    def analysis(self) -> Float[np.ndarray, "Lt B"]:
+        """What each measured light counts in each harmonic."""
+        return harmonic_weights(self.texels.form.lights)
 
     def xyz(
         self,

@@ -14,8 +14,8 @@ from jaxtyping import Float
 
 from ...spectral.palette import Palette
 from ..term_shader import TermShader
-from .field_texels import FieldTexels, around
-from .from_afar import levels_at
+from .corners import around, levels_at
+from .field_texels import FieldTexels
 from .light_basis import LightFunctions
 from .standing import StandingForm
 from .texels import directions_listed

@@ -6,24 +6,21 @@ interpolated. Below the lowest light that was measured f_r is held, as it is in 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ..axes import Frame
 from ..fast import Summand
 from ..points import Points
-from ..svbrdf.texels import between
 from ..term_shader import TermShader
 from ..terms import Terms
-from .from_afar import levels_at
+from .corners import around, levels_at, listed_levels
 from .reflectance_field import ReflectanceField
-from .texels import directions_listed, listed_levels
+from .texels import directions_listed
 
 # Points at once: one texel's numbers in a view are held of each.
 _BLOCK = 1 << 13
@@ -111,21 +108,3 @@ class FieldTexels(Summand):
         """Texels across and down, views and lights."""
         form = self.form
         return f"{form.width} x {form.height} texels, {len(form.views)} views x {len(form.lights)} lights"
-
-
-def around(
-    form: ReflectanceField, uv: Float[np.ndarray, "N 2"], wo: Float[np.ndarray, "N 3"]
-) -> Iterator[
-    tuple[
-        Float[np.ndarray, " N"],
-        Int[np.ndarray, " N"],
-        Int[np.ndarray, " N"],
-        Int[np.ndarray, " N"],
-    ]
-]:
-    """Of each of four texels in three views about points: what it counts, the view, its row and column."""
-    view, of_view = form.views.shares(wo)
-    rows, columns, shares = between(uv, form.height, form.width)
-    for texel in range(4):
-        for side in range(3):
-            yield of_view[:, side] * shares[:, texel], view[:, side], rows[:, texel], columns[:, texel]

@@ -7,14 +7,14 @@ their own, fewer on every level, for there is ever less that they differ by.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int, Integer
+from jaxtyping import Float, Integer
 
-from ..svbrdf.texels import at_levels, between, level_at, levels_of
+from ..svbrdf.texels import levels_of
 from .clusters import clustered, principal
 
 # Functions whose means are taken at once: what lies between is in float64.
@@ -98,53 +98,6 @@ def _clustered(
     rows = parts @ axes
     rows[:, 0] += middle
     return made.number.reshape(means.shape[:2]), weights, rows
-
-
-def levels_at(
-    footprint: Float[np.ndarray, "N 2 2"] | None, size: tuple[int, int], count: int
-) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, " n"]]]:
-    """At which levels points are looked up, see `svbrdf.texels.at_levels`.
-
-    size : height and width of the texture.
-    footprint : None where nothing is filtered: all points are then looked up at level 0. count : of points.
-    """
-    if footprint is None:
-        yield 0, np.arange(count), np.ones(count)
-        return
-    last = level_count(*size) - 1
-    yield from at_levels(level_at(footprint, *size, last), last + 1)
-
-
-def level_count(height: int, width: int) -> int:
-    """How many levels `levels_of` comes to."""
-    return max(height, width).bit_length()
-
-
-def by_cluster(
-    level: TexelLevel, uv: Float[np.ndarray, "N 2"]
-) -> Iterator[tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Float[np.ndarray, "n c1"]]]:
-    """Of the four texels about points the clusters, each once a point: which points, which cluster, and weights.
-
-    Weights of one cluster's components are summed first, which is the same and costs less: of four texels most share
-    theirs.
-    """
-    height, width = level.number.shape
-    rows, columns, shares = between(uv, height, width)
-    place = rows * width + columns
-    cluster = level.number.ravel()[place].astype(np.int64)
-    first = (cluster[:, :, None] == cluster[:, None, :]).argmax(axis=2)
-    shares = shares.astype(np.float32)
-    for corner in range(4):
-        mine = (first == corner) & (shares > 0.0)
-        here = np.flatnonzero(mine[:, 0] | mine[:, 1] | mine[:, 2] | mine[:, 3])
-        if not len(here):
-            continue
-        total = shares[here, corner, None] * level.weights[place[here, corner]]
-        for other in range(corner + 1, 4):
-            alike = np.flatnonzero(first[here, other] == corner)
-            at = here[alike]
-            total[alike] += shares[at, other, None] * level.weights[place[at, other]]
-        yield here, cluster[here, corner], total
 
 
 def _vectors(

@@ -16,10 +16,10 @@ from jaxtyping import Float
 
 from ...spectral.palette import Palette
 from ..term_shader import TermShader
-from .from_afar import by_cluster, levels_at
+from .corners import by_cluster, levels_at, listed_levels
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions
 from .standing import StandingForm
-from .texels import BtfTexels, directions_listed, folded, in_fours, listed_levels
+from .texels import BtfTexels, directions_listed, folded, in_fours
 
 # Rows that the basis is balanced on.
 _ROWS = 6000
@@ -51,16 +51,21 @@ class BtfGathering(StandingForm):
         return balanced_lights(some, self.texels.form.lights)
 
     @cached_property
-    def table(self) -> Float[np.ndarray, "k V B c1 J"]:
+    def analysis(self) -> Float[np.ndarray, "Lt B"]:
+        """What each measured light counts in each term."""
+        return self.basis.analysis
+
+    @cached_property
+    def table(self) -> Float[np.ndarray, "k V c1 B J"]:
         """Means and components of every view in the light basis."""
         return self._in_basis(self.texels.table)
 
     @cached_property
-    def _coarser(self) -> list[Float[np.ndarray, "k V B c1 J"]]:
+    def _coarser(self) -> list[Float[np.ndarray, "k V c1 B J"]]:
         return [self._in_basis(level.table) for level in self.texels.form.coarser()]
 
-    def _in_basis(self, table: Float[np.ndarray, "k V Lt c1 J"]) -> Float[np.ndarray, "k V B c1 J"]:
-        found = np.einsum("kvlcj,lb->kvbcj", table, self.basis.analysis, optimize=True)
+    def _in_basis(self, table: Float[np.ndarray, "k V Lt c1 J"]) -> Float[np.ndarray, "k V c1 B J"]:
+        found = np.einsum("kvlcj,lb->kvcbj", table, self.analysis, optimize=True)
         return np.ascontiguousarray(found, dtype=np.float32)
 
     @cached_property
@@ -77,23 +82,23 @@ class BtfGathering(StandingForm):
         """See `StandingForm.terms`."""
         form = self.texels.form
         view, of_view = form.views.shares(wo)
-        total = np.zeros((len(uv), self.table.shape[2], self.palette.rank))
+        views, components, terms, size = self.table.shape[1:]
+        total = np.zeros((len(uv), terms, size))
         for number, points, share in levels_at(footprint, self.texels.size, len(uv)):
             table = self.table if number == 0 else self._coarser[number - 1]
+            rows = table.reshape(-1, components, terms * size)
             for here, cluster, weights in by_cluster(self.texels.level(number), uv[points]):
                 at = points[here]
                 for side in range(3):
-                    found = np.einsum("nbcj,nc->nbj", table[cluster, view[at, side]], weights, optimize=True)
-                    total[at] += (share[here] * of_view[at, side])[:, None, None] * found
+                    found = weights[:, None] @ rows.take(cluster * views + view[at, side], axis=0)
+                    counted = (share[here] * of_view[at, side])[:, None, None]
+                    total[at] += counted * found.reshape(-1, terms, size)
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
         """The twin of `lobes`."""
         tables = [self.table, *(self._coarser if filtered else ())]
-        rows = [
-            (table / self.texels.tallest(number)[:, None, None, :, None]).transpose(0, 1, 3, 2, 4)
-            for number, table in enumerate(tables)
-        ]
+        rows = [table / self.texels.tallest(number)[:, None, :, None, None] for number, table in enumerate(tables)]
         # What half precision holds best is of size 1; the lights take what is left.
         largest = float(np.abs(rows[0]).max(initial=0.0)) or 1.0
         textures = {
@@ -104,7 +109,7 @@ class BtfGathering(StandingForm):
         }
         views = self.texels.form.views
         sizes = {"FOURS": -(-self.palette.rank // 4), "CELLS": views.cells.shape[0], "VIEWS": len(views)}
-        sizes |= {"VIEW_CELLS": views.cells.shape[2], "COMPONENTS": self.table.shape[3], "TERMS": len(self.lights)}
+        sizes |= {"VIEW_CELLS": views.cells.shape[2], "COMPONENTS": self.table.shape[2], "TERMS": len(self.lights)}
         places, uniforms = listed_levels([level.number.shape for level in self.texels.levels(filtered)])
         return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms)
 

@@ -17,8 +17,8 @@ from ...spectral.palette import Palette
 from ..environment_form import BENDS, EnvironmentForm, Lobes
 from ..points import Points
 from ..term_shader import TermShader
-from .field_texels import FieldTexels, around
-from .from_afar import levels_at
+from .corners import around, levels_at
+from .field_texels import FieldTexels
 from .lobe_field import LobeField
 from .prefiltered import Prefiltered, nearest_angle, prefiltered
 from .texels import directions_listed

@@ -1,4 +1,4 @@
-// Texels of a BTF in clusters, of the four about a point each cluster once; twin of from_afar.by_cluster.
+// Texels of a BTF in clusters, of the four about a point each cluster once; twin of corners.by_cluster.
 
 uniform sampler2D texels;
 

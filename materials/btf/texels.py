@@ -6,11 +6,10 @@ From afar texels are coarser ones, in clusters of their own (`from_afar`), mixed
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -23,10 +22,11 @@ from ..points import Points
 from ..term_shader import TermShader
 from ..terms import Terms
 from .clustered_form import ClusteredForm
-from .from_afar import TexelLevel, by_cluster, levels_at, with_mean
+from .corners import by_cluster, levels_at, listed_levels
+from .from_afar import TexelLevel, with_mean
 from .hemisphere import Hemisphere
 
-# Points at once: nine pairs of directions of four texels' components are held of each.
+# Points at once: all that a cluster has between three views and three lights is held of each.
 _BLOCK = 1 << 11
 
 
@@ -189,20 +189,6 @@ def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:
     padded = np.zeros((*values.shape[:-1], -(-size // 4) * 4), dtype=np.float16)
     padded[..., :size] = values
     return padded.reshape(-1, 4)
-
-
-def listed_levels(
-    sizes: Sequence[tuple[int, ...]], each: Sequence[int] | None = None
-) -> tuple[dict[str, int], dict[str, Any]]:
-    """What `corners.glsl` reads of levels of heights and widths: what is defined, and uniforms.
-
-    each : how much of what holds them each takes; None: its rows, one level below the other.
-    """
-    if len(sizes) == 1:
-        return {}, {"size": sizes[0][::-1]}
-    tops = np.concatenate([[0], np.cumsum([height for height, _ in sizes] if each is None else each)])
-    levels = [(float(width), float(height), float(top)) for (height, width), top in zip(sizes, tops, strict=False)]
-    return {"LEVELS": len(sizes)}, {"levels": levels}
 
 
 def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:

@@ -7,8 +7,9 @@ import pytest
 from btf_samples import bumps, sky
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.materials.btf.corners import by_cluster, level_count, levels_at
 from metamer.materials.btf.form import BtfForm, palette_of
-from metamer.materials.btf.from_afar import TexelLevel, by_cluster, level_count, levels_at
+from metamer.materials.btf.from_afar import TexelLevel
 from metamer.materials.btf.local_pca import LocalPca, Size, local_pca
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.paper_pca import paper_pca
