@@ -20,7 +20,7 @@ def timed(call: Callable[[], Found]) -> tuple[Found, float]:
     return found, time.perf_counter() - start
 
 
-def best_ms(call: Callable[[], object], times: int = 3) -> float:
+def best_ms(call: Callable[[], object], times: int = 5) -> float:
     """The least milliseconds of some calls: other work on the machine only adds to them."""
     return 1000.0 * min(timed(call)[1] for _ in range(times))
 

@@ -32,8 +32,9 @@ def bars(rows: Iterable[dict]) -> list[list[str]]:
         add(f"one bounce, {rays} rays, matt p95", matt, one, lambda row: row["delta_e94_matt"]["p95"])
         add(f"one bounce, {rays} rays, glossy p95", glossy, one, lambda row: row["delta_e94_glossy"]["p95"])
         add(f"one bounce, {rays} rays, p99", p99, one, lambda row: row["delta_e94"]["p99"])
-    whole = [row for row in large if row["at"] == "pixels" and row["bounces"] == "all" and "matt" in row["relight_ms"]]
-    add("all bounces, whole picture, p95", 1.0, whole, lambda row: row["delta_e94"]["p95"])
+    for rays in (256, 1024):
+        whole = [row for row in large if row["at"] == "pixels" and row["bounces"] == "all" and row["rays"] == rays]
+        add(f"all bounces, {rays} rays, whole picture, p95", 1.0, whole, lambda row: row["delta_e94"]["p95"])
     spectrum = [row for row in ours if row["at"] == "wavelengths"]
     add("J beside 81 wavelengths, max", 0.1, spectrum, lambda row: row["delta_e94"]["max"])
     add("surcharge over RGB", 1.15, spectrum, lambda row: row["rgb_surcharge"])

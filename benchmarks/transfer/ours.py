@@ -23,7 +23,7 @@ from .pixels import ALL, Seen, Truths, difference, figures_of, seen_sites
 from .scenes import TransferScene
 
 #: Sites that paths start from, chosen among those that the camera looks at; paths of each, twice, and a seed.
-SITES, PATHS, SEED = 600, 512, 11
+SITES, PATHS, SEED = 600, 1024, 11
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,7 +50,7 @@ def seen_sites(scene: Scene, hits: Hits, longest_edge: float) -> Seen:
     back = dot(to[there], tracer.face_normals[face[there]]) > 0.0
     sites = np.where(back[:, None], hits.backs[face[there]], hits.corners[face[there]])
     lit = np.flatnonzero((sites >= 0).all(axis=1))
-    return Seen(there[lit], sites[lit], shares[lit])
+    return Seen(there[lit], sites[lit], hits.open_shares(sites[lit], shares[lit]))
 
 
 def truth_of(case: TransferScene, bounces: int, progress: Callable[[str], None]) -> ReferencePictures:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -65,8 +65,14 @@ class CubeMap:
 
         finest : texels across a face, at least, that the light is looked up at.
         """
-        fine = CubeMap(self.across * max(1, -(-finest // self.across)))
+        fine = _kept(self.across * max(1, -(-finest // self.across)))
         part, angle = fine.coarser(self.across), fine.solid_angles
         values = light.luminance(np.zeros((len(fine), 3)), fine.directions).T
         sums = np.stack([np.bincount(part, angle * field, len(self)) for field in values])
         return sums / self.solid_angles
+
+
+@lru_cache(maxsize=2)
+def _kept(across: int) -> CubeMap:
+    """With its directions, which each turn of a light asks for."""
+    return CubeMap(across)

@@ -205,15 +205,11 @@ def _ends(
 def _evenly(hits: Hits, sites: Int[np.ndarray, " G"]) -> Any:
     from scipy.sparse import csr_array
 
-    both = np.concatenate([hits.corners, hits.backs])
     data, indices, counts = [], [], []
     for start in range(0, len(sites), _BLOCK):
         some = sites[start : start + _BLOCK]
-        triangle = hits.triangle[some]
-        place = hits.place[some].astype(np.float64) / 65535
-        share = np.concatenate([1.0 - place.sum(axis=2, keepdims=True), place], axis=2)
-        about = both[np.maximum(triangle, 0)]
-        inside = (share > 0.0) & (triangle >= 0)[..., None] & (about >= 0)
+        about, share = hits.about(hits.triangle[some], hits.place[some])
+        inside = share > 0.0
         data.append(share[inside].astype(np.float32))
         indices.append(about[inside].astype(np.int32))
         counts.append(inside.sum(axis=2).ravel())

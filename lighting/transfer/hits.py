@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int, UInt16
+from jaxtyping import Bool, Float, Int, UInt16
 
 from ...spectral.memory import check_room, gigabytes
 from ..scene import Scene
@@ -36,6 +36,9 @@ _PLASTIC = 1.32471795724474602596
 _STEPS = np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])
 # Steps of the shifts of sites: another sequence of the kind, of two golden ratios' fractions.
 _SHIFTS = np.array([0.61803398874989484820, 0.41421356237309504880])
+# How far rays go that end at once, in radii of the scene, and the share of them that shuts a site; rays that tell of
+# most sites that they are not shut; and the share of what is about a place from which on it is enough to know.
+_AT_ONCE_FAR, _NEARLY_ALL, _TELL, _LEAST = 0.003, 0.9, 32, 0.05
 # Whole numbers that a share of a triangle is kept in.
 _WHOLE = 65535
 
@@ -96,7 +99,51 @@ class Hits:
     def about(
         self, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]
     ) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
-        """`ends` of other rays of this scene."""
+        """`ends` of other rays of this scene.
+
+        A place that a ray sees is not shut: of what lies beside another part that stands there, the corners below that
+        part do not count.
+        """
+        found, shares = self._about(triangle, place)
+        return found, self.open_shares(found, shares)
+
+    def open_shares(
+        self, sites: Int[np.ndarray, "*n 3"], shares: Float[np.ndarray, "*n 3"]
+    ) -> Float[np.ndarray, "*n 3"]:
+        """Shares of sites about places that are seen: those that are `shut` leave theirs to the others there."""
+        kept = np.where(self.shut[sites], 0.0, shares)
+        whole, left = shares.sum(axis=-1, keepdims=True), kept.sum(axis=-1, keepdims=True)
+        # Where next to nothing is left, nothing is known of it.
+        return np.where(
+            left > _LEAST * whole, kept * np.divide(whole, left, out=np.ones_like(left), where=left > 0.0), shares
+        )
+
+    @cached_property
+    def shut(self) -> Bool[np.ndarray, " S"]:
+        """Which sites next to nothing can see, inside of solids or with another part on them: nearly all of their rays
+        end on the dark side of a solid, or at once.
+        """
+        found = np.zeros(len(self.sites), dtype=bool)
+        some = np.arange(len(found))
+        for rays in (min(_TELL, self.rays), self.rays):
+            blocks = [
+                some[start : start + max(1, _AT_ONCE // rays)]
+                for start in range(0, len(some), max(1, _AT_ONCE // rays))
+            ]
+            some = np.concatenate([block[self._ends_at_once(block, rays)] for block in blocks] or [some])
+        found[some] = True
+        return found
+
+    def _ends_at_once(self, sites: Int[np.ndarray, " n"], rays: int) -> Bool[np.ndarray, " n"]:
+        triangle, starts = self.triangle[sites, :rays], self.sites.starts
+        number, share = self._about(triangle, self.place[sites, :rays])
+        way = np.einsum("nrc,nrci->nri", share, starts[number]) - starts[sites, None]
+        gone = (share.sum(axis=2) == 0.0) | (np.einsum("nri,nri->nr", way, way) < _AT_ONCE_FAR**2)
+        return ((triangle >= 0) & gone).mean(axis=1) >= _NEARLY_ALL
+
+    def _about(
+        self, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]
+    ) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
         both = np.concatenate([self.corners, self.backs])
         found = both[np.where(triangle < 0, 0, triangle)]
         part = place.astype(np.float64) / _WHOLE

@@ -10,7 +10,7 @@ that is damaged is traced anew, and that is said.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
@@ -190,19 +190,18 @@ def _blocks(
     tasks = ((bodies.sites.starts[rows[n]], bodies.sites.normals[rows[n]], rows[n].start, rays) for n in missing)
     held = bodies.triangles, bodies.corners.face_normals
     jobs = max(1, min(jobs, len(missing) // _A_PROCESS))
-    if scheduler is None:
+    if scheduler is not None:
+        traced = traced_on_cluster(tasks, key, held, scheduler, tracing_code)
+    elif jobs > 1:
         traced = numbered(_traced, tasks, jobs, (_start_worker, held))
     else:
-        traced = traced_on_cluster(tasks, key, held, scheduler, tracing_code)
-    try:
-        with closing(traced) as results:
-            for which, (triangle, place) in results:
-                number = missing[which]
-                if files:
-                    write_arrays(files[number], {"of": _of(key, number), "triangle": triangle, "place": place})
-                yield passed(_Block(number, rows[number], triangle, place, there=False))
-    finally:
-        _worker.clear()
+        traced = _traced_here(tasks, held)
+    with closing(traced) as results:
+        for which, (triangle, place) in results:
+            number = missing[which]
+            if files:
+                write_arrays(files[number], {"of": _of(key, number), "triangle": triangle, "place": place})
+            yield passed(_Block(number, rows[number], triangle, place, there=False))
 
 
 def _of(key: str, number: int) -> np.ndarray:
@@ -226,7 +225,16 @@ def _read(
         return None
 
 
-# What a process holds: the triangles are the same for every block.
+def _traced_here(
+    tasks: Iterable[tuple[np.ndarray, np.ndarray, int, int]], held: tuple[np.ndarray, np.ndarray]
+) -> Generator[tuple[int, tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]], None, None]:
+    """In this process, with an index of its own: another scene may be traced meanwhile."""
+    tracer = RayTracer(*held)
+    for number, task in enumerate(tasks):
+        yield number, _traced(*task, tracer)
+
+
+# What a process that does nothing else holds: the triangles are the same for every block.
 _worker: dict[str, RayTracer] = {}
 
 
@@ -235,6 +243,11 @@ def _start_worker(triangles: Float[np.ndarray, "F 3 3"], face_normals: Float[np.
 
 
 def _traced(
-    starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], first: int, rays: int
+    starts: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    first: int,
+    rays: int,
+    tracer: RayTracer | None = None,
 ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
-    return _worker["tracer"].ends(starts, normals, first, rays)
+    """tracer : None is the one that this process was started with."""
+    return (_worker["tracer"] if tracer is None else tracer).ends(starts, normals, first, rays)

@@ -27,6 +27,10 @@ EXPONENTS = 200
 Values = Callable[
     [Float[np.ndarray, " d"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]], Float[np.ndarray, " n"]
 ]
+Mixed = Callable[
+    [Float[np.ndarray, "m d"], Float[np.ndarray, " m"], Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]],
+    Float[np.ndarray, " n"],
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +47,7 @@ class Family:
     members: Float[np.ndarray, "N d"]
     one: Values
     half_only: bool = False
+    _mixed: Mixed | None = None
 
     def __len__(self) -> int:
         return len(self.members)
@@ -50,6 +55,18 @@ class Family:
     def values(self, wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "N n"]:
         """f_r of each member, 1/sr; float64."""
         return np.stack([self.one(member, wi, wo) for member in self.members])
+
+    def mixture(
+        self, weights: Float[np.ndarray, " N"], wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]
+    ) -> Float[np.ndarray, " n"]:
+        """f_r of members, weighted: what they have in common is worked out once."""
+        some = np.flatnonzero(weights)
+        if self._mixed is not None:
+            return self._mixed(self.members[some], weights[some], wi, wo)
+        found = np.zeros(len(wi))
+        for member in some:
+            found += float(weights[member]) * self.one(self.members[member], wi, wo)
+        return found
 
     def weights(self, *parameters: float) -> Float[np.ndarray, " N"]:
         """The mixture of members at a point between them: at most d + 1 are not 0, and all sum to 1.
@@ -129,20 +146,30 @@ def cook_torrance(members: Float[np.ndarray, "N 2"] | None = None) -> Family:
     if np.linalg.matrix_rank(members - members[0]) < 2:
         raise InputError("members on one line", field="members", found=f"{len(members)}", expected="a plane of them")
 
-    def one(member: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        f0, slope = member.tolist()
+    def mixed(some: np.ndarray, weights: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         half = wi + wo
         length = np.sqrt(np.einsum("...i,...i->...", half, half))
         # cos(theta_d) of two unit vectors, without an acos: half the length of their sum.
         cosine, difference = half[..., 2] / length, 0.5 * length
         away = 1.0 - np.minimum(difference, 1.0)
-        squared = away * away
-        fresnel = f0 + (1.0 - f0) * squared * squared * away
+        fifth = away * away
+        fifth *= fifth * away
         squared = cosine * cosine
-        facets = beckmann(squared, np.maximum(1.0 - squared, 0.0), slope)
-        return fresnel * facets * v_cavity(wi[..., 2], wo[..., 2], cosine / difference)
+        tangent = np.maximum(1.0 - squared, 0.0)
+        grazing = straight = 0.0
+        # The Fresnel term is linear in F_0, so that each roughness is looked at once.
+        for slope in np.unique(some[:, 1]).tolist():
+            mine = some[:, 1] == slope
+            facets = beckmann(squared, tangent, slope)
+            grazing = grazing + facets * float(weights[mine].sum())
+            straight = straight + facets * float(weights[mine] @ some[mine, 0])
+        fresnel = straight + (grazing - straight) * fifth
+        return fresnel * v_cavity(wi[..., 2], wo[..., 2], cosine / difference)
 
-    return Family("Cook-Torrance", ("F_0", "roughness"), np.asarray(members, dtype=float), one)
+    def one(member: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return mixed(member[None], np.ones(1), wi, wo)
+
+    return Family("Cook-Torrance", ("F_0", "roughness"), np.asarray(members, dtype=float), one, _mixed=mixed)
 
 
 def half_cosine(wi: Float[np.ndarray, "*n 3"], wo: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n"]:

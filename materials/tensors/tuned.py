@@ -60,10 +60,7 @@ class Tuned(Brdf):
         return found
 
     def _highlight(self, wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        found = np.zeros(len(wi))
-        for member in np.flatnonzero(self.weights):
-            found += float(self.weights[member]) * self.family.one(self.family.members[member], wi, wo)
-        return found
+        return self.family.mixture(self.weights, wi, wo)
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]

@@ -142,6 +142,25 @@ def test_parts_that_touch_light_each_other_and_not_through_each_other(scene_of):
     assert sent[left[foot]].min() > 1000.0 * WHITE + 100.0
 
 
+@pytest.mark.parametrize("above", [0.0, 0.001])
+def test_what_lies_below_another_part_darkens_nothing_beside_it(scene_of, above):
+    """A box that stands on a floor: where rays end beside it, the floor's sites below the box do not count."""
+    floor = plane(3, 3).placed(translate=(0.0, -0.5 - above, 0.0))
+    hits = scene_hits(scene_of(floor, _box()), 64)
+    low, high = hits.sites.starts[hits.part_of_site == 0].min(axis=0), hits.sites.starts.max(axis=0)
+    radius = 1.5 / high[0]
+    below = (np.abs(hits.sites.starts[:, [0, 2]]) * radius < 0.45).all(axis=1) & (hits.part_of_site == 0)
+    upper = below & (hits.sites.normals[:, 1] > 0.0) & (hits.sites.starts[:, 1] >= low[1])
+    assert upper.sum() > 5 and hits.shut[upper].all()
+    beside = (hits.part_of_site == 0) & (np.abs(hits.sites.starts) * radius > 0.6).any(axis=1)
+    assert not hits.shut[beside].any()
+    operator = irradiance_operator(hits)
+    sides = (hits.part_of_site == 1) & (np.abs(hits.sites.normals[:, 1]) < 0.1)
+    whole, seen = (operator @ np.where(hidden, 0.0, 1.0) for hidden in (np.zeros(len(hits.shut), bool), hits.shut))
+    assert whole[sides].max() > 0.3
+    np.testing.assert_allclose(seen[sides], whole[sides], atol=0.02)
+
+
 def _box():
     """A cube of side 1, its sides apart."""
     square = plane(1, 1).placed(translate=(0.0, 0.5, 0.0))

@@ -177,3 +177,17 @@ def test_the_folder_is_held_to_its_limit_but_for_what_is_in_use(scene, scene_of,
     monkeypatch.setenv(keeping.LIMIT_VARIABLE, "0")
     assert same(kept_hits(scene, tmp_path / "never made", RAYS), expected)
     assert not (tmp_path / "never made").exists()
+
+
+def test_a_material_that_changes_while_a_build_runs_changes_no_byte(scene, undisturbed, tmp_path):
+    """Halfway through, somebody asks for the same parts in other materials, who builds the rest; both end alike."""
+    parts = tuple(replace(part, material=f"other {part.name}") for part in scene.parts)
+    other, found = replace(scene, parts=parts), []
+
+    def changed(done, total, what):
+        if done > total // 2 and not found:
+            found.append(kept_hits(other, tmp_path, RAYS))
+
+    build_rays(scene, tmp_path, RAYS, progress=changed)
+    assert same(found[0], scene_hits(scene, RAYS))
+    assert contents(tmp_path) == undisturbed[1]
