@@ -42,7 +42,7 @@ def test_it_is_near_to_paths(found):
 
 
 def test_it_is_measured_where_it_is_asked_for(monkeypatch):
-    monkeypatch.setattr(clothed, "rows", lambda progress: ["a row"])
+    monkeypatch.setitem(benchmark.EXTRA, clothed.NAME, lambda progress: ["a row"])
     monkeypatch.setattr(scenes, "SIDE", 8)
     assert benchmark.run(case=clothed.NAME) == {"rows": ["a row"]}
     with pytest.raises(InputError, match="draped-cloth"):
