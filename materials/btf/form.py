@@ -39,6 +39,8 @@ _LPCA = "lpca"
 KINDS: dict[str, type[LocalPca | PaperPca]] = {_LPCA: LocalPca, "lpca-paper": PaperPca}
 # So many times its budget, local PCA's error is far off; and what a field may take on a disk that nobody asked for.
 _FAR, _MOST_BYTES = 2.0, 128 << 20
+# Of local PCA's error, what a field's is at most: it takes tens of times the bytes.
+_WORTH = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +126,7 @@ def btf_form(
 
     budget : a size of local PCA; or the ΔE94 that the mean should not exceed under the worst light. Texels' own noise
     is in every figure, and none of a few sizes may be within: then it is the one called "fine", beyond which bytes buy
-    little. Where that misses the budget by far, fields are tried, and one that does better is taken, with a note.
+    little. Where that misses the budget by far, fields are tried, one that does clearly better is taken, with a note.
     heard : hears the share that is done. name : of `NAMES`, whatever the budget. Of many wavelengths, images are
     brought into a small basis before.
 
@@ -168,8 +170,8 @@ def _of_budget(images: BtfImages, budget: float, seed: int, heard: Callable[[flo
 def _field_instead(
     images: BtfImages, found: BtfForm, seed: int, heard: Callable[[float], None], sample: Sample
 ) -> BtfForm | FieldForm:
-    """The best field that is better than local PCA and not too large; else local PCA."""
-    alone, least, best = sample.alone(), _mean(found), None
+    """The best field that is clearly better than local PCA and not too large; else local PCA."""
+    alone, least, best = sample.alone(), _WORTH * _mean(found), None
     for name in _TRIED:
         tried = _FIELDS[name](alone.images, seed, lambda share: None)
         if tried.texels.form.bytes_per_texel * images.height * images.width > _MOST_BYTES:
@@ -181,7 +183,7 @@ def _field_instead(
         return found
     instead = _judged(_FIELDS[best](images, seed, heard), sample)
     # Of all texels a field's steps are coarser than of a few.
-    if _mean(instead) >= _mean(found):
+    if _mean(instead) >= _WORTH * _mean(found):
         return found
     words = f"ΔE94 {_mean(instead):.2f} on average, of local PCA {_mean(found):.2f}"
     return replace(instead, note=f"fast form {best}, chosen by its error: {words}")
