@@ -55,7 +55,7 @@ def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
 
 
 def _add_transfer_options(transfer: argparse.ArgumentParser) -> None:
-    transfer.add_argument("--full", action="store_true", help="more scenes, lights, rays and sites: an hour, 20 GB")
+    transfer.add_argument("--full", action="store_true", help="more scenes, lights, rays and sites: half an hour, 5 GB")
     transfer.add_argument("--case", metavar="PATTERN", help="only scenes called so: * and ? for anything")
     transfer.add_argument("--data", type=Path, metavar="DIR", help="a measured mesh joins in; default: $METAMER_DATA")
 

@@ -153,6 +153,22 @@ def arriving(hits: Hits, radiosity: Float[np.ndarray, "S F"]) -> Float[np.ndarra
     return found
 
 
+def beside_shut(at: Float[np.ndarray, "S 21 F"], hits: Hits) -> Float[np.ndarray, "S 21 F"]:
+    """The same, with means of their neighbours at sites that are shut (`Hits.shut`): what lies between such a one and
+    others is seen, and is not half dark.
+    """
+    both = np.concatenate([hits.corners, hits.backs])
+    both = both[(both >= 0).all(axis=1)]
+    ends = np.concatenate([both[:, [a, b]] for a in range(3) for b in range(3) if a != b])
+    ends = ends[hits.shut[ends[:, 0]] & ~hits.shut[ends[:, 1]]]
+    sites, place, count = np.unique(ends[:, 0], return_inverse=True, return_counts=True)
+    total = np.zeros((len(sites), *at.shape[1:]), at.dtype)
+    np.add.at(total, place, at[ends[:, 1]])
+    found = at.copy()
+    found[sites] = total / count[:, None, None].astype(at.dtype)
+    return found
+
+
 def _smooth_flux(radiance: Float[np.ndarray, "n 9 F"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3 F"]:
     """The integral of the polynomials times direction over the hemisphere about each normal.
 
@@ -272,7 +288,9 @@ def indirect_light(
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
     bounces = 0 if none else found.bounces + 1
     at = (
-        np.zeros((len(hits.sites), OF_SITE, 0), np.float32) if none else arriving(hits, found.all.reshape(len(lux), -1))
+        np.zeros((len(hits.sites), OF_SITE, 0), np.float32)
+        if none
+        else beside_shut(arriving(hits, found.all.reshape(len(lux), -1)), hits)
     )
     words = (
         f"{bounces or 'no'} {'bounce' if bounces == 1 else 'bounces'} of light between surfaces: {len(hits.sites):,} "
