@@ -29,9 +29,14 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
     if record.fast is not None:
         average = record.fast.average()
         if average.uses_uv:
-            # Here it has one colour, there another.
-            return None
-        xyz, geometry = xyz_at_45_0(average, light, eye), "45a:0"
+            # An instrument's aperture is wider than a texel; this form knows no mean, but its original does.
+            mean = record.surface().average()
+            if mean.uses_uv:
+                return None
+            xyz = np.pi * mean.xyz(Points(*annular_45_0()), Folding(eye, [light])).mean(axis=0)
+        else:
+            xyz = xyz_at_45_0(average, light, eye)
+        geometry = "45a:0"
     else:
         spectrum = record.spectrum()
         if spectrum is None or spectrum.samples.ndim != 1:

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_cloths import NINE, SAID, UBO, cloth, draped, drawn, error_of, imported, refused, saved
+from metamer.materials.catalogue import Catalogue
 from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.upsampling import xyz_from_rgb
 from metamer.viewer.headless import GLRenderer
 
 
@@ -161,3 +163,14 @@ def test_a_name_without_directions_is_passed_over_or_refused(tmp_path):
     folder = saved(tmp_path / "wool", cloth(), name=UBO)
     shutil.copy2(next(folder.iterdir()), folder / "thumbnail.png")
     assert error_of(imported(folder, tmp_path / "cat")) < 0.8
+
+
+def test_a_list_shows_the_colour_of_all_texels(tmp_path):
+    """As an instrument reads it whose aperture is wider than the texture: of means at 45 degrees, from eight sides."""
+    views, lights = [(0, 0), *((45, phi) for phi in range(0, 360, 45))], [(45, phi) for phi in range(0, 360, 45)]
+    values = cloth(views, lights)
+    record = imported(saved(tmp_path / "wool", values, views, lights), tmp_path / "catalogue")
+    summary = Catalogue.open(tmp_path / "catalogue").summary(record.id)
+    linear = values[0].mean(axis=(0, 1, 2)) / np.sqrt(0.5)
+    np.testing.assert_allclose(summary.xyz, xyz_from_rgb() @ linear, atol=2e-3)
+    assert summary.lab is not None
