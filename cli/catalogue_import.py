@@ -38,7 +38,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring = verbs.add_parser(
         "import",
         help="fit materials and store them in a catalogue",
-        description="Read files of materials, fit factor packs to each and store them in a catalogue.",
+        description="Read files of materials, fit a fast form to each and store them in a catalogue.",
     )
     # Text, not paths: a path would make one slash of the two in an address.
     bring.add_argument("sources", nargs="*", metavar="SRC", help=_SOURCES_HELP)

@@ -85,7 +85,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         ("notes", said.notes.replace(" + ", f"\n{'':{_INDENT}}") or "none"),
         ("original", _listed(original)),
         ("details", f"\n{'':{_INDENT}}".join(f"{name} {' '.join(text.split())}" for name, text in details.items())),
-        ("packs", "; ".join(_summand(one) for one in record.summands) or "none: a spectrum without a surface"),
+        ("fast form", "; ".join(_summand(one) for one in record.summands) or "none: a spectrum without a surface"),
     ]
     lines = [line for line in lines if line[0] != "details" or details]
     if colour is not None:

@@ -18,9 +18,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     verify = verbs.add_parser(
         "verify",
         help="check every file and measure every declared error again",
-        description="Reads every file, compares its checksum and its head, and measures the ΔE94 of its packs against "
-        "its original data again. Exit code 0: all of it holds; 1: what is there holds, but originals that were left "
-        "outside of the catalogue are gone; 4: something does not hold.",
+        description="Reads every file, compares its checksum and its head, and measures the ΔE94 of its fast form "
+        "against its original data again. Exit code 0: all of it holds; 1: what is there holds, but originals that "
+        "were left outside of the catalogue are gone; 4: something does not hold.",
     )
     add_catalogue_argument(verify)
     verify.add_argument("--quick", action="store_true", help="checksums and heads only")

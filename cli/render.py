@@ -20,7 +20,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command = subparsers.add_parser(
         "render",
         help="one picture of a scene",
-        description="Render one picture of a scene from factor packs, or from the original data with --reference: XYZ "
+        description="Render one picture of a scene from fast forms, or from the original data with --reference: XYZ "
         "or spectra as OpenEXR, or a PNG for the scene's display.",
     )
     command.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
@@ -47,7 +47,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--filtering",
         choices=("linear", "mipmapped"),
         default="linear",
-        help="mipmapped: highlights smaller than a sample are averaged, for pictures with few samples a pixel",
+        help="mipmapped: texels and highlights smaller than a sample are averaged, for pictures from afar and with "
+        "few samples a pixel",
     )
     command.add_argument(
         "--jobs",
