@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +12,7 @@ from jaxtyping import Float
 from ..lighting.camera import Camera
 from ..lighting.scene import Scene
 from ..lighting.transfer.indirect import IndirectLight, Transport, indirect_light, needs_none
+from ..lighting.visibility.keeping import transfer_folder
 from ..materials.fast import Fast
 from ..spectral.basis import SpectralBasis
 from ..spectral.palette import Palette
@@ -40,12 +42,18 @@ class Bouncing:
         surfaces: Mapping[str, Fast],
         shown_in: Sequence[Spectrum],
         progress: Progress,
+        folder: Path | None = None,
+        jobs: int = 1,
+        say: Callable[[str], object] = lambda words: None,
     ) -> IndirectLight | None:
         """The scene's indirect light; None where it is not asked for, or where nothing of it could be seen.
 
+        folder : rays of the geometry are taken from there, or traced and kept there; None keeps them in memory alone.
+        jobs, say : see `kept_hits`.
+
         Raises
         ------
-        InputError : what `indirect_light` raises.
+        InputError : what `indirect_light` and `kept_hits` raise.
         """
         if scene.bounces == 0 or needs_none(scene):
             return None
@@ -56,7 +64,8 @@ class Bouncing:
         known = self._light
         if known is None or not _same(known[0], key) or known[1].asked != scene.bounces:
             if self._transport is None or not _same(self._transport[0], meshes):
-                self._transport = meshes, Transport.of(scene, progress=progress)
+                traced = Transport.of(scene, progress=progress, folder=folder, jobs=jobs, say=say)
+                self._transport = meshes, traced
             known = self._light = key, indirect_light(scene, surfaces, self._transport[1], shown_in)
         return known[1] if known[1].bounces else None
 
@@ -65,7 +74,7 @@ def counted(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spect
     """The scene with a number of bounces in place of "auto": as many as its picture has."""
     if scene.bounces != "auto":
         return scene
-    light = Bouncing().light(scene, surfaces, shown_in, lambda done, total, what: None)
+    light = Bouncing().light(scene, surfaces, shown_in, lambda done, total, what: None, transfer_folder())
     return replace(scene, bounces=0 if light is None else light.bounces)
 
 

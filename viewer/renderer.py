@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal, cast, get_args
 
 import numpy as np
@@ -14,11 +15,13 @@ from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
 from ..lighting.transfer.indirect import IndirectLight
+from ..lighting.visibility.keeping import transfer_folder
 from ..materials.fast import Fast
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.folding import Folding
 from ..spectral.observers import Observer
 from ..spectral.palette import Palette
+from ..spectral.processes import usable_cores
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import interpolation_matrix
 from .bouncing import Bouncing, indirect_layers
@@ -65,6 +68,8 @@ class Renderer(Keeping):
         self._filtering: Filtering = _known(filtering)
         #: Called with (tiles done, tiles in all, what is done) where somebody sets it: large pictures take minutes.
         self.progress: Callable[[int, int, str], None] | None = None
+        #: Where rays between surfaces are kept, as by `metamer transfer build`; None: in the user's cache.
+        self.rays_folder: Path | None = None
         #: Light by way of other surfaces in the last picture; None where there was none.
         self.bounced: IndirectLight | None = None
 
@@ -189,7 +194,8 @@ class Renderer(Keeping):
         """
         scene.check_surfaces(surfaces)
         scene = scene.cut(surfaces)
-        indirect = self._bouncing.light(scene, surfaces, shown_in, self._say)
+        folder, jobs = self.rays_folder or transfer_folder(), self.jobs or usable_cores()
+        indirect = self._bouncing.light(scene, surfaces, shown_in, self._say, folder, jobs, self.say)
         self.bounced = indirect
         surfaces = {name: surfaces[name].without_holes() for name in scene.material_ids}
         self._with_uv = scene.needs_uv(surfaces)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
 
@@ -32,7 +33,8 @@ from ..visibility.refinement import Refinement, refined
 from ..visibility.sites import scaled_triangles
 from .bounces import ENOUGH, Regions, interreflected
 from .direct import direct_illuminance
-from .hits import RAYS, Hits, scene_hits
+from .hits import RAYS, Hits
+from .kept import kept_hits
 from .operator import irradiance_operator
 from .passing_on import EVEN_Z, EVEN_ZZ, regions_of
 
@@ -68,15 +70,20 @@ class Transport:
         rays: int = RAYS,
         longest_edge: float | None = None,
         progress: Progress = lambda done, total, what: None,
+        folder: Path | str | None = None,
+        jobs: int = 1,
+        say: Callable[[str], object] = lambda words: None,
     ) -> Transport:
-        """Trace the rays of a scene. longest_edge : see `refined`.
+        """Take the rays of a scene from `folder`, or trace them and keep them there: see `kept_hits`.
+
+        longest_edge : see `refined`.
 
         Raises
         ------
-        InputError : it would not fit into memory.
+        InputError : it would not fit into memory; the folder cannot be used.
         """
         fine, refinement, order = refined(scene, longest_edge)
-        hits = scene_hits(scene, rays, progress, longest_edge)
+        hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say)
         where = hits.sites
         return cls(fine, hits, irradiance_operator(hits), refinement, where.fronts[order], where.backs[order])
 
