@@ -9,7 +9,7 @@ pictures take it as one more field of a light that spreads.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
@@ -262,7 +262,7 @@ def indirect_light(
 
     Parameters
     ----------
-    surfaces : by material id. transport : of the scene. shown_in : spectra that may take the place of the lights' own.
+    surfaces : by material id. transport : of the scene, whatever its parts wore. shown_in : spectra that may take the place of the lights' own.
     enough : ΔE94 that bounces left out may change any site by.
 
     Returns
@@ -278,7 +278,9 @@ def indirect_light(
     occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
     spectra, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
     wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
-    regions, seen = regions_of(transport.fine, surfaces, hits, wavelengths)
+    # Rays outlive materials: parts wear those of this scene.
+    worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]
+    regions, seen = regions_of(replace(transport.fine, parts=tuple(worn)), surfaces, hits, wavelengths)
     basis = bounce_basis(seen, [*spectra, *shown_in], scene.observer, wavelengths)
     exactly = None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0)
     found = interreflected(

@@ -60,6 +60,20 @@ def corner(scenes, *lights, wall="red", floor="white", size=24, body=True):
     return scenes.scene_of(parts, lights or [scenes.sun((0.3, 0.9, 0.5))], camera)
 
 
+def test_another_material_is_seen_by_way_of_others_too(scenes, make):
+    """A renderer that has drawn the scene before draws what a new one draws."""
+    lit = replace(corner(scenes), bounces="auto")
+    dark = lit.with_material(lit.parts[0].name, "grey")
+    with make() as renderer:
+        before, after = (renderer.render(scene, None, SURFACES)[0].copy() for scene in (lit, dark))
+        drawn = renderer.bounced.bounces
+    with make() as renderer:
+        np.testing.assert_array_equal(after, renderer.render(dark, None, SURFACES)[0])
+        assert renderer.bounced.bounces == drawn
+    # The block above the floor, lit from above and beside, is darker from below.
+    assert (after[..., 1] < before[..., 1] - 1e-4).mean() > 0.3
+
+
 def off(scene, truth, found):
     return delta_e_xyz(np.asarray(truth, float), np.asarray(found, float), scene.adopted_white())
 
