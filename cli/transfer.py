@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from . import transfer_build, transfer_show
+from . import transfer_build, transfer_relight, transfer_show
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -14,6 +14,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what the parts of a scene put on each other",
         description="What light does between the parts of a scene.",
     )
-    kinds = command.add_subparsers(metavar="{show,build}", required=True)
+    kinds = command.add_subparsers(metavar="{show,build,relight}", required=True)
     transfer_show.add_parser(kinds)
     transfer_build.add_parser(kinds)
+    transfer_relight.add_parser(kinds)

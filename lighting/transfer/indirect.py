@@ -262,7 +262,8 @@ def indirect_light(
 
     Parameters
     ----------
-    surfaces : by material id. transport : of the scene, whatever its parts wore. shown_in : spectra that may take the place of the lights' own.
+    surfaces : by material id. transport : of the scene, whatever its parts wore. shown_in : spectra that may take the
+        place of the lights' own.
     enough : ΔE94 that bounces left out may change any site by.
 
     Returns

@@ -1,0 +1,171 @@
+"""`metamer transfer relight`: other materials, other light, and what that does to the colour of every part."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..spectral.errors import UsageError
+from .catalogue_words import write_text
+from .chosen_catalogue import add_catalogue_option, catalogue_for
+from .shared import add_renderer_option, counted, positive_count, progress_bar, renderer_for, say, warn
+
+if TYPE_CHECKING:
+    from ..calibration.statistics import DeltaEStatistics
+    from ..lighting.scene import Scene
+    from ..viewer.relit import Relit
+
+
+def add_parser(kinds: argparse._SubParsersAction) -> None:
+    """Add `transfer relight`."""
+    relight = kinds.add_parser(
+        "relight",
+        help="change materials or light, and see what that does to every part",
+        description="Draw a scene with bounces before and after a change of materials or light, and say by ΔE94 what "
+        "that did to each part: all in all, by light straight from lamps, and by light by way of other surfaces. The "
+        "rays between surfaces are those of `transfer build`; what is not there is traced once, and kept.",
+    )
+    relight.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
+    relight.add_argument(
+        "--material",
+        action="append",
+        default=[],
+        type=_material_of_part,
+        metavar="PART=ID",
+        help="a material of the catalogue for a part; may be given again for other parts",
+    )
+    relight.add_argument("--illuminant", metavar="NAME", help="after: in place of every light's own spectrum")
+    relight.add_argument("--camera", metavar="NAME", help="default: the scene's first")
+    relight.add_argument("--out", type=Path, default=Path("relit"), metavar="DIR", help="default: relit")
+    relight.add_argument("--spectral", action="store_true", help="also a spectral EXR of what is after")
+    relight.add_argument(
+        "--turntable",
+        type=positive_count,
+        metavar="N",
+        help="also N pictures of what is after, from all around, and one that moves (WebP)",
+    )
+    relight.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    relight.add_argument("--processes", type=positive_count, metavar="N", help="that trace (default: one a core)")
+    relight.add_argument("--kept", type=Path, metavar="DIR", help="folder of `transfer build` (default: the cache)")
+    add_catalogue_option(relight)
+    add_renderer_option(relight)
+    relight.set_defaults(run=run)
+
+
+def _material_of_part(text: str) -> tuple[str, str]:
+    part, equals, material = text.partition("=")
+    if not (part and equals and material):
+        raise argparse.ArgumentTypeError(f"{text!r} is not PART=ID")
+    return part, material
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw, compare, write and print; 0."""
+    from ..lighting.scene_files import load_scene
+    from ..lighting.transfer.indirect import needs_none
+    from ..lighting.transfer.kept import build_rays
+    from ..lighting.visibility.keeping import most_bytes, transfer_folder
+    from ..spectral.files import check_writable, existing_file, made_folder
+    from ..spectral.processes import usable_cores
+    from ..viewer.picture import bounces_notes, lit_by, render_spectral
+    from ..viewer.relit import dressed, relit
+    from ..viewer.turntable import turntable, write_animated
+
+    if not args.material and args.illuminant is None:
+        raise UsageError("nothing is changed: add --material PART=ID or --illuminant NAME")
+    materials = dict(args.material)
+    if len(materials) < len(args.material):
+        raise UsageError("--material: a part is given two materials, leave one out")
+    existing_file(args.scene)
+    if args.json is not None:
+        check_writable(args.json)
+    catalogue = catalogue_for(args.catalogue, 1)
+    before = load_scene(args.scene, catalogue, say)
+    before = replace(before, bounces=before.bounces or "auto")
+    after = lit_by(dressed(before, materials), args.illuminant)
+    before.camera(args.camera)
+    for name in after.material_ids:
+        catalogue.surface(name)
+    out = made_folder(args.out)
+    folder, jobs, most = args.kept or transfer_folder(), args.processes or usable_cores(), most_bytes()
+    built = None
+    begun = time.monotonic()
+    if most and not needs_none(before):
+        with progress_bar("Tracing") as progress:
+            built = build_rays(before, folder, jobs=jobs, progress=progress, say=say, most=most)
+    tracing = time.monotonic() - begun
+    with renderer_for(args.renderer) as renderer, progress_bar("Relighting", after=2.0) as progress:
+        renderer.rays_folder, renderer.jobs, renderer.say, renderer.progress = folder, jobs, say, progress
+        found = relit(before, after, catalogue, renderer, args.camera, warn)
+        notes = [*bounces_notes(after, renderer)]
+        files = [out / f"{name}{kind}" for name in ("before", "after") for kind in (".png", ".exr")]
+        for file in files:
+            made = found.before if file.stem == "before" else found.after
+            notes += [f"{file.name}: {note}" for note in made.write(file, warn, renderer)]
+        if args.spectral:
+            files.append(out / "after.spectral.exr")
+            notes += render_spectral(after, catalogue, files[-1], args.camera, renderer, warn)
+        if args.turntable:
+            # The renderer's own work would have the bar begin anew with each picture.
+            renderer.progress = None
+            frames = []
+            for made in turntable(after, catalogue, args.camera, renderer, args.turntable):
+                frames.append(out / f"turn-{len(frames):03d}.png")
+                made.write(frames[-1], warn, renderer)
+                progress(len(frames), args.turntable, "turning")
+            files += [*frames, out / "turntable.webp"]
+            write_animated(files[-1], frames)
+    for note in (*after.notes, *notes):
+        print(note)
+    if built is not None:
+        there = f"{built.there} of {counted(len(built.files), 'block')} of rays were there"
+        print(f"rays: {built.sites:,} vertices of {built.rays} rays, {there}; {tracing:.1f} s")
+    print(f"pictures: before {found.seconds_before:.2f} s, after {found.seconds_after:.2f} s")
+    print(_table(found))
+    for file in files:
+        print(file)
+    if args.json is not None:
+        seconds = {"rays": tracing, "before": found.seconds_before, "after": found.seconds_after}
+        write_text(args.json, json.dumps(_figures(after, found, seconds), indent=1, ensure_ascii=False) + "\n")
+        print(args.json)
+    return 0
+
+
+def _table(found: Relit) -> str:
+    from ..calibration.text_tables import columns
+
+    def numbers(shown: DeltaEStatistics | None) -> list[str]:
+        return ["-", "-"] if shown is None else [f"{shown.mean:.2f}", f"{shown.p95:.2f}"]
+
+    rows = [
+        [one.part, one.after, *(word for shown in (one.all, one.directly, one.by_others) for word in numbers(shown))]
+        for one in found.parts
+    ]
+    head = ["part", "material", "ΔE94 mean", "p95", "directly", "p95", "by others", "p95"]
+    return "\n".join(["", "what the change did, directly and by way of other parts", columns(head, rows, left=2)])
+
+
+def _figures(after: Scene, found: Relit, seconds: dict[str, float]) -> dict[str, Any]:
+    """What `--json` holds."""
+    return {
+        "scene": after.name,
+        "camera": found.after.view.name,
+        "bounces": {"before": found.bounces_before, "after": found.bounces_after},
+        "seconds": seconds,
+        "parts": [
+            {
+                "part": one.part,
+                "before": one.before,
+                "after": one.after,
+                "delta_e94": {
+                    name: None if shown is None else asdict(shown)
+                    for name, shown in (("all", one.all), ("directly", one.directly), ("by_others", one.by_others))
+                },
+            }
+            for one in found.parts
+        ],
+    }
