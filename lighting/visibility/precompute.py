@@ -6,6 +6,7 @@ Those of all vertices, or in large scenes of enough of them (`thinning`); then f
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -241,20 +242,33 @@ def _in_tiles(
         yield from results
 
 
-# What a process holds: set by `_start_worker`, since triangles are many and the same for every tile.
-_worker: dict = {}
+class _Worker(threading.local):
+    """What a process holds, since triangles are many and the same for every tile: set by `_start_worker`. Each thread
+    has its own: another one may be at another scene.
+    """
+
+    triangles: Float[np.ndarray, "F 3 3"] | None = None
+    occluders: Occluders | None = None
+    basis: Basis | None = None
+
+    def clear(self) -> None:
+        """Let go of it."""
+        self.triangles = self.occluders = self.basis = None
+
+
+_worker = _Worker()
 
 
 def _start_worker(triangles: Float[np.ndarray, "F 3 3"], basis: Basis | None) -> None:
-    if _worker.get("triangles") is not triangles:
-        _worker.update(triangles=triangles, occluders=Occluders(triangles))
-    _worker["basis"] = basis
+    if _worker.triangles is not triangles:
+        _worker.triangles, _worker.occluders = triangles, Occluders(triangles)
+    _worker.basis = basis
 
 
 def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
     """`Traced` of a tile; where there is a basis, codes (n, K) in place of distances."""
-    found = traced(starts, normals, _worker["occluders"])
-    basis = _worker["basis"]
+    assert _worker.occluders is not None
+    found, basis = traced(starts, normals, _worker.occluders), _worker.basis
     if basis is None:
         return found
     weights = compression.importance(found.distances, normals)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -52,6 +53,21 @@ def test_several_processes_give_the_same_bytes(tmp_path, whole):
     assert done.returncode == 0, done.stderr
     prints = done.stdout.split()
     assert len(prints) == 2 and len(set(prints)) == 1
+
+
+def test_another_scene_may_be_worked_on_meanwhile(scene, alone, scene_of):
+    """By another thread, at whatever place of the work it comes."""
+    other, begun = scene_of(speed_shape(1), plane(4.0, 4.0)), []
+
+    def meanwhile(*_):
+        if not begun:
+            begun.append(Thread(target=computed_visibility, args=(other,)))
+            begun[0].start()
+            begun[0].join()
+
+    found = computed_visibility(scene, progress=meanwhile)
+    assert begun and np.array_equal(found.whole, alone.whole) and np.array_equal(found.halves, alone.halves)
+    np.testing.assert_array_equal(found.axes, alone.axes)
 
 
 def test_progress_grows_to_the_whole(scene):
