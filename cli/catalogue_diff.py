@@ -127,6 +127,7 @@ def _print(found: Comparison) -> None:
                 print(f"{status}: {one.id}{f': {one.words}' if one.words else ''}")
     if rows or alike:
         print(found.protocol)
+    _print_texels(found)
     if alike:
         print(f"{len(alike)} of the changed ones look the same, ΔE94 below {_NONE:g} everywhere, and are not listed")
     counts = [f"{found.count(status)} {status}" for status in ("changed", "same", "added", "removed")]
@@ -134,3 +135,14 @@ def _print(found: Comparison) -> None:
         if found.count(status):
             counts.append(f"{found.count(status)} {status}")
     print(", ".join(counts))
+
+
+def _print_texels(found: Comparison) -> None:
+    """Of BTFs, single texels as both fast forms have them, every light."""
+    shown = [(one, light) for one in found.differences for light in one.texels]
+    if shown:
+        rows = []
+        for one, light in shown:
+            figures = (light.mean, light.p95, light.p99, light.maximum)
+            rows.append([one.id, light.light, *(f"{value:.3f}" for value in figures), light.where])
+        print(columns(("texels of", "light", "mean", "p95", "p99", "max", "the largest"), rows, left=2, words=True))

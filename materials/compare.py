@@ -7,7 +7,7 @@ what was measured). The second is taken from the same, so that with "original" a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal
 
@@ -21,6 +21,9 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import Observer, observer
 from ..spectral.processes import each_done, usable_cores
 from ..spectral.spectrum import Spectrum
+from .btf.difference import texel_difference
+from .btf.field_form import FieldForm
+from .btf.form import BtfForm
 from .catalogue import Catalogue
 from .factored.pack import FactoredBrdf
 from .fast import Fast
@@ -40,23 +43,31 @@ _ALIKE = 0.0005
 
 @dataclass(frozen=True)
 class LightDifference:
-    """ΔE94 over the samples of the sphere under one light; of a spectrum without a surface, one number four times."""
+    """ΔE94 over the samples of the sphere under one light; of a spectrum without a surface, one number four times.
+
+    where : of texels, which one is farthest off, and under which light from which view.
+    """
 
     light: str
     mean: float
     p95: float
     p99: float
     maximum: float
+    where: str = ""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """What became of one material. `words`: what else is to be said, such as a change of model."""
+    """What became of one material. `words`: what else is to be said, such as a change of model.
+
+    texels : of the fast forms of BTFs, of their texels in every view and light that both have; where the largest is.
+    """
 
     id: str
     status: Status
     words: str = ""
     lights: tuple[LightDifference, ...] = ()
+    texels: tuple[LightDifference, ...] = ()
 
     @property
     def worst(self) -> LightDifference | None:
@@ -79,8 +90,8 @@ class Comparison:
 
     @property
     def largest(self) -> float:
-        """Largest ΔE94 p99 of any material under any light; 0 where none was measured."""
-        return max((light.p99 for one in self.differences for light in one.lights), default=0.0)
+        """Largest ΔE94 p99 of any material under any light, of its texels too; 0 where none was measured."""
+        return max((light.p99 for one in self.differences for light in (*one.lights, *one.texels)), default=0.0)
 
     @property
     def protocol(self) -> str:
@@ -158,8 +169,14 @@ def compare_records(
         said.append(changed)
     if of == "packs" and a.fast is not None and b.fast is not None:
         said += _form_words(a.fast, b.fast)
-    words = ", ".join(said)
     lights, eye = [illuminant(light) for light in illuminants], observer(observer_name)
+    texels: tuple[LightDifference, ...] = ()
+    if of == "packs" and isinstance(a.fast, BtfForm | FieldForm) and isinstance(b.fast, BtfForm | FieldForm):
+        apart = texel_difference(a.fast, b.fast, Folding(eye, lights))
+        rows = zip(illuminants, apart.each, apart.where, strict=True) if apart.where else ()
+        texels = tuple(replace(_statistics(light, each), where=where) for light, each, where in rows)
+        said.append(apart.compared)
+    words = ", ".join(said)
     if a.fast is not None and b.fast is not None:
         isotropic = a.fast.isotropic and b.fast.isotropic
         sphere = sphere_protocol(_PIXELS, isotropic)
@@ -180,7 +197,7 @@ def compare_records(
         _statistics(light, delta_e_xyz(one, other, eye.white(spectrum)))
         for light, spectrum, one, other in zip(illuminants, lights, reference, sample, strict=True)
     )
-    return Difference(name, "changed", words, figures)
+    return Difference(name, "changed", words, figures, texels)
 
 
 def _check_original(record: MaterialRecord) -> None:

@@ -116,7 +116,7 @@ class Coding:
         found = np.stack(planes, axis=-1)
         return found if found.dtype.kind == "f" else found.astype(np.float64)
 
-    def reflected(self, linear: Float[np.ndarray, "H W C"], cosine: float) -> Float[np.ndarray, "H W C"]:
+    def reflected(self, linear: Float[np.ndarray, "*batch C"], cosine: float) -> Float[np.ndarray, "*batch C"]:
         """f_r cos(theta_i), 1/sr, of linear numbers; `cosine` is that of the light."""
         return linear * ((1.0 if self.includes_cosine else cosine) / (np.pi * self.white))
 

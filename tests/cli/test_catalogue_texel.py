@@ -112,3 +112,21 @@ def test_without_its_images_the_form_is_shown_alone_and_diff_of_originals_says_s
     assert code == 4 and "the original is gone" in err and str(wool) in err
     code, out, _ = metamer("catalogue", "diff", "btf/wool", "btf/wool", "--catalogue", cat)
     assert code == 0 and "local PCA, bytes" in out and "packs" not in out
+
+
+def test_diff_compares_texels_of_two_fast_forms(wool, metamer, tmp_path):
+    other = tmp_path / "other"
+    said = Answer(encoding="srgb", white=(1.0,), btf_form="rfp")
+    assert import_sources([wool], other, jobs=1, answer=said).count("imported") == 1
+    sides = [folder / "btf" / "wool.h5" for folder in (wool.parent / "cat", other)]
+    code, out, _ = metamer("catalogue", "diff", *sides)
+    assert code == 0 and "form local PCA -> reflectance fields" in out and " texels, all " in out
+    assert out.count("the largest") == 1 and out.count(", light ") == 3
+    code, out, _ = metamer("catalogue", "diff", *sides, "--json")
+    (found,) = json.loads(out)["differences"]
+    worst = max(light["p99"] for light in found["texels"])
+    assert [light["light"] for light in found["texels"]] == ["D65", "A", "FL11"] and worst > 0.1
+    assert json.loads(out)["largest"] >= worst
+    code, out, _ = metamer("catalogue", "diff", sides[0], sides[0])
+    same = [line for line in out.splitlines() if ", light " in line]
+    assert code == 0 and len(same) == 3 and all(line.count("0.000") == 4 for line in same)

@@ -49,6 +49,14 @@ def test_a_cosine_that_is_not_in_the_numbers_is_put_in(tmp_path):
     np.testing.assert_allclose(images.image(0, light), codes[0, light] / 255.0 * 0.5 / np.pi, rtol=1e-6)
 
 
+@pytest.mark.parametrize("coding", [SRGB, Coding("linear", np.array([0.5, 0.25, 2.0]), includes_cosine=False)])
+def test_some_texels_in_a_row_are_those_of_the_whole_image(tmp_path, coding):
+    written(tmp_path)
+    rows, columns = np.array([3, 0, 2]), np.array([1, 1, 3])
+    found = files(tmp_path, coding).texels(3, 5, rows, columns)
+    np.testing.assert_array_equal(found, files(tmp_path, coding).image(3, 5)[rows, columns])
+
+
 def test_images_that_are_kept_stay_below_the_limit_and_are_read_once(tmp_path):
     written(tmp_path)
     heard = []
