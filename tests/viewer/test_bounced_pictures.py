@@ -18,6 +18,7 @@ from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
+from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.bouncing import counted
 from metamer.viewer.headless import GLRenderer
 from metamer.viewer.renderer import radiance_weights
@@ -221,3 +222,29 @@ def test_scenes_say_how_many_bounces_they_have(tmp_path):
             f'[[part]]\nshape = "plane"\n[interreflection]\n{said}\n', encoding="utf-8"
         )
         assert load_scene(tmp_path / "scene.toml").bounces == bounces
+
+
+def test_three_spectra_at_once_are_the_paths(scenes, make):
+    """Daylight, a tungsten lamp and one of few lines: each colours what the wall sends on in its own way."""
+    lights = [scenes.sun((0.3, 0.9, 0.5)), scenes.lamp((1, 1.5, 1), 4e3, "A"), scenes.lamp((-1, 1, 1), 4e3, "FL11")]
+    scene = replace(corner(scenes, *lights, body=False, size=12), bounces=1)
+    truth = reference_images(scene, None, SURFACES, bounces=1, budget=1.0).xyz[0]
+    with make() as renderer:
+        found, coverage = renderer.render(scene, None, SURFACES)
+        without, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
+    whole = coverage == 1.0
+    assert np.percentile(off(scene, truth, found)[whole], 95) < 1.0
+    assert np.percentile(off(scene, truth, without)[whole], 95) > 3.0
+
+
+def test_light_of_one_line_is_the_paths(scenes, make):
+    """A sun of one wavelength: what the wall sends on has its colour, and the strength that the wall has there."""
+    line = Spectrum.sampled(NM, np.where(NM == 610.0, 1.0, 0.0), "emission")
+    scene = replace(corner(scenes, replace(scenes.sun((0.3, 0.9, 0.5)), spectrum=line), body=False, size=12), bounces=1)
+    truth = reference_images(scene, None, SURFACES, bounces=1, budget=1.0).xyz[0]
+    with make() as renderer:
+        found, coverage = renderer.render(scene, None, SURFACES)
+        without, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
+    whole = coverage == 1.0
+    assert np.percentile(off(scene, truth, found)[whole], 95) < 1.0
+    assert np.percentile(off(scene, truth, without)[whole], 95) > 3.0
