@@ -128,4 +128,11 @@ def _noise(noise: ReferenceNoise) -> dict[str, Any]:
 
 
 def _colour(colour: RowColour) -> dict[str, Any]:
-    return {"xyz": colour.xyz.tolist(), "lab": colour.lab.tolist(), "geometry": colour.geometry}
+    lab = colour.lab.tolist()
+    return {"xyz": colour.xyz.tolist(), "lab": lab, "lch": _lch(*lab), "geometry": colour.geometry}
+
+
+def _lch(lightness: float, a: float, b: float) -> list[float]:
+    """L*, C*ab and hue angle from 0 up to 360 degrees (CIE 015:2018 eq. 8.11-8.12); a grey's hue is 0."""
+    hue = math.degrees(math.atan2(b, a)) % 360.0
+    return [lightness, math.hypot(a, b), hue if hue < 360.0 else 0.0]  # a hair below 0 comes out as 360

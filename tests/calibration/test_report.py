@@ -190,7 +190,9 @@ def test_colour_of_the_original_data_is_on_the_page(tmp_path):
     words = " ".join("".join(Tags(page.read_text("utf-8")).text).split())
     assert "L* 38.0 a* 51.2 b* \N{MINUS SIGN}7.0 (45a:0)" in words
     (found,) = json.loads(figures.read_text("utf-8"))["results"]
+    lch = found["colour"].pop("lch")
     assert found["colour"] == {"xyz": [0.2, 0.1, 0.05], "lab": [38.0, 51.25, -7.0], "geometry": "45a:0"}
+    np.testing.assert_allclose(lch, [38.0, 51.725840, 352.222362], rtol=1e-8)  # 360° less atan(7 / 51.25)
 
 
 def test_noise_of_the_reference_is_said_by_row_and_a_limit_is_a_note(tmp_path):
