@@ -23,8 +23,8 @@ _TURN_MS = 6000
 def orbited(camera: Camera, frames: int) -> tuple[Camera, ...]:
     """The camera at equal steps of a full turn about its target, anticlockwise seen from the tip of its `up`.
 
-    >>> [np.round(one.position, 3).tolist() for one in orbited(Camera(position=(0, 1, 2)), 4)]
-    [[0.0, 1.0, 2.0], [2.0, 1.0, 0.0], [-0.0, 1.0, -2.0], [-2.0, 1.0, -0.0]]
+    >>> [one.position.astype(int).tolist() for one in orbited(Camera(position=(0, 1, 2)), 4)]
+    [[0, 1, 2], [2, 1, 0], [0, 1, -2], [-2, 1, 0]]
     """
     target, axis = np.asarray(camera.target, dtype=np.float64), unit(np.asarray(camera.up, dtype=np.float64))
     off = np.asarray(camera.position, dtype=np.float64) - target

@@ -178,10 +178,15 @@ def test_its_average_is_what_lists_show(page, texture):
         np.testing.assert_allclose(np.pi * average.eval(up, up), mean, rtol=1e-9)
 
 
-def test_a_texture_without_an_average_has_no_colour_in_lists(page, texture, tmp_path, monkeypatch):
+@pytest.mark.parametrize("original_knows_one", [False, True])
+def test_the_original_is_asked_where_the_fast_form_has_no_average(
+    page, texture, tmp_path, monkeypatch, original_knows_one
+):
     monkeypatch.setattr(page.MattForm, "average", lambda self: self)
+    if not original_knows_one:
+        monkeypatch.setattr(page.MattTexture, "average", lambda self: self)
     said = Provenance("a test", "none", "measured")
     form = texture.own_form()
     made = MaterialRecord("cloth/checked", "cloth", "matt_texture", texture.parameters(), said, form)
     record.write_record(made, tmp_path / "checked.h5")
-    assert read_head(tmp_path / "checked.h5")["colour"] is None
+    assert (read_head(tmp_path / "checked.h5")["colour"] is not None) is original_knows_one
