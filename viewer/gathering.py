@@ -82,11 +82,15 @@ def _of_surfaces(
     light: IndirectLight, fields: slice, samples: SeenSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
 ) -> _Gathered:
     """The same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
-    at = light.between(samples.face, samples.weights, samples.back)[..., fields]
+    sites, shares = light.near(samples.face, samples.weights, samples.back)
+    at = np.einsum("nc,ncvf->nvf", shares, light.at_sites[..., fields][sites])
     moments, radiance = light_at(at, smooth, samples.frame[:, 2])
     lux = turned(moments, samples.frame)[:, : lobes.matt.shape[1]]
     to_world = np.einsum("nqi,nij->nqj", lobes.directions, samples.frame)
-    return lux, under_lobes(radiance, to_world, lobes.sharpness)
+    seen = under_lobes(radiance, to_world, lobes.sharpness)
+    if light.maps is not None and lobes.sharpness.shape[1]:
+        seen = light.maps.under_lobes(seen, sites, shares, to_world, lobes.sharpness, fields)
+    return lux, seen
 
 
 def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:

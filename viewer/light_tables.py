@@ -17,6 +17,7 @@ from ..lighting.environment.panel import GatheredPanel
 from ..lighting.environment.pyramid import SOFTENING
 from ..lighting.transfer.indirect import IndirectLight
 from ..lighting.transfer.passing_on import EVEN_Z, EVEN_ZZ
+from ..lighting.transfer.radiance_maps import BLUNT, FIRST, LEVELS
 from ..lighting.visibility.compression import SOFT, unpacked
 from ..lighting.visibility.hidden_light import HiddenLight
 from ..lighting.visibility.refinement import Refinement
@@ -157,21 +158,44 @@ def hidden_tables(
 def indirect_tables(context: moderngl.Context, light: IndirectLight, fields: slice) -> LightTables:
     """At most four fields of light by way of other surfaces."""
     owner, (sites, values) = Owner(context), light.at_sites.shape[:2]
-    held = np.zeros((sites, values, 4), dtype=np.float32)
-    chosen = light.at_sites[..., fields]
-    held[..., : chosen.shape[2]] = chosen
     sites_of = np.stack([light.fronts, light.backs], axis=1).astype(np.int32)
-    a_row = ROW_LENGTH // values
-    return LightTables(
-        {"INDIRECT": 1, "INDIRECT_A_ROW": a_row, "EVEN_Z": EVEN_Z, "EVEN_ZZ": EVEN_ZZ},
-        {},
-        {
-            "indirect": owner.table(held, a_row, values),
-            "sites_of": owner.table(sites_of, ROW_LENGTH),
-            "nodes": owner.table(_nodes(light.refinement), ROW_LENGTH),
-        },
-        owner,
-    )
+    sizes: dict[str, int | float] = {
+        "INDIRECT": 1,
+        "INDIRECT_A_ROW": ROW_LENGTH // values,
+        "EVEN_Z": EVEN_Z,
+        "EVEN_ZZ": EVEN_ZZ,
+    }
+    textures = {
+        "indirect": owner.table(_four(light.at_sites[..., fields], np.float32), ROW_LENGTH // values, values),
+        "sites_of": owner.table(sites_of, ROW_LENGTH),
+        "nodes": owner.table(_nodes(light.refinement), ROW_LENGTH),
+    }
+    if light.maps is None:
+        return LightTables(sizes, {}, textures, owner)
+    maps = light.maps
+    of_site = np.zeros((sites, 4), dtype=np.float32)
+    of_site[:, 3], there = maps.number, maps.number >= 0
+    of_site[there, :3] = maps.normals[maps.number[there]]
+    a_row = ROW_LENGTH // maps.values.shape[1]
+    textures["map_of_site"] = owner.table(of_site, ROW_LENGTH)
+    textures["radiance_maps"] = owner.table(_four(maps.values[..., fields], np.float16), a_row, maps.values.shape[1])
+    sizes |= {
+        "MAP_LEVELS": len(LEVELS),
+        "MAP_TEXELS": maps.values.shape[1],
+        "MAPS_A_ROW": a_row,
+        "BLUNT": BLUNT,
+        "SOFTENING": SOFTENING,
+    }
+    levels = [(sharpness, float(first), float(side)) for (sharpness, side), first in zip(LEVELS, FIRST, strict=True)]
+    scale = np.pad(maps.scale[fields], (0, 4 - len(maps.scale[fields])))
+    return LightTables(sizes, {"map_levels": levels, "map_scale": tuple(scale)}, textures, owner)
+
+
+def _four(values: Float[np.ndarray, "n T F"], dtype: type) -> Float[np.ndarray, "n T 4"]:
+    """With as many fields as a texel has numbers."""
+    held = np.zeros((*values.shape[:2], 4), dtype=dtype)
+    held[..., : values.shape[2]] = values
+    return held
 
 
 def divisions(refinement: Refinement) -> list[tuple[int, int, int, int]]:

@@ -59,7 +59,7 @@ class Owner:
 
     def table(self, values: np.ndarray, items_a_row: int, texels: int = 1) -> moderngl.Texture:
         """Items of `texels` texels each, (n, texels, components), laid out in rows of `items_a_row` items."""
-        dtype = "i4" if values.dtype == np.int32 else "f4"
+        dtype = {"int32": "i4", "float16": "f2"}.get(values.dtype.name, "f4")
         components = values.shape[-1] if values.ndim > 1 else 1
         values = values.reshape(-1, texels, components)
         rows = max(1, -(-len(values) // items_a_row))

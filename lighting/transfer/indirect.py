@@ -37,10 +37,13 @@ from .hits import RAYS, Hits
 from .kept import kept_hits
 from .operator import irradiance_operator
 from .passing_on import EVEN_Z, EVEN_ZZ, regions_of
+from .radiance_maps import RadianceMaps
 
 #: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
 OF_SITE = 2 * BENDS + 3
 FLUX, RADIANCE = slice(BENDS, BENDS + 3), slice(BENDS + 3, OF_SITE)
+#: Glossy sites that have maps: some 10 KB each.
+MOST_MAPS = 100_000
 # A ray's share of the flux is held where it grazes: 1 / cosine at most.
 _GRAZING = 0.05
 # Rays at once.
@@ -99,6 +102,7 @@ class IndirectLight:
     asked : `Scene.bounces`. bounces : surfaces that the light may have come by.
     left : ΔE94 that more of them would change any site by.
     words : how many bounces, sites, rays and seconds, for a person.
+    maps : what sites of glossy parts see, finer than polynomials; None where there are no such parts.
     """
 
     at_sites: Float[np.ndarray, "S 21 F"]
@@ -111,6 +115,7 @@ class IndirectLight:
     bounces: int
     left: float
     words: str
+    maps: RadianceMaps | None = None
 
     @property
     def fields(self) -> int:
@@ -122,14 +127,16 @@ class IndirectLight:
         light, coefficient = divmod(number, self.basis.size)
         return self.spectra[light], self.basis.reconstruct(np.eye(self.basis.size)[coefficient])
 
-    def between(
+    def near(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"]
-    ) -> Float[np.ndarray, "N 21 F"]:
-        """`at_sites` at points, by their triangle and the weights of its corners. The inside of a solid is dark."""
+    ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
+        """The sites about points, by their triangle and the weights of its corners, and their shares.
+
+        The inside of a solid is dark: a site of no share.
+        """
         vertices, shares = self.refinement.located(faces, weights)
         sites = np.where(back[:, None], self.backs[vertices], self.fronts[vertices])
-        shares = np.where(sites >= 0, shares, 0.0)
-        return np.einsum("nc,ncvf->nvf", shares, self.at_sites[np.maximum(sites, 0)])
+        return np.maximum(sites, 0), np.where(sites >= 0, shares, 0.0)
 
 
 def arriving(hits: Hits, radiosity: Float[np.ndarray, "S F"]) -> Float[np.ndarray, "S 21 F"]:
@@ -297,18 +304,23 @@ def indirect_light(
     # What has come by so many surfaces is sent on by them, and arrives by one more.
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
     bounces = 0 if none else found.bounces + 1
-    at = (
-        np.zeros((len(hits.sites), OF_SITE, 0), np.float32)
-        if none
-        else beside_shut(arriving(hits, found.all.reshape(len(lux), -1)), hits)
-    )
+    at, maps, sites = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None, ()
+    if not none:
+        sent = found.all.reshape(len(lux), -1)
+        at = beside_shut(arriving(hits, sent), hits)
+        glossy = [surfaces[part.material].environment_form().count > 0 for part in scene.parts]
+        sites = np.flatnonzero(np.array(glossy)[hits.part_of_site])
+        if 0 < len(sites) <= MOST_MAPS:
+            maps = RadianceMaps.of(hits, sent, sites, at[:, RADIANCE])
     words = (
         f"{bounces or 'no'} {'bounce' if bounces == 1 else 'bounces'} of light between surfaces: {len(hits.sites):,} "
         f"sites, {hits.rays} rays each, {basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more would "
         f"change no site by more than ΔE94 {found.left:.2g}"
     )
+    if not none and len(sites) > MOST_MAPS:
+        words += f"; highlights without detail, for {len(sites):,} glossy sites are more than {MOST_MAPS:,}"
     where = transport.refinement, transport.fronts, transport.backs
-    return IndirectLight(at, spectra, basis, *where, scene.bounces, bounces, found.left, words)
+    return IndirectLight(at, spectra, basis, *where, scene.bounces, bounces, found.left, words, maps)
 
 
 def _by_spectrum(

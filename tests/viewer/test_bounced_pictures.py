@@ -9,9 +9,10 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.reference import reference_images
 from metamer.lighting.scene import Review
 from metamer.lighting.scene_files import load_scene
+from metamer.lighting.transfer import indirect
 from metamer.lighting.visibility import refinement
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.factored.pack import matt_brdf
+from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.materials.svbrdf.texture import SpectralTexture
@@ -101,6 +102,32 @@ def test_gl_equals_numpy(scenes, gl):
         without, _ = renderer.render(replace(scene, bounces=0), None, surfaces)
     assert off(scene, twin, drawn)[coverage == 1.0].max() < 0.05
     assert off(scene, twin, without)[coverage == 1.0].mean() > 1.0
+
+
+def metal(scenes):
+    """A lobe that reflects as metals do, four fifths of what comes at any angle."""
+    coat = scenes.lobe_pack(0.2)
+    at_half, at_difference, azimuth = (factor.copy() for factor in coat.factors)
+    at_half[:, 1:], at_difference[:, 0] = 0.0, 0.8
+    one = replace(coat, factors=(at_half, at_difference, azimuth), palette=Palette.of(np.ones((3, 81))))
+    return FactoredBrdf((one,))
+
+
+def test_a_metal_mirrors_what_stands_about_it(scenes, make, monkeypatch):
+    """A ball before a red wall, beside paths; what polynomials alone would show of it is far off."""
+    surfaces = {**SURFACES, "grey": metal(scenes)}
+    scene = replace(corner(scenes), bounces=2)
+    truth = reference_images(scene, None, surfaces, bounces=2, budget=1.0)
+    with make() as renderer:
+        found, coverage = renderer.render(scene, None, surfaces)
+    monkeypatch.setattr(indirect, "MOST_MAPS", 10)
+    with make() as renderer:
+        blunt, _ = renderer.render(scene, None, surfaces)
+        assert "highlights without detail" in renderer.bounced.words
+    ball = (coverage == 1.0) & (np.abs(found - blunt).max(axis=2) > 0.0)
+    assert ball.sum() > 20
+    near, far = (np.percentile(off(scene, truth.xyz[0], one)[ball], 90) for one in (found, blunt))
+    assert near < 2.6 and near < 0.4 * far
 
 
 def test_a_texture_receives_light_and_passes_it_on_texel_by_texel(scenes, make):
