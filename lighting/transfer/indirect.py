@@ -30,6 +30,7 @@ from ..scene import Scene
 from ..vectors import dot
 from ..visibility.occluders import Occluders
 from ..visibility.refinement import Refinement, refined
+from ..visibility.shut import beside_shut, edges
 from ..visibility.sites import scaled_triangles
 from .bounces import ENOUGH, Regions, interreflected
 from .direct import direct_illuminance
@@ -167,22 +168,6 @@ def arriving(hits: Hits, radiosity: Float[np.ndarray, "S F"]) -> Float[np.ndarra
     return found
 
 
-def beside_shut(at: Float[np.ndarray, "S 21 F"], hits: Hits) -> Float[np.ndarray, "S 21 F"]:
-    """The same, with means of their neighbours at sites that are shut (`Hits.shut`): what lies between such a one and
-    others is seen, and is not half dark.
-    """
-    both = np.concatenate([hits.corners, hits.backs])
-    both = both[(both >= 0).all(axis=1)]
-    ends = np.concatenate([both[:, [a, b]] for a in range(3) for b in range(3) if a != b])
-    ends = ends[hits.shut[ends[:, 0]] & ~hits.shut[ends[:, 1]]]
-    sites, place, count = np.unique(ends[:, 0], return_inverse=True, return_counts=True)
-    total = np.zeros((len(sites), *at.shape[1:]), at.dtype)
-    np.add.at(total, place, at[ends[:, 1]])
-    found = at.copy()
-    found[sites] = total / count[:, None, None].astype(at.dtype)
-    return found
-
-
 def _smooth_flux(radiance: Float[np.ndarray, "n 9 F"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3 F"]:
     """The integral of the polynomials times direction over the hemisphere about each normal.
 
@@ -307,7 +292,7 @@ def indirect_light(
     at, maps, sites = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None, ()
     if not none:
         sent = found.all.reshape(len(lux), -1)
-        at = beside_shut(arriving(hits, sent), hits)
+        at = beside_shut(arriving(hits, sent), hits.shut, edges(np.concatenate([hits.corners, hits.backs])))
         glossy = [surfaces[part.material].environment_form().count > 0 for part in scene.parts]
         sites = np.flatnonzero(np.array(glossy)[hits.part_of_site])
         if 0 < len(sites) <= MOST_MAPS:

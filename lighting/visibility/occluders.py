@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ..geometry import SHADOW_OFFSET
 
@@ -36,3 +36,11 @@ class Occluders:
         given = (np.ascontiguousarray(each, dtype=np.float32) for each in (starts, to))
         ends = None if lengths is None else np.ascontiguousarray(lengths, dtype=np.float32)
         return self._scene.run(*given, dists=ends, query="OCCLUDED") < 0
+
+    def met(
+        self, starts: Float[np.ndarray, "n 3"], to: Float[np.ndarray, "n 3"]
+    ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """The first triangle on each ray along a unit vector, -1 where there is none, and how far off it is."""
+        given = (np.ascontiguousarray(each, dtype=np.float32) for each in (starts, to))
+        found = self._scene.run(*given, query="INTERSECT", output=True)
+        return found["primID"].astype(np.int64), found["tfar"].astype(np.float64)

@@ -25,7 +25,8 @@ from .finer import far_apart, middle_sites, most_middles
 from .occluders import Occluders
 from .pieces import Pieces
 from .refinement import refined
-from .sites import Sites, nothing_hides, pieces_of, scaled_triangles, sites
+from .shut import beside_shut, edges, shut_sites
+from .sites import Sites, corners_of, nothing_hides, pieces_of, scaled_triangles, sites_at
 from .thinning import Surroundings
 from .tracing import Traced, traced
 from .visibility import SceneVisibility
@@ -150,14 +151,19 @@ def _computed(
     triangles = scaled_triangles(scene).astype(np.float32)
     divided = bool((refinement.divisions > 1).any())
     occluders = Occluders(triangles)
-    where = sites(fine, pieces_of(fine) if divided else found, occluders)
+    corners = corners_of(fine, pieces_of(fine) if divided else found)
+    where = sites_at(corners, occluders)
+    bodies = corners if not divided else corners_of(scene, found)
+    shut = shut_sites(where, occluders, bodies.face_normals, bodies.solid)
+    # Those that are shut come last: what is foretold is foretold from open ones.
+    where, shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
     if before is not None:
         triangles = scaled_triangles(scene, before).astype(np.float32)
-    total = len(where)
+    total, seen = len(where), int(np.count_nonzero(~shut)) or len(where)
     # How many middles there will be is known when all vertices are: until then, as many as there may be.
     whole = total + most_middles(refinement)
-    some = min(total, max(_FEW, total // 4), _TRAINING)
-    training = np.unique(np.linspace(0, total - 1, some).astype(np.int64))
+    some = min(seen, max(_FEW, seen // 4), _TRAINING)
+    training = np.unique(np.linspace(0, seen - 1, some).astype(np.int64))
     first: list[Traced] = []
     for one in _in_tiles(triangles, where, training, None, jobs):
         first.append(one)
@@ -183,16 +189,19 @@ def _computed(
             progress(done, whole, "visibility")
 
     known = training
-    if total > thinning.WHOLE:
-        known = thinning.thinned(Surroundings(where.starts, where.normals), codes, training, trace)
+    if seen > thinning.WHOLE:
+        around = Surroundings(where.starts[:seen], where.normals[:seen])
+        known = thinning.thinned(around, codes[:seen], training, trace)
+        trace(np.arange(seen, total))
     # Nothing is taken for nothing before every site says so.
-    if free or total <= thinning.WHOLE:
+    if free or seen <= thinning.WHOLE:
         trace(np.setdiff1d(np.arange(total), known))
     if free:
         progress(whole, whole, "visibility")
         return None
     facing = np.concatenate([mesh.normals for mesh in meshes])[order]
     fronts, backs = where.fronts[order], where.backs[order]
+    ends = [edges(sites_of[corners.vertex.reshape(-1, 3)]) for sites_of in (where.fronts, where.backs)]
     pairs = far_apart(refinement, facing, fronts, backs, codes)
     if len(pairs):
         finer = middle_sites(scene, found, refinement, fronts, pairs, occluders)
@@ -202,11 +211,15 @@ def _computed(
             done += len(coded)
             progress(total + (whole - total) * done // (number + 1), whole, "visibility")
         codes = np.concatenate([codes, *more])
+        shut = np.concatenate([shut, shut_sites(finer.sites, occluders, bodies.face_normals, bodies.solid)])
         refinement, facing = finer.refinement, np.concatenate([facing, finer.facing])
         fronts, backs = (
             np.concatenate([one, np.where(other >= 0, other + total, -1)])
             for one, other in ((fronts, finer.sites.fronts), (backs, finer.sites.backs))
         )
+        middles = np.arange(len(fronts) - len(pairs), len(fronts))
+        ends += [of[np.stack([pairs[:, end], middles], axis=1)] for of in (fronts, backs) for end in (0, 1)]
+    codes = beside_shut(codes, shut, np.concatenate(ends))
     progress(whole, whole, "visibility")
     return SceneVisibility(
         basis.mean,

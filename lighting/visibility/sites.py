@@ -49,6 +49,11 @@ class Sites:
     def __len__(self) -> int:
         return len(self.starts)
 
+    def ordered(self, order: Int[np.ndarray, " S"]) -> Sites:
+        """The same with other numbers: the first is the one that had number `order[0]`."""
+        number = np.append(np.argsort(order), -1)
+        return Sites(self.starts[order], self.normals[order], number[self.fronts], number[self.backs])
+
 
 @dataclass(frozen=True, eq=False)
 class Corners:

@@ -9,10 +9,10 @@ from metamer.lighting.mesh_files import cleaned_mesh
 from metamer.lighting.shapes import plane, sphere
 from metamer.lighting.transfer.bounces import Regions, interreflected
 from metamer.lighting.transfer.hits import scene_hits
-from metamer.lighting.transfer.indirect import beside_shut
 from metamer.lighting.transfer.kept import build_rays, kept_hits
 from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.visibility.refinement import refined
+from metamer.lighting.visibility.shut import beside_shut, edges
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
@@ -162,7 +162,7 @@ def test_what_lies_below_another_part_darkens_nothing_beside_it(scene_of, above)
     np.testing.assert_allclose(seen[sides], whole[sides], atol=0.02)
     # Pictures mix what arrives at corners: those below that others are beside have means of the others.
     at = np.where(hits.shut, 0.0, 1.0).astype(np.float32)[:, None, None] * np.ones((1, 21, 2), np.float32)
-    found = beside_shut(at, hits)
+    found = beside_shut(at, hits.shut, edges(np.concatenate([hits.corners, hits.backs])))
     np.testing.assert_array_equal(found[~hits.shut], at[~hits.shut])
     changed = found[:, 0, 0] != at[:, 0, 0]
     assert changed.sum() > 4 and (found[changed] == 1.0).all()
