@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 from ..lighting.camera import Camera
 from ..lighting.scene import Scene
-from ..lighting.transfer.indirect import IndirectLight, Transport, indirect_light, needs_none
+from ..lighting.transfer.indirect import IndirectLight, indirect_light, needs_none
+from ..lighting.transfer.transport import Transport
 from ..lighting.visibility.keeping import transfer_folder
 from ..materials.fast import Fast
 from ..spectral.basis import SpectralBasis

@@ -35,6 +35,8 @@ def bars(rows: Iterable[dict]) -> list[list[str]]:
     for rays in (256, 1024):
         whole = [row for row in large if row["at"] == "pixels" and row["bounces"] == "all" and row["rays"] == rays]
         add(f"all bounces, {rays} rays, whole picture, p95", 1.0, whole, lambda row: row["delta_e94"]["p95"])
+    drawn = [row for row in large if row["at"] == "renderer"]
+    add("all bounces, as rendered, p95", 1.0, drawn, lambda row: row["delta_e94"]["p95"])
     spectrum = [row for row in ours if row["at"] == "wavelengths"]
     add("J beside 81 wavelengths, max", 0.1, spectrum, lambda row: row["delta_e94"]["max"])
     add("surcharge over RGB", 1.15, spectrum, lambda row: row["rgb_surcharge"])

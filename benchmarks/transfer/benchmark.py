@@ -14,6 +14,7 @@ from ...materials.tensors.components import Components
 from ...spectral.errors import InputError
 from . import clothed, growth, path_tracing, spectral
 from .bars import bars
+from .drawn import drawn_row
 from .ours import Geometry, OurMethod
 from .pixels import Truths, difference, figures_of
 from .scenes import TransferScene, scenes
@@ -59,9 +60,10 @@ def run(
     Returns
     -------
     dict : `rows`, for JSON. A row has `scene`, `vertices` (that something may be seen from), `regions`, `method`
-    ("paper", "ours", "paper-2004" or "mitsuba"), `at` ("pixels" or "sites"; "wavelengths" beside the same with 81
-    samples), `rays`, `bounces` ("all": until nothing is left), `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`,
-    `material`, `light`, `all`; ours also `matt`), `light`, `delta_e94` (`mean`, `p95`, `p99`, against paths of as many
+    ("paper", "ours", "paper-2004" or "mitsuba"), `at` ("pixels" or "sites"; "renderer": whole pictures, see `drawn`;
+    "wavelengths" beside the same with 81 samples), `rays`, `bounces` ("all": until nothing is left),
+    `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`, `material`, `light`, `all`; ours also `matt`; nothing of
+    whole pictures), `light`, `delta_e94` (`mean`, `p95`, `p99`, against paths of as many
     bounces) and `reference_noise` (ΔE94); ours also `coefficients`, and at sites `delta_e94_matt` and
     `delta_e94_glossy` of what receives the light. Direct light at pixels is the paper's own in its rows, and the
     paths' in ours (see `ours`).
@@ -108,6 +110,7 @@ def _of_scene(
         for truth in truths:
             progress(f"{truth.case.name}, {truth.case.light}: {rays} rays, relit")
             yield from OurMethod.of(truth.case, geometry).rows(OUR_BOUNCES, truth)
+    yield from map(drawn_row, truths)
 
 
 def _of_tensors(method: TensorMethod, truths: Truths) -> Iterator[dict]:
@@ -150,7 +153,7 @@ def report(figures: dict) -> str:
         )  # fmt: skip
     headings = ["scene", "light", "method", "at", "sites", "regions", "rays", "bounces", "CPU s", "MB"]
     headings += [*RELIT[:-1], "all ms", "mean", "p95", "p99", "noise"]
-    title = "ΔE94 against paths of as many bounces at every wavelength; ours with the paths' own direct light"
+    title = "ΔE94 against paths of as many bounces at every wavelength; ours at pixels with the paths' own direct light"
     of_paper = [
         [name, f"{vertices:,}", f"{megabytes}", f"{hours:g}", f"{view}", f"{material}", f"{light}"]
         for name, vertices, megabytes, hours, view, material, light in PAPER

@@ -167,11 +167,13 @@ def passed_on(
     sends: Float[np.ndarray, " S"] | None = None,
     beside: Float[np.ndarray, "S 3"] | None = None,
     bounces: int | None = None,
+    then: Float[np.ndarray, "S K J"] | None = None,
 ) -> Interreflection:
     """`interreflected`, of any radiosity that there is `first`.
 
     to_xyz : what coefficients of all spectra come to. beside : XYZ that sites send out beside it, which is not passed
-    on. bounces : follow so many, whatever is left; None goes on until `enough`.
+    on. bounces : follow so many, whatever is left; None goes on until `enough`. then : what sites make of it by the
+    first bounce, where not all of it is even.
     """
     now = first
     total = now.copy()
@@ -180,9 +182,12 @@ def passed_on(
     q = largest * regions.largest
     left, before = 0.0, float(np.abs(_seen(now, to_xyz)).sum())
     for bounce in range((most if bounces is None else bounces) + 1):
-        sent = now.reshape(len(now), -1)
-        arriving = operator @ (sent if sends is None else sent * sends[:, None])
-        following = regions.reflected(np.asarray(arriving).reshape(now.shape))
+        if bounce or then is None:
+            sent = now.reshape(len(now), -1)
+            arriving = operator @ (sent if sends is None else sent * sends[:, None])
+            following = regions.reflected(np.asarray(arriving).reshape(now.shape))
+        else:
+            following = then
         gives = _seen(following, to_xyz)
         size = float(np.abs(gives).sum())
         share = min(size / before, q) if before > 0.0 else 0.0

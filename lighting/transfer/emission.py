@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,8 @@ from .prepared import Prepared
 from .received import Received
 from .reflection import Reflection
 
+#: By the number of each part; glossy ones have to be there.
+OfParts = Sequence[Reflection] | Mapping[int, Reflection]
 # Rays at once.
 _BLOCK = 1 << 15
 
@@ -35,8 +37,8 @@ class CellLight:
 
 def cell_radiosity(
     rays: GlossyRays,
-    originals: Sequence[Reflection],
-    reflections: Sequence[Reflection],
+    originals: OfParts,
+    reflections: OfParts,
     got: Received,
     basis: SpectralBasis,
     dtype: type = np.float32,
@@ -70,7 +72,7 @@ def cell_radiosity(
 def ray_radiosity(
     prepared: Prepared,
     rays: GlossyRays,
-    reflections: Sequence[Reflection],
+    reflections: OfParts,
     got: Received,
     basis: SpectralBasis,
     dtype: type = np.float32,
@@ -84,7 +86,7 @@ def ray_radiosity(
     hits, frames, starts = prepared.hits, prepared.frames, prepared.hits.sites.starts
     centre, radius = prepared.centre_and_radius
     of_ray = hits.part[hits.triangle.ravel()[rays.ray] % len(hits.part)]
-    terms = [basis.project(np.pi * one.spectra) for one in reflections]
+    terms = {one.part: basis.project(np.pi * reflections[one.part].spectra) for one in rays.parts}
     for start in range(0, len(found), _BLOCK):
         block = slice(start, start + _BLOCK)
         about, share = rays.about[block], rays.share[block]
@@ -104,7 +106,8 @@ def ray_radiosity(
             for number in np.unique(of_ray[block][lit]):
                 mine = lit[of_ray[block][lit] == number]
                 scattered = reflections[number].scalars(wi[mine], wo[mine]) * lux[mine, None]
-                found[start + mine, k] = scattered @ terms[number]
+                # Several lights may have one spectrum.
+                found[start + mine, k] += scattered @ terms[number]
     return found.reshape(len(found), found.shape[1] * basis.size)
 
 

@@ -8,11 +8,10 @@ pictures take it as one more field of a light that spreads.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -23,22 +22,22 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.palette import DonaldsonPalette
 from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import common_wavelengths
+from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
 from ..convexity import is_convex
 from ..plan import bounce_basis
 from ..scene import Scene
 from ..vectors import dot
 from ..visibility.occluders import Occluders
-from ..visibility.refinement import Refinement, refined
+from ..visibility.refinement import Refinement
 from ..visibility.shut import beside_shut, edges
 from ..visibility.sites import scaled_triangles
-from .bounces import ENOUGH, Regions, interreflected
+from .bounces import ENOUGH, Regions, passed_on
 from .direct import direct_illuminance
-from .hits import RAYS, Hits
-from .kept import kept_hits
-from .operator import irradiance_operator
+from .hits import Hits
 from .passing_on import EVEN_Z, EVEN_ZZ, regions_of
 from .radiance_maps import RadianceMaps
+from .ray_light import MOST_GLOSSY, RayLight, glossy_light, glossy_parts
+from .transport import Transport
 
 #: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
 OF_SITE = 2 * BENDS + 3
@@ -49,47 +48,6 @@ MOST_MAPS = 100_000
 _GRAZING = 0.05
 # Rays at once.
 _AT_ONCE = 1 << 17
-Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Transport:
-    """All of a scene's geometry that indirect light needs; good for any materials and lights.
-
-    fine : the scene as its triangles are divided. refinement, fronts (V,), backs (V,) : where sites are, as of
-    `SceneVisibility`. operator : G (S,S).
-    """
-
-    fine: Scene
-    hits: Hits
-    operator: Any
-    refinement: Refinement
-    fronts: Int[np.ndarray, " V"]
-    backs: Int[np.ndarray, " V"]
-
-    @classmethod
-    def of(
-        cls,
-        scene: Scene,
-        rays: int = RAYS,
-        longest_edge: float | None = None,
-        progress: Progress = lambda done, total, what: None,
-        folder: Path | str | None = None,
-        jobs: int = 1,
-        say: Callable[[str], object] = lambda words: None,
-    ) -> Transport:
-        """Take the rays of a scene from `folder`, or trace them and keep them there: see `kept_hits`.
-
-        longest_edge : see `refined`.
-
-        Raises
-        ------
-        InputError : it would not fit into memory; the folder cannot be used.
-        """
-        fine, refinement, order = refined(scene, longest_edge)
-        hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say)
-        where = hits.sites
-        return cls(fine, hits, irradiance_operator(hits), refinement, where.fronts[order], where.backs[order])
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,21 +98,20 @@ class IndirectLight:
         return np.maximum(sites, 0), np.where(sites >= 0, shares, 0.0)
 
 
-def arriving(hits: Hits, radiosity: Float[np.ndarray, "S F"]) -> Float[np.ndarray, "S 21 F"]:
+def arriving(hits: Hits, light: RayLight) -> Float[np.ndarray, "S 21 F"]:
     """What each site receives of what all send out (`IndirectLight.at_sites`), float32.
 
     Rays are as dense as the cosine: with radiosity B = pi L the moments are means of B times polynomials, and the flux
     one of B times direction over cosine. The radiance is the nearest of such polynomials over the site's rays by least
     squares; its flux is known, so that rays have to tell that of the rest only.
     """
-    count, fields = len(hits.sites), radiosity.shape[1]
+    count, fields = len(hits.sites), light.radiosity.shape[1]
     found = np.empty((count, OF_SITE, fields), np.float32)
     step = max(1, _AT_ONCE // hits.rays)
     for start in range(0, count, step):
         rows = slice(start, min(start + step, count))
-        number, share = hits.ends(rows)
         to = hits.directions(rows)
-        sent = np.einsum("nrc,nrcf->nrf", share, radiosity[number])
+        sent = light.along(hits, np.arange(rows.start, rows.stop), to)
         bent = bends(to)
         moments = np.einsum("nrb,nrf->nbf", bent, sent) / hits.rays
         square = np.einsum("nrb,nrc->nbc", bent, bent) / hits.rays
@@ -249,8 +206,9 @@ def indirect_light(
 ) -> IndirectLight:
     """Follow light from surface to surface, `scene.bounces` times or, for "auto", until no further one is seen.
 
-    Every material passes light on as a matt one that reflects as much as it does of even light, at each wavelength, a
-    texture at each site as its texels about there: what receives it is as it is.
+    What lights give straight away is sent on as materials scatter it, by direction where they are glossy (`RayLight`).
+    Later on every material passes light on as a matt one that reflects as much as it does of even light, at each
+    wavelength, a texture at each site as its texels about there: what receives it is as it is.
 
     Parameters
     ----------
@@ -269,32 +227,43 @@ def indirect_light(
     start, hits = perf_counter(), transport.hits
     _check_not_fluorescent(scene, surfaces)
     occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
-    spectra, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
+    spectra, which, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
     wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
     # Rays outlive materials: parts wear those of this scene.
     worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]
     regions, seen = regions_of(replace(transport.fine, parts=tuple(worn)), surfaces, hits, wavelengths)
-    basis = bounce_basis(seen, [*spectra, *shown_in], scene.observer, wavelengths)
-    exactly = None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0)
-    found = interreflected(
-        transport.operator,
-        Regions(*regions, basis),
-        lux,
-        [basis.fold(spectrum, scene.observer) for spectrum in spectra],
+    glossy = glossy_parts(transport.prepared, scene, surfaces)
+    shown = [one.shown @ interpolation_matrix(one.wavelengths_nm, wavelengths).T for one in glossy.values()]
+    basis = bounce_basis(np.concatenate([seen, *shown]), [*spectra, *shown_in], scene.observer, wavelengths)
+    known = Regions(*regions, basis)
+    evenly = first = known.first(lux)
+    light = then = None
+    sites = np.flatnonzero(np.isin(hits.part_of_site, list(glossy)))
+    if 0 < len(sites) <= MOST_GLOSSY and scene.bounces != 0:
+        light, of_glossy = glossy_light(transport.prepared, glossy, scene.lights, which, basis, lux)
+        first = evenly.copy()
+        first[light.rays.sites] = of_glossy
+        arrives = transport.prepared.operator @ first.reshape(len(lux), -1) + light.irradiance(hits)
+        then = known.reflected(arrives.reshape(first.shape))
+    reference = float(scene.viewing.reference_illuminance_lux)
+    found = passed_on(
+        transport.prepared.operator,
+        known,
+        evenly,
+        np.concatenate([basis.fold(spectrum, scene.observer).T for spectrum in spectra]) / reference,
         scene.adopted_white(),
-        float(scene.viewing.reference_illuminance_lux),
+        reference,
         enough,
-        exactly=exactly,
+        bounces=None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0),
+        then=then,
     )
     # What has come by so many surfaces is sent on by them, and arrives by one more.
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
     bounces = 0 if none else found.bounces + 1
-    at, maps, sites = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None, ()
+    at, maps = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None
     if not none:
-        sent = found.all.reshape(len(lux), -1)
+        sent = RayLight((found.indirect + first).reshape(len(lux), -1), light)
         at = beside_shut(arriving(hits, sent), hits.shut, edges(np.concatenate([hits.corners, hits.backs])))
-        glossy = [surfaces[part.material].environment_form().count > 0 for part in scene.parts]
-        sites = np.flatnonzero(np.array(glossy)[hits.part_of_site])
         if 0 < len(sites) <= MOST_MAPS:
             maps = RadianceMaps.of(hits, sent, sites, at[:, RADIANCE])
     words = (
@@ -302,6 +271,8 @@ def indirect_light(
         f"sites, {hits.rays} rays each, {basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more would "
         f"change no site by more than ΔE94 {found.left:.2g}"
     )
+    if not none and len(sites) > MOST_GLOSSY:
+        words += f"; {len(sites):,} glossy sites, more than {MOST_GLOSSY:,}, pass light on as matt ones"
     if not none and len(sites) > MOST_MAPS:
         words += f"; highlights without detail, for {len(sites):,} glossy sites are more than {MOST_MAPS:,}"
     where = transport.refinement, transport.fronts, transport.backs
@@ -310,15 +281,17 @@ def indirect_light(
 
 def _by_spectrum(
     scene: Scene, direct: Sequence[Float[np.ndarray, "S _"]]
-) -> tuple[tuple[Spectrum, ...], Float[np.ndarray, "S K"]]:
-    """The spectra of all lights, each once, and what comes straight away of each."""
+) -> tuple[tuple[Spectrum, ...], list[int], Float[np.ndarray, "S K"]]:
+    """The spectra of all lights, each once, which of them lights have, and what comes straight away of each."""
     found: dict[tuple[bytes, bytes], tuple[Spectrum, np.ndarray]] = {}
     for light, lux in zip(scene.lights, direct, strict=True):
         for spectrum, one in zip(light.spectra, lux.T, strict=True):
             before = found.get(spectrum.key)
             found[spectrum.key] = spectrum, one if before is None else before[1] + one
     spectra, columns = zip(*found.values(), strict=True)
-    return spectra, np.stack(columns, axis=1)
+    keys = list(found)
+    which = [keys.index(spectrum.key) for light in scene.lights for spectrum in light.spectra]
+    return spectra, which, np.stack(columns, axis=1)
 
 
 def _check_not_fluorescent(scene: Scene, surfaces: Mapping[str, Fast]) -> None:

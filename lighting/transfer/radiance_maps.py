@@ -21,6 +21,7 @@ from scipy.sparse import csr_array
 from ...materials.environment_form import bends
 from ..environment.pyramid import SOFTENING
 from .hits import Hits, ray_directions, tangents
+from .ray_light import RayLight
 
 #: Sharpness of what polynomials tell alone; of the levels, with texels along a side.
 BLUNT = 2.0
@@ -49,11 +50,16 @@ class RadianceMaps:
     values: Float[np.ndarray, "n T F"]
     scale: Float[np.ndarray, " F"]
 
+    @property
+    def nbytes(self) -> int:
+        """What is kept."""
+        return self.number.nbytes + self.normals.nbytes + self.values.nbytes
+
     @classmethod
     def of(
         cls,
         hits: Hits,
-        radiosity: Float[np.ndarray, "S F"],
+        light: RayLight,
         sites: Int[np.ndarray, " n"],
         polynomials: Float[np.ndarray, "S 9 F"],
     ) -> RadianceMaps:
@@ -61,13 +67,12 @@ class RadianceMaps:
         neighbour.
         """
         open_sites = sites[~hits.shut[sites]]
-        fields = radiosity.shape[1]
-        scale = np.maximum(np.abs(radiosity).max(axis=0, initial=0.0), np.finfo(np.float32).tiny)
-        values = np.empty((len(open_sites), TEXELS, fields), np.float16)
+        scale = np.maximum(light.largest, np.finfo(np.float32).tiny)
+        values = np.empty((len(open_sites), TEXELS, len(scale)), np.float16)
         step = max(1, _AT_ONCE // hits.rays)
         for start in range(0, len(open_sites), step):
             some = open_sites[start : start + step]
-            found = _levels(hits, radiosity / (np.pi * scale), some, polynomials[some] / scale)
+            found = _levels(hits, light, scale, some, polynomials[some] / scale)
             values[start : start + step] = found
         number = np.full(len(hits.sites), -1, np.int32)
         number[open_sites] = np.arange(len(open_sites))
@@ -145,16 +150,16 @@ def _about(places: Float[np.ndarray, "n 2"], side: int) -> tuple[Int[np.ndarray,
 
 def _levels(
     hits: Hits,
-    radiance: Float[np.ndarray, "S F"],
+    brought: RayLight,
+    scale: Float[np.ndarray, " F"],
     sites: Int[np.ndarray, " n"],
     polynomials: Float[np.ndarray, "n 9 F"],
 ) -> Float[np.ndarray, "n T F"]:
     """All levels of some sites."""
-    count, fields, (_, finest) = len(sites), radiance.shape[1], LEVELS[-1]
+    count, fields, (_, finest) = len(sites), len(scale), LEVELS[-1]
     normals = hits.sites.normals[sites]
     to = ray_directions(normals, sites, hits.rays)
-    number, share = hits.about(hits.triangle[sites], hits.place[sites])
-    sent = np.einsum("nrc,nrcf->nrf", share, radiance[number])
+    sent = brought.along(hits, sites, to) / (np.pi * scale)
     cosine = np.einsum("nri,ni->nr", to, normals)
     flat = hemisphere_places(to.reshape(-1, 3), np.repeat(normals, hits.rays, axis=0))
     texels, weights = _about(flat, finest)

@@ -41,12 +41,15 @@ def test_rows_have_what_is_promised(small):
     papers = [row for row in small["rows"] if row["method"] == "paper"]
     assert [row["bounces"] for row in papers] == [0, 1, 2]
     ours = [(row["bounces"], row["at"]) for row in small["rows"] if row["method"] == "ours"]
-    assert ours == [(0, "pixels"), *((n, at) for n in (1, "all") for at in ("pixels", "sites"))]
+    assert ours == [(0, "pixels"), *((n, at) for n in (1, "all") for at in ("pixels", "sites")), ("all", "renderer")]
     for row in small["rows"]:
         assert (row["scene"], row["light"], row["method"], row["regions"]) == ("table", "sky", row["method"], 5)
         assert row["vertices"] > 100 and row["bytes"] > 1e4 and row["precompute_cpu_seconds"] > 0.0
-        assert set(row["relight_ms"]) - {"matt"} == {"view", "material", "light", "all"}
-        assert row["relight_ms"]["all"] >= row["relight_ms"]["view"] > 0.0
+        if row["at"] == "renderer":
+            assert not row["relight_ms"] and row["delta_e94"]["p95"] < 4.0
+        else:
+            assert set(row["relight_ms"]) - {"matt"} == {"view", "material", "light", "all"}
+            assert row["relight_ms"]["all"] >= row["relight_ms"]["view"] > 0.0
         off = row["delta_e94"]
         if row["at"] == "sites":
             assert {"mean", "p95", "p99"} == set(row["delta_e94_matt"]) == set(row["delta_e94_glossy"])
@@ -97,7 +100,8 @@ def test_matt_pixels_are_the_paths():
     low, high = case.scene.bounds
     places = hits.sites.starts * (0.5 * np.linalg.norm(high - low)) + 0.5 * (low + high)
     to = seen.picture(places) - np.asarray(case.scene.camera().position)
-    assert (np.linalg.norm(to, axis=1) < 5.0).all()
+    # The far corner of the floor is 5.12 off.
+    assert (np.linalg.norm(to, axis=1) < 5.13).all()
     assert difference(case, truth, seen, np.zeros((len(seen.pixel), 3))).mean() > 20.0
 
 

@@ -275,3 +275,17 @@ def test_light_of_one_line_is_the_paths(scenes, make):
     whole = coverage == 1.0
     assert np.percentile(off(scene, truth, found)[whole], 95) < 1.0
     assert np.percentile(off(scene, truth, without)[whole], 95) > 3.0
+
+
+def test_a_glossy_floor_throws_the_sun_onto_a_wall(scenes, make, monkeypatch):
+    """Its highlight, as paths have it; a floor that passes light on as a matt one has none."""
+    surfaces = {**SURFACES, "white": metal(scenes)}
+    scene = replace(corner(scenes, scenes.sun((0.2, 0.5, 0.8), 3000.0), wall="grey", body=False), bounces=1)
+    truth = reference_images(scene, None, surfaces, bounces=1, budget=1.0)
+    with make() as renderer:
+        found, coverage = renderer.render(scene, None, surfaces)
+    monkeypatch.setattr(indirect, "glossy_parts", lambda *_: {})
+    with make() as renderer:
+        evenly, _ = renderer.render(scene, None, surfaces)
+    near, far = (np.percentile(off(scene, truth.xyz[0], one)[coverage == 1.0], 95) for one in (found, evenly))
+    assert near < 0.25 * far and far > 3.0, (near, far)

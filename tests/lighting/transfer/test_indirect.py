@@ -9,7 +9,6 @@ from metamer.lighting.shapes import sphere
 from metamer.lighting.transfer.indirect import (
     FLUX,
     RADIANCE,
-    Transport,
     arriving,
     indirect_light,
     lessened,
@@ -18,6 +17,8 @@ from metamer.lighting.transfer.indirect import (
     under_lobes,
 )
 from metamer.lighting.transfer.passing_on import even_albedo
+from metamer.lighting.transfer.ray_light import RayLight
+from metamer.lighting.transfer.transport import Transport
 from metamer.materials.environment_form import bends
 from metamer.materials.factored.pack import matt_brdf
 from metamer.spectral.bispectral import Bispectral
@@ -46,7 +47,7 @@ def lux(light):
 
 
 def inside(transport):
-    return np.asarray(transport.operator.sum(axis=1)).ravel() > 0.5
+    return np.asarray(transport.prepared.operator.sum(axis=1)).ravel() > 0.5
 
 
 def test_a_closed_white_box_multiplies_its_light(lit_room):
@@ -111,7 +112,7 @@ def test_what_is_even_has_the_moments_of_even_light(scene_of, hollow):
     """Inside a ball that sends the same from everywhere: the moments, the flux and the radiance in closed form."""
     transport = Transport.of(scene_of(hollow), rays=256)
     some = inside(transport)
-    at = arriving(transport.hits, np.full((len(some), 1), 1000.0))[some, :, 0]
+    at = arriving(transport.hits, RayLight(np.full((len(some), 1), 1000.0)))[some, :, 0]
     normals = transport.hits.sites.normals[some]
     np.testing.assert_allclose(at[:, 0], 1000.0, rtol=1e-3)
     np.testing.assert_allclose(at[:, 1:4], 2000.0 / 3.0 * normals, atol=15.0)
@@ -125,7 +126,8 @@ def test_the_flux_of_what_changes_with_direction(scene_of, hollow):
     """Inside a ball whose radiosity is 1000 (1 + y / 2): beside sums over directions."""
     transport = Transport.of(scene_of(hollow), rays=256)
     hits, some = transport.hits, inside(transport)
-    at = arriving(hits, 1000.0 * (1.0 + 0.5 * hits.sites.starts[:, 1:2] / np.abs(hits.sites.starts[some]).max()))
+    slope = hits.sites.starts[:, 1:2] / np.abs(hits.sites.starts[some]).max()
+    at = arriving(hits, RayLight(1000.0 * (1.0 + 0.5 * slope)))
     to = np.random.default_rng(1).normal(size=(200_000, 3))
     to /= np.linalg.norm(to, axis=1, keepdims=True)
     for site in np.flatnonzero(some)[::200]:

@@ -10,6 +10,7 @@ from metamer.lighting.transfer import radiance_maps
 from metamer.lighting.transfer.hits import ray_directions, scene_hits
 from metamer.lighting.transfer.indirect import RADIANCE, arriving, under_lobes
 from metamer.lighting.transfer.radiance_maps import BLUNT, LEVELS, TEXELS, RadianceMaps, hemisphere_places
+from metamer.lighting.transfer.ray_light import RayLight
 
 
 @pytest.fixture(scope="module")
@@ -28,12 +29,12 @@ def floor(hits):
 
 
 def mapped(hits, radiosity, sites):
-    return RadianceMaps.of(hits, radiosity, sites, arriving(hits, radiosity)[:, RADIANCE])
+    return RadianceMaps.of(hits, RayLight(radiosity), sites, arriving(hits, RayLight(radiosity))[:, RADIANCE])
 
 
 def looked_up(maps, hits, radiosity, sites, to, sharpness):
     """At sites themselves, and what polynomials tell there."""
-    at = arriving(hits, radiosity)[sites][:, RADIANCE].astype(np.float64)
+    at = arriving(hits, RayLight(radiosity))[sites][:, RADIANCE].astype(np.float64)
     blunt = under_lobes(at, to, sharpness)
     shares = np.tile([1.0, 0.0, 0.0], (len(sites), 1))
     near = np.stack([sites, sites, sites], axis=1)

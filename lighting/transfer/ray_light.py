@@ -1,0 +1,151 @@
+"""What rays of sites bring of other surfaces: what these send out evenly, and what glossy parts send into each
+direction of the light that lights give them straight away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...materials.fast import Fast
+from ...spectral.basis import SpectralBasis
+from ...spectral.wavelengths import interpolation_matrix
+from ..lights import Light
+from ..scene import Scene
+from .emission import cell_radiosity, ray_radiosity
+from .glossy_rays import GlossyRays
+from .hits import Hits
+from .prepared import Prepared
+from .received import Received, received
+from .reflection import Reflection
+
+#: Glossy sites that send out by direction: up to 40 KB each.
+MOST_GLOSSY = 30_000
+# Sites at once.
+_BLOCK = 512
+
+
+@dataclass(frozen=True, eq=False)
+class GlossyLight:
+    """What G glossy sites send into the O cells of their hemispheres beside what they send out evenly, F fields.
+
+    cells (G O, F) : pi times radiance, of lights that spread. at_ends (n, F) : of lights from one direction, of each
+    ray that ends on a glossy part. frames (S,3,3) : of sites.
+    """
+
+    rays: GlossyRays
+    frames: Float[np.ndarray, "S 3 3"]
+    cells: Float[np.ndarray, "GO F"]
+    at_ends: Float[np.ndarray, "n F"]
+
+    def beyond(
+        self, hits: Hits, sites: Int[np.ndarray, " n"], to: Float[np.ndarray, "n N 3"]
+    ) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, "m F"]]:
+        """Which rays of `sites`, of all n N, end on glossy parts, and pi times the radiance that they bring of it."""
+        rays, known, size = hits.rays, self.rays, len(self.rays.cells)
+        first, last = (np.searchsorted(known.ray, (sites + k) * rays) for k in (0, 1))
+        count = last - first
+        which = np.repeat(last - np.cumsum(count), count) + np.arange(count.sum())
+        place = np.repeat(np.arange(len(sites)) * rays, count) + known.ray[which] % rays
+        back, found = -to.reshape(-1, 3)[place], self.at_ends[which]
+        for corner in range(3):
+            about, share = known.about[which, corner], known.share[which, corner]
+            # A corner without a share may be of no glossy site.
+            row = np.maximum(known.number[about], 0) * size
+            column = row + known.cells.of(np.einsum("nij,nj->ni", self.frames[about], back))
+            found = found + share[:, None].astype(np.float32) * self.cells[column]
+        return place, found
+
+    def irradiance(self, hits: Hits) -> Float[np.ndarray, "S F"]:
+        """Of all sites."""
+        found = np.zeros((len(hits.sites), self.cells.shape[1]), np.float32)
+        for start in range(0, len(found), _BLOCK):
+            sites = np.arange(start, min(start + _BLOCK, len(found)))
+            place, values = self.beyond(hits, sites, hits.directions(slice(start, start + _BLOCK)))
+            for field in range(found.shape[1]):
+                found[sites, field] = np.bincount(place // hits.rays, values[:, field], len(sites)) / hits.rays
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class RayLight:
+    """What sites send out: evenly, `radiosity` (S,F), and by direction, where `glossy` is not None."""
+
+    radiosity: Float[np.ndarray, "S F"]
+    glossy: GlossyLight | None = None
+
+    @property
+    def largest(self) -> Float[np.ndarray, " F"]:
+        """No ray brings more of a field, or less than minus that."""
+        found = np.abs(self.radiosity).max(axis=0, initial=0.0)
+        if self.glossy is None:
+            return found
+        more = (np.abs(one).max(axis=0, initial=0.0) for one in (self.glossy.cells, self.glossy.at_ends))
+        return found + sum(more)
+
+    def along(
+        self, hits: Hits, sites: Int[np.ndarray, " n"], to: Float[np.ndarray, "n N 3"]
+    ) -> Float[np.ndarray, "n N F"]:
+        """pi times the radiance that each ray of `sites`, along the unit directions `to` that it has, brings."""
+        number, share = hits.about(hits.triangle[sites], hits.place[sites])
+        found = np.einsum("nrc,nrcf->nrf", share, self.radiosity[number])
+        if self.glossy is not None:
+            place, more = self.glossy.beyond(hits, sites, to)
+            found.reshape(-1, found.shape[2])[place] += more
+        return found
+
+
+def glossy_parts(prepared: Prepared, scene: Scene, surfaces: Mapping[str, Fast]) -> dict[int, Reflection]:
+    """The reflections of all parts that are glossy, by number. scene : whose parts wear `surfaces`."""
+    lobed = [name for name in scene.material_ids if surfaces[name].environment_form().count]
+    known = {name: Reflection.of(surfaces[name], prepared.cells, name) for name in lobed}
+    worn = {number: known.get(part.material) for number, part in enumerate(scene.parts)}
+    return {number: one for number, one in worn.items() if one is not None and not one.is_matt}
+
+
+def glossy_light(
+    prepared: Prepared,
+    originals: Mapping[int, Reflection],
+    lights: Sequence[Light],
+    spectrum: Sequence[int],
+    basis: SpectralBasis,
+    lux: Float[np.ndarray, "S K"],
+) -> tuple[GlossyLight, Float[np.ndarray, "G K J"]]:
+    """What glossy parts send out by direction of all lights, and what their sites, G of S, send out evenly of `lux`.
+
+    originals : see `glossy_parts`; some. spectrum : of all lights' spectra, one after the other, which of K it is.
+
+    Raises
+    ------
+    InputError : it would not fit into memory.
+    """
+    part = prepared.hits.part_of_site
+    rays = prepared.glossy_rays(np.isin(np.arange(len(prepared.scene.parts)), list(originals)))
+    fitting = {number: _at(one, basis.wavelengths_nm) for number, one in originals.items()}
+    got = _merged(received(prepared, rays, lights), spectrum, lux)
+    cells = np.zeros((len(rays.sites), len(rays.cells), lux.shape[1] * basis.size), np.float32)
+    for one in cell_radiosity(rays, originals, fitting, got, basis):
+        cells[one.part.sites] = (one.values @ one.spread).reshape(len(one.part.sites), len(rays.cells), -1)
+    at_ends = ray_radiosity(prepared, rays, fitting, got, basis)
+    terms = np.zeros((len(prepared.scene.parts), basis.size))
+    for number, one in fitting.items():
+        terms[number] = basis.project(one.matt)
+    evenly = lux[rays.sites][:, :, None] * terms[part[rays.sites]][:, None, :]
+    return GlossyLight(rays, prepared.frames, cells.reshape(-1, cells.shape[2]), at_ends), evenly
+
+
+def _at(one: Reflection, wavelengths_nm: Float[np.ndarray, " L"]) -> Reflection:
+    to = interpolation_matrix(one.wavelengths_nm, wavelengths_nm).T
+    return replace(one, matt=one.matt @ to, spectra=one.spectra @ to, wavelengths_nm=wavelengths_nm)
+
+
+def _merged(got: Received, spectrum: Sequence[int], lux: Float[np.ndarray, "S K"]) -> Received:
+    """Lights of one spectrum added up."""
+    incoming = np.zeros((*got.incoming.shape[:2], lux.shape[1]), np.float32)
+    for k, place in enumerate(spectrum):
+        incoming[..., place] += got.incoming[..., k]
+    free = tuple((spectrum[k], light, seen) for k, light, seen in got.free)
+    return replace(got, lux=lux, incoming=incoming, free=free, _scattered={})

@@ -1,0 +1,67 @@
+"""All of a scene's geometry that pictures need for indirect light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Int
+
+from ..scene import Scene
+from ..visibility.refinement import Refinement, refined
+from .cells import Cells
+from .hits import RAYS, Hits
+from .kept import kept_hits
+from .prepared import Prepared
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Transport:
+    """Good for any materials and lights.
+
+    prepared : the scene as its triangles are divided, and its rays. refinement, fronts (V,), backs (V,) : where sites
+    are, as of `SceneVisibility`.
+    """
+
+    prepared: Prepared
+    refinement: Refinement
+    fronts: Int[np.ndarray, " V"]
+    backs: Int[np.ndarray, " V"]
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        rays: int = RAYS,
+        longest_edge: float | None = None,
+        progress: Progress = lambda done, total, what: None,
+        folder: Path | str | None = None,
+        jobs: int = 1,
+        say: Callable[[str], object] = lambda words: None,
+    ) -> Transport:
+        """Take the rays of a scene from `folder`, or trace them and keep them there: see `kept_hits`.
+
+        longest_edge : see `refined`.
+
+        Raises
+        ------
+        InputError : it would not fit into memory; the folder cannot be used.
+        """
+        fine, refinement, order = refined(scene, longest_edge)
+        hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say)
+        where = hits.sites
+        return cls(Prepared(fine, hits, Cells()), refinement, where.fronts[order], where.backs[order])
+
+    @property
+    def hits(self) -> Hits:
+        """Where rays end."""
+        return self.prepared.hits
+
+    @property
+    def fine(self) -> Scene:
+        """The scene as its triangles are divided."""
+        return self.prepared.scene
