@@ -14,8 +14,9 @@ from .basis import SpectralBasis
 from .bispectral import Bispectral
 from .errors import InputError
 from .folding import Folding
+from .projection import tent_means
 from .spectrum import Spectrum
-from .wavelengths import interpolation_matrix
+from .wavelengths import interpolation_matrix, is_finer
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,3 +157,30 @@ class DonaldsonPalette(Palette):
         kept: dict[str, Any] = {"basis": self.basis.name, "spectral": self.values[0]}
         kept |= {"wavelengths_nm": self.wavelengths_nm, "excitation_nm": surface.wavelengths_in_nm}
         return kept | {"donaldson": surface.matrix}
+
+
+@dataclass(frozen=True, eq=False)
+class SentPalette(Palette):
+    """What entries send out of one light, as power at fine wavelengths: as if they reflected it of equal energy.
+
+    Lines of the light are in it, so that at coarser wavelengths it is averaged, not looked up.
+    """
+
+    @classmethod
+    def of_power(
+        cls, palette: Palette, power: Float[np.ndarray, " L"], wavelengths_nm: Float[np.ndarray, " L"]
+    ) -> SentPalette:
+        """Of light of a spectral power at `wavelengths_nm`, which may be negative: a part of others."""
+        if isinstance(palette, DonaldsonPalette):
+            samples = palette.values * (palette.bispectral.on(wavelengths_nm) @ power)
+        else:
+            samples = palette.samples @ interpolation_matrix(palette.wavelengths_nm, wavelengths_nm).T * power
+        return cls(samples, SpectralBasis.sampled(wavelengths_nm))
+
+    def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "P R L"]:
+        """See `Palette.radiance`."""
+        own = self.wavelengths_nm
+        sent = self.values * light.resampled(own).samples
+        if not is_finer(own, wavelengths_nm):
+            return sent @ interpolation_matrix(own, wavelengths_nm).T
+        return np.apply_along_axis(lambda one: tent_means(one, own, wavelengths_nm), -1, sent)

@@ -15,10 +15,8 @@ from ..lighting.transfer.indirect import IndirectLight, indirect_light, needs_no
 from ..lighting.transfer.transport import Transport
 from ..lighting.visibility.keeping import transfer_folder
 from ..materials.fast import Fast
-from ..spectral.basis import SpectralBasis
 from ..spectral.palette import Palette
 from ..spectral.spectrum import Spectrum
-from ..spectral.wavelengths import interpolation_matrix
 from .keeping import SpreadLayer
 
 # Fields of the light that are looked up at once: a texel holds four.
@@ -87,16 +85,14 @@ def indirect_layers(
     colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
 ) -> Iterator[SpreadLayer]:
     """Four fields a layer. A field's light is a spectrum times a function of the basis: its palette is the part's own
-    times that function, under that spectrum, whatever it is folded with.
+    times that function, under that spectrum, whatever it is folded with (`IndirectLight.coloured`).
     """
     scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
     for number, part in enumerate(scene.parts):
         form = surfaces[part.material].environment_form()
         each = []
         for field in range(light.fields):
-            spectrum, function = light.of_field(field)
-            of_light = interpolation_matrix(light.basis.wavelengths_nm, form.palette.wavelengths_nm) @ function
-            coloured = Palette(form.palette.samples * of_light, SpectralBasis.sampled(form.palette.wavelengths_nm))
+            spectrum, coloured = light.coloured(form.palette, field)
             found = colours(spectrum, coloured)[0]
             each.append(np.pad(found, ((0, -len(found) % 4), (0, 0))))
         for start in range(0, light.fields, _MOST_FIELDS):

@@ -15,6 +15,7 @@ from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
 from ..lighting.transfer.indirect import IndirectLight
+from ..lighting.transfer.radiant import fluoresces
 from ..lighting.visibility.keeping import transfer_folder
 from ..materials.fast import Fast
 from ..spectral.errors import InputError, UnknownNameError
@@ -115,10 +116,15 @@ class Renderer(Keeping):
     ) -> list[Picture]:
         """One picture for each illuminant, for little more than the cost of one.
 
-        A spectrum replaces that of every light of the scene, at the same strength; None keeps the lights' own.
+        A spectrum replaces that of every light of the scene, at the same strength; None keeps the lights' own. Where
+        fluorescent surfaces pass light on, each illuminant costs a picture.
         """
+        scene.check_surfaces(surfaces)
         camera = scene.camera() if camera is None else camera
         shown_in = [one for one in illuminants if one is not None]
+        if shown_in and scene.bounces != 0 and fluoresces(surfaces[name] for name in scene.material_ids):
+            lit = [scene if one is None else scene.with_illuminant(one) for one in illuminants]
+            return [self.render_many(one, camera, surfaces)[0] for one in lit]
         xyz, coverage = self._drawn(
             scene,
             camera,
@@ -150,25 +156,25 @@ class Renderer(Keeping):
         """
         camera = scene.camera() if camera is None else camera
         luminous = radiance_weights(scene.observer, wavelengths_nm)[1]
-        powers = {}
+
+        def power_of(spectrum: Spectrum) -> float:
+            return float(luminous @ spectrum.averaged(wavelengths_nm).samples)
+
         for light in scene.lights:
-            for spectrum in light.spectra:
-                power = spectrum.averaged(wavelengths_nm).samples
-                if not luminous @ power > 0:
-                    raise InputError(
-                        "the light sends nothing at these wavelengths",
-                        field=f"light {light.name}",
-                        found=light.spectrum_name or None,
-                        expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
-                    )
-                powers[id(spectrum)] = float(luminous @ power)
+            if not all(power_of(spectrum) > 0 for spectrum in light.spectra):
+                raise InputError(
+                    "the light sends nothing at these wavelengths",
+                    field=f"light {light.name}",
+                    found=light.spectrum_name or None,
+                    expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
+                )
         values = np.empty((camera.height_px, camera.width, len(wavelengths_nm)), dtype=np.float32)
         for start in range(0, len(wavelengths_nm), _SPECTRAL_CHUNK):
             chosen = slice(start, min(start + _SPECTRAL_CHUNK, len(wavelengths_nm)))
             count = -(-(chosen.stop - start) // 3)
 
             def sent(spectrum: Spectrum, palette: Palette, chosen: slice = chosen, count: int = count) -> np.ndarray:
-                radiance = palette.radiance(spectrum, wavelengths_nm)[..., chosen] / powers[id(spectrum)]
+                radiance = palette.radiance(spectrum, wavelengths_nm)[..., chosen] / power_of(spectrum)
                 return np.pad(radiance, ((0, 0), (0, 0), (0, 3 * count - radiance.shape[2])))
 
             # Three wavelengths take the places of X, Y and Z.

@@ -9,7 +9,7 @@ pictures take it as one more field of a light that spreads.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Literal
 
@@ -19,24 +19,24 @@ from jaxtyping import Bool, Float, Int
 from ...materials.environment_form import BENDS, bends
 from ...materials.fast import Fast
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
-from ...spectral.palette import DonaldsonPalette
+from ...spectral.palette import Palette, SentPalette
 from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
+from ...spectral.wavelengths import interpolation_matrix
 from ..convexity import is_convex
-from ..plan import bounce_basis
 from ..scene import Scene
 from ..vectors import dot
 from ..visibility.occluders import Occluders
 from ..visibility.refinement import Refinement
 from ..visibility.shut import beside_shut, edges
 from ..visibility.sites import scaled_triangles
-from .bounces import ENOUGH, Regions, passed_on
+from .bounces import ENOUGH
 from .direct import direct_illuminance
+from .followed import followed, followed_as_radiance
 from .hits import Hits
-from .passing_on import EVEN_Z, EVEN_ZZ, regions_of
+from .passing_on import EVEN_Z, EVEN_ZZ
 from .radiance_maps import RadianceMaps
-from .ray_light import MOST_GLOSSY, RayLight, glossy_light, glossy_parts
+from .radiant import fluoresces
+from .ray_light import MOST_GLOSSY, RayLight
 from .transport import Transport
 
 #: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
@@ -62,6 +62,7 @@ class IndirectLight:
     left : ΔE94 that more of them would change any site by.
     words : how many bounces, sites, rays and seconds, for a person.
     maps : what sites of glossy parts see, finer than polynomials; None where there are no such parts.
+    radiant : see `Followed`.
     """
 
     at_sites: Float[np.ndarray, "S 21 F"]
@@ -75,16 +76,23 @@ class IndirectLight:
     left: float
     words: str
     maps: RadianceMaps | None = None
+    radiant: float | None = None
 
     @property
     def fields(self) -> int:
         """F."""
         return self.at_sites.shape[2]
 
-    def of_field(self, number: int) -> tuple[Spectrum, Float[np.ndarray, " L"]]:
-        """The light's spectrum, and what it is multiplied with at the basis' wavelengths."""
-        light, coefficient = divmod(number, self.basis.size)
-        return self.spectra[light], self.basis.reconstruct(np.eye(self.basis.size)[coefficient])
+    def coloured(self, palette: Palette, field: int) -> tuple[Spectrum, Palette]:
+        """A light's spectrum, and the palette that shows under it what `palette` does under a field."""
+        light, coefficient = divmod(field, self.basis.size)
+        function, nm = self.basis.reconstruct(np.eye(self.basis.size)[coefficient]), self.basis.wavelengths_nm
+        if self.radiant is not None:
+            return self.spectra[light], SentPalette.of_power(palette, self.radiant * function, nm)
+        own = palette.wavelengths_nm
+        return self.spectra[light], Palette(
+            palette.samples * (interpolation_matrix(nm, own) @ function), SpectralBasis.sampled(own)
+        )
 
     def near(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"]
@@ -208,12 +216,13 @@ def indirect_light(
 
     What lights give straight away is sent on as materials scatter it, by direction where they are glossy (`RayLight`).
     Later on every material passes light on as a matt one that reflects as much as it does of even light, at each
-    wavelength, a texture at each site as its texels about there: what receives it is as it is.
+    wavelength, a texture at each site as its texels about there: what receives it is as it is. Where a material
+    fluoresces, light travels as radiance, see `followed_as_radiance`.
 
     Parameters
     ----------
     surfaces : by material id. transport : of the scene, whatever its parts wore. shown_in : spectra that may take the
-        place of the lights' own.
+        place of the lights' own; where a material fluoresces each needs light of its own.
     enough : ΔE94 that bounces left out may change any site by.
 
     Returns
@@ -222,61 +231,36 @@ def indirect_light(
 
     Raises
     ------
-    InputError : fluorescent materials; a material that reflects all that it receives, or more.
+    InputError : a material that reflects all that it receives, or more.
     """
     start, hits = perf_counter(), transport.hits
-    _check_not_fluorescent(scene, surfaces)
     occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
     spectra, which, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
-    wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
-    # Rays outlive materials: parts wear those of this scene.
-    worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]
-    regions, seen = regions_of(replace(transport.fine, parts=tuple(worn)), surfaces, hits, wavelengths)
-    glossy = glossy_parts(transport.prepared, scene, surfaces)
-    shown = [one.shown @ interpolation_matrix(one.wavelengths_nm, wavelengths).T for one in glossy.values()]
-    basis = bounce_basis(np.concatenate([seen, *shown]), [*spectra, *shown_in], scene.observer, wavelengths)
-    known = Regions(*regions, basis)
-    evenly = first = known.first(lux)
-    light = then = None
-    sites = np.flatnonzero(np.isin(hits.part_of_site, list(glossy)))
-    if 0 < len(sites) <= MOST_GLOSSY and scene.bounces != 0:
-        light, of_glossy = glossy_light(transport.prepared, glossy, scene.lights, which, basis, lux)
-        first = evenly.copy()
-        first[light.rays.sites] = of_glossy
-        arrives = transport.prepared.operator @ first.reshape(len(lux), -1) + light.irradiance(hits)
-        then = known.reflected(arrives.reshape(first.shape))
-    reference = float(scene.viewing.reference_illuminance_lux)
-    found = passed_on(
-        transport.prepared.operator,
-        known,
-        evenly,
-        np.concatenate([basis.fold(spectrum, scene.observer).T for spectrum in spectra]) / reference,
-        scene.adopted_white(),
-        reference,
-        enough,
-        bounces=None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0),
-        then=then,
-    )
+    if fluoresces(surfaces[name] for name in scene.material_ids):
+        found = followed_as_radiance(scene, surfaces, transport, spectra, lux, enough)
+    else:
+        found = followed(scene, surfaces, transport, spectra, which, lux, shown_in, enough)
+    sites = np.flatnonzero(np.isin(hits.part_of_site, found.glossy))
     # What has come by so many surfaces is sent on by them, and arrives by one more.
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
     bounces = 0 if none else found.bounces + 1
     at, maps = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None
     if not none:
-        sent = RayLight((found.indirect + first).reshape(len(lux), -1), light)
-        at = beside_shut(arriving(hits, sent), hits.shut, edges(np.concatenate([hits.corners, hits.backs])))
+        at = beside_shut(arriving(hits, found.sent), hits.shut, edges(np.concatenate([hits.corners, hits.backs])))
         if 0 < len(sites) <= MOST_MAPS:
-            maps = RadianceMaps.of(hits, sent, sites, at[:, RADIANCE])
+            maps = RadianceMaps.of(hits, found.sent, sites, at[:, RADIANCE])
     words = (
         f"{bounces or 'no'} {'bounce' if bounces == 1 else 'bounces'} of light between surfaces: {len(hits.sites):,} "
-        f"sites, {hits.rays} rays each, {basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more would "
-        f"change no site by more than ΔE94 {found.left:.2g}"
+        f"sites, {hits.rays} rays each, {found.basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more "
+        f"would change no site by more than ΔE94 {found.left:.2g}"
     )
-    if not none and len(sites) > MOST_GLOSSY:
+    if not none and found.sent.glossy is None and len(sites) > MOST_GLOSSY:
         words += f"; {len(sites):,} glossy sites, more than {MOST_GLOSSY:,}, pass light on as matt ones"
     if not none and len(sites) > MOST_MAPS:
         words += f"; highlights without detail, for {len(sites):,} glossy sites are more than {MOST_MAPS:,}"
     where = transport.refinement, transport.fronts, transport.backs
-    return IndirectLight(at, spectra, basis, *where, scene.bounces, bounces, found.left, words, maps)
+    left, radiant = found.left, found.radiant
+    return IndirectLight(at, found.spectra, found.basis, *where, scene.bounces, bounces, left, words, maps, radiant)
 
 
 def _by_spectrum(
@@ -292,15 +276,3 @@ def _by_spectrum(
     keys = list(found)
     which = [keys.index(spectrum.key) for light in scene.lights for spectrum in light.spectra]
     return spectra, which, np.stack(columns, axis=1)
-
-
-def _check_not_fluorescent(scene: Scene, surfaces: Mapping[str, Fast]) -> None:
-    for name in scene.material_ids:
-        if any(isinstance(one.palette, DonaldsonPalette) for one in surfaces[name].summands):
-            raise InputError(
-                "light that a fluorescent surface passes on cannot be drawn yet",
-                field="interreflection.bounces",
-                found=f"{name}, which is fluorescent",
-                expected="materials that keep each wavelength",
-                hint="leave bounces out, or choose another material",
-            )

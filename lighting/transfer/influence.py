@@ -13,14 +13,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...materials.factored.pack import FactoredBrdf
 from ...materials.points import Points
 from ...materials.sampling import DirectionSampler
 from ...materials.surface import Surface
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
 from ...spectral.difference import delta_e_xyz
-from ...spectral.palette import DonaldsonPalette
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
 from ..scene import Scene
@@ -32,7 +30,7 @@ from .direct import direct_illuminance
 from .hits import RAYS, Hits
 from .kept import kept_hits
 from .operator import irradiance_operator
-from .radiant import RadiantRegions, basis_for
+from .radiant import RadiantRegions, basis_for, donaldson
 
 # Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
 _PAIRS = 4096
@@ -150,14 +148,6 @@ def _y(scene: Scene, surface: Surface) -> float:
     if glowing is not None:
         return float(glowing.fold(light, scene.observer)[1])
     return float(scene.observer.weights(light, surface.wavelengths_nm)[1] @ albedo(surface))
-
-
-def donaldson(surface: Surface) -> Bispectral | None:
-    """The Donaldson matrix of a matt surface that fluoresces, original or fast form; None of any other."""
-    if surface.bispectral is None and isinstance(surface, FactoredBrdf):
-        (palette, *_) = (pack.palette for pack in surface.packs)
-        return palette.bispectral if isinstance(palette, DonaldsonPalette) else None
-    return surface.bispectral
 
 
 def _folds(scene: Scene, regions: Regions) -> list[Float[np.ndarray, "3 J"]]:

@@ -8,23 +8,30 @@ cmf^T B c, the same for all lights.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...materials.factored.pack import FactoredBrdf
+from ...materials.surface import Surface
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
+from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError
 from ...spectral.observers import Observer
+from ...spectral.palette import DonaldsonPalette
 from ...spectral.radiance_basis import radiance_basis, radiance_operators
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths
+from ..plan import SPECTRAL_SHARE
 
 #: Surfaces on paths that a basis is made from: what further ones do lies among what these do.
 BOUNCES = 3
+# Surfaces that it is tried with.
+_TRIED = 12
 # Steps of its wavelengths, nm: lights have lines, and what excites a dye may end steeply.
 _STEP_NM = 1.0
 
@@ -113,3 +120,48 @@ def basis_for(
     matrices = np.stack([surface.on(nm) for surface in surfaces])
     powers = np.stack([light.averaged(nm).samples for light in lights])
     return radiance_basis(matrices, powers, observer.sensitivity(nm), nm, bounces=bounces, size=size)
+
+
+def planned_basis(surfaces: Sequence[Bispectral], lights: Sequence[Spectrum], observer: Observer) -> SpectralBasis:
+    """The smallest of `basis_for` in which light over two surfaces is seen over a third one within ΔE94 0.1, and light
+    over one over a second; of many surfaces some, at random.
+    """
+    full = basis_for(surfaces, lights, observer)
+    nm, seen = full.wavelengths_nm, observer.sensitivity(full.wavelengths_nm)
+    chosen = np.random.default_rng(2).permutation(len(surfaces))[:_TRIED]
+    matrices = np.stack([surfaces[number].on(nm) for number in np.sort(chosen)])
+    receivers = np.concatenate([seen[None], seen @ matrices])
+    cases = []
+    for light in lights:
+        unit = observer.luminous(light)
+        once = np.array([one.radiance(light, nm) for one in surfaces])[np.sort(chosen)] / unit
+        cases.append((once, observer.white(light)))
+
+    def colours(radiances: np.ndarray) -> np.ndarray:
+        return np.einsum("rcl,...l->...rc", receivers, radiances, optimize=True)
+
+    truths = [(colours(once), colours(np.einsum("nol,ml->nmo", matrices, once, optimize=True))) for once, _ in cases]
+    for size in range(1, full.size):
+        basis = full.truncated(size)
+        worst = 0.0
+        for (once, white), (first, second) in zip(cases, truths, strict=True):
+            kept = basis.reconstruct(basis.project(once))
+            twice = basis.reconstruct(basis.project(np.einsum("nol,ml->nmo", matrices, kept, optimize=True)))
+            for truth, shown in ((first, kept), (second, twice)):
+                worst = max(worst, float(delta_e_xyz(truth, colours(shown), white).max()))
+        if worst <= SPECTRAL_SHARE:
+            return basis
+    return full
+
+
+def donaldson(surface: Surface) -> Bispectral | None:
+    """The Donaldson matrix of a matt surface that fluoresces, original or fast form; None of any other."""
+    if surface.bispectral is None and isinstance(surface, FactoredBrdf):
+        (palette, *_) = (pack.palette for pack in surface.packs)
+        return palette.bispectral if isinstance(palette, DonaldsonPalette) else None
+    return surface.bispectral
+
+
+def fluoresces(surfaces: Iterable[Surface]) -> bool:
+    """Whether any does."""
+    return any(donaldson(one) is not None for one in surfaces)

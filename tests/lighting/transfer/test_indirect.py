@@ -21,11 +21,10 @@ from metamer.lighting.transfer.ray_light import RayLight
 from metamer.lighting.transfer.transport import Transport
 from metamer.materials.environment_form import bends
 from metamer.materials.factored.pack import matt_brdf
-from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.spectral.palette import DonaldsonPalette, Palette
+from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
@@ -180,16 +179,6 @@ def test_one_convex_body_needs_none(scene_of, hollow):
     assert needs_none(scene_of(sphere(2)))
     assert not needs_none(scene_of(hollow))
     assert not needs_none(scene_of(sphere(2), sphere(2)))
-
-
-def test_fluorescent_surfaces_are_refused_by_name(lit_room):
-    scene, transport = lit_room
-    surface = Bispectral(NM, NM, np.eye(81) * 0.5 + np.tri(81, k=-20) * 1e-3)
-    glowing = replace(
-        matt(0.5), packs=tuple(replace(pack, palette=DonaldsonPalette.of_surface(surface)) for pack in matt(0.5).packs)
-    )
-    with pytest.raises(InputError, match="fluorescent"):
-        indirect_light(scene, {"matt": glowing}, transport)
 
 
 def test_what_is_no_number_of_bounces_is_refused(lit_room):
