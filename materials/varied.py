@@ -1,0 +1,63 @@
+"""Materials that are in no file: one of a catalogue with other parameters, fitted anew, and a catalogue that has it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ..spectral.errors import InputError
+from .catalogue import Catalogue
+from .intake.work import fit_material
+from .material import Material
+from .sliders import changed
+from .source import MaterialSource
+
+#: ΔE94 that the fast form of a varied material may be off by, 99th percentile: what is looked at while it changes.
+BUDGET = 1.0
+
+
+@dataclass(frozen=True)
+class VariedCatalogue(Catalogue):
+    """A catalogue that has some more materials, which lie in no file: `made`, by id."""
+
+    made: Mapping[str, Material] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, catalogue: Catalogue, made: Iterable[Material]) -> VariedCatalogue:
+        """A catalogue with more materials; those that it has had stay."""
+        before = catalogue.made if isinstance(catalogue, VariedCatalogue) else {}
+        return cls(catalogue.folder, {**before, **{one.id: one for one in made}})
+
+    def load(self, material_id: str) -> Material:
+        """See `Catalogue.load`."""
+        return self.made[material_id] if material_id in self.made else super().load(material_id)
+
+
+def varied(material: Material, values: Mapping[str, float | int], budget: float = BUDGET) -> Material:
+    """A material with other parameters, its fast form fitted anew: about a second.
+
+    Its id says what was changed; its error is measured; its provenance is that of the material, with a note.
+
+    Parameters
+    ----------
+    values : by names of sliders (`sliders.sliders`).
+
+    Raises
+    ------
+    UnknownNameError, InputError : what `sliders.changed` raises; a material that could not be fitted.
+    """
+    if not values:
+        raise InputError("nothing is changed", field=material.id, expected="a parameter and a value")
+    original = changed(material.surface(), values, material.id)
+    words = ", ".join(f"{name} {value:g}" for name, value in values.items())
+    parameters = {"wavelengths_nm": original.wavelengths_nm, **original.parameters()}
+    said = material.provenance
+    provenance = replace(said, notes=" + ".join(filter(None, (said.notes, f"changed: {words}"))))
+    source = MaterialSource(
+        f"{material.id} with {words}", material.family, material.model, parameters, provenance, Path(material.id)
+    )
+    fitted = fit_material(source, budget)
+    if fitted.fast is None:
+        raise InputError("could not be fitted", field=source.id, found=fitted.reason)
+    return Material(source.id, source.family, source.model, parameters, provenance, fitted.fast, trials=fitted.trials)
