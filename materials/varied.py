@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from ..spectral.errors import InputError
 from .catalogue import Catalogue
 from .intake.work import fit_material
 from .material import Material
-from .sliders import changed
+from .sliders import changed, slider
 from .source import MaterialSource
 
 #: ΔE94 that the fast form of a varied material may be off by, 99th percentile: what is looked at while it changes.
@@ -61,3 +61,26 @@ def varied(material: Material, values: Mapping[str, float | int], budget: float 
     if fitted.fast is None:
         raise InputError("could not be fitted", field=source.id, found=fitted.reason)
     return Material(source.id, source.family, source.model, parameters, provenance, fitted.fast, trials=fitted.trials)
+
+
+def varied_along(
+    material: Material,
+    ranges: Mapping[str, tuple[float | int, float | int]],
+    count: int,
+    budget: float = BUDGET,
+) -> Iterator[Material]:
+    """`varied` at so many steps, two at least, of sliders that move together from the first value to the second.
+
+    All steps are checked before the first is fitted.
+
+    Raises
+    ------
+    UnknownNameError, InputError : as of `varied`; less than two steps.
+    """
+    if count < 2:
+        raise InputError("no steps", field="count", found=count, expected="2 or more, both ends among them")
+    if not ranges:
+        raise InputError("nothing is changed", field=material.id, expected="a parameter and two values")
+    surface = material.surface()
+    steps = {name: slider(surface, name, material.id).steps(*ends, count) for name, ends in ranges.items()}
+    return (varied(material, {name: values[k] for name, values in steps.items()}, budget) for k in range(count))
