@@ -43,9 +43,12 @@ def run(args: argparse.Namespace) -> int:
     """Find and print; 0, or 4 where a file could not be used."""
     from ..materials.neighbours import like
     from ..materials.wish import STOP
+    from ..spectral.errors import UsageError
     from ..spectral.files import check_writable
 
     if args.strip is not None:
+        if args.strip.suffix.lower() != ".png":
+            raise UsageError(f"{args.strip}: a strip is written as .png")
         check_writable(args.strip)
     catalogue = opened(args.catalogue)
     found = like(catalogue, args.id, args.but, args.limit, STOP if args.stop is None else args.stop)

@@ -70,6 +70,7 @@ def test_a_damaged_file_is_said(metamer, folder):
         (["paint/grey-20", "--but", "warmer=1,cooler=1"], 4, "warmer and cooler"),
         (["paint/grey-20", "-n", "0"], 64, "-n"),
         (["paint/grey-20", "--stop", "-1"], 4, "weight of gloss"),
+        (["paint/grey-20", "--strip", "strip.html"], 64, "written as .png"),
         (["paint/gray-20"], 4, "paint/grey-20"),
         (["lamp/led"], 4, "an emission spectrum"),
     ],
