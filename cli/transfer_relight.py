@@ -51,7 +51,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         help="also N pictures of what is after, from all around, and one that moves (WebP)",
     )
     relight.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    relight.add_argument("--processes", type=positive_count, metavar="N", help="that trace (default: one a core)")
+    relight.add_argument("--processes", type=positive_count, metavar="N", help="that trace and fit (default: one a core)")
     relight.add_argument("--kept", type=Path, metavar="DIR", help="folder of `transfer build` (default: the cache)")
     add_catalogue_option(relight)
     add_renderer_option(relight)
@@ -94,10 +94,11 @@ def run(args: argparse.Namespace) -> int:
     for name in dressed_so.material_ids:
         catalogue.surface(name)
     lit_by(dressed_so, args.illuminant)
-    changes = with_wishes(dressed_so, catalogue, args)
+    jobs = args.processes or usable_cores()
+    changes = with_wishes(dressed_so, catalogue, args, jobs)
     after, catalogue = lit_by(changes.scene, args.illuminant), changes.catalogue
     out = made_folder(args.out)
-    folder, jobs, most = args.kept or transfer_folder(), args.processes or usable_cores(), most_bytes()
+    folder, most = args.kept or transfer_folder(), most_bytes()
     built = None
     begun = time.monotonic()
     if most and not needs_none(before):

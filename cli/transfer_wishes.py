@@ -105,8 +105,8 @@ def check_wishes(args: argparse.Namespace) -> None:
         raise UsageError(f"--steps needs one part with a range, --set PART.NAME=FROM{_TO}TO, or with --like")
 
 
-def with_wishes(scene: Scene, catalogue: Catalogue, args: argparse.Namespace) -> Changes:
-    """The scene with what the options ask for.
+def with_wishes(scene: Scene, catalogue: Catalogue, args: argparse.Namespace, jobs: int) -> Changes:
+    """The scene with what the options ask for; `jobs`: processes that fit.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def with_wishes(scene: Scene, catalogue: Catalogue, args: argparse.Namespace) ->
     for part, wish in args.like:
         _find(found, part, wish, args.steps)
     for part in dict.fromkeys(part for part, _, _ in args.set):
-        _vary(found, part, {name: ends for one, name, ends in args.set if one == part}, args.steps)
+        _vary(found, part, {name: ends for one, name, ends in args.set if one == part}, args.steps, jobs)
     return found
 
 
@@ -153,7 +153,7 @@ def _words(wish: Any) -> str:
     return ", ".join(f"{word} {amount:g}" for word, amount in wish.items())
 
 
-def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], steps: int | None) -> None:
+def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], steps: int | None, jobs: int) -> None:
     from ..materials.sliders import changed
     from ..materials.varied import VariedCatalogue, varied, varied_along
 
@@ -165,7 +165,8 @@ def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], ste
     with progress_bar("Fitting", after=2.0) as progress:
         if ranged and steps is not None:
             each: list[Material] = []
-            for one in varied_along(material, {name: (ends[0], ends[-1]) for name, ends in values.items()}, steps):
+            ranges = {name: (ends[0], ends[-1]) for name, ends in values.items()}
+            for one in varied_along(material, ranges, steps, jobs=min(jobs, steps)):
                 each.append(one)
                 progress(len(each), steps, one.id)
             changes.part, changes.materials = part, tuple(each)

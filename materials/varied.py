@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..spectral.errors import InputError
+from ..spectral.processes import in_order
 from .catalogue import Catalogue
-from .intake.work import fit_material
+from .intake.work import Fitted, fit_material
 from .material import Material
 from .sliders import changed, slider
 from .source import MaterialSource
@@ -47,20 +48,8 @@ def varied(material: Material, values: Mapping[str, float | int], budget: float 
     ------
     UnknownNameError, InputError : what `sliders.changed` raises; a material that could not be fitted.
     """
-    if not values:
-        raise InputError("nothing is changed", field=material.id, expected="a parameter and a value")
-    original = changed(material.surface(), values, material.id)
-    words = ", ".join(f"{name} {value:g}" for name, value in values.items())
-    parameters = {"wavelengths_nm": original.wavelengths_nm, **original.parameters()}
-    said = material.provenance
-    provenance = replace(said, notes=" + ".join(filter(None, (said.notes, f"changed: {words}"))))
-    source = MaterialSource(
-        f"{material.id} with {words}", material.family, material.model, parameters, provenance, Path(material.id)
-    )
-    fitted = fit_material(source, budget)
-    if fitted.fast is None:
-        raise InputError("could not be fitted", field=source.id, found=fitted.reason)
-    return Material(source.id, source.family, source.model, parameters, provenance, fitted.fast, trials=fitted.trials)
+    source = _source(material, values)
+    return _made(source, fit_material(source, budget))
 
 
 def varied_along(
@@ -68,10 +57,11 @@ def varied_along(
     ranges: Mapping[str, tuple[float | int, float | int]],
     count: int,
     budget: float = BUDGET,
+    jobs: int = 1,
 ) -> Iterator[Material]:
     """`varied` at so many steps, two at least, of sliders that move together from the first value to the second.
 
-    All steps are checked before the first is fitted.
+    All steps are checked before the first is fitted. jobs : processes that fit; with 1 it is done in this one.
 
     Raises
     ------
@@ -83,4 +73,27 @@ def varied_along(
         raise InputError("nothing is changed", field=material.id, expected="a parameter and two values")
     surface = material.surface()
     steps = {name: slider(surface, name, material.id).steps(*ends, count) for name, ends in ranges.items()}
-    return (varied(material, {name: values[k] for name, values in steps.items()}, budget) for k in range(count))
+    sources = [_source(material, {name: values[k] for name, values in steps.items()}) for k in range(count)]
+    fits = in_order(fit_material, [(source, budget) for source in sources], jobs)
+    return (_made(source, fitted) for source, fitted in zip(sources, fits, strict=True))
+
+
+def _source(material: Material, values: Mapping[str, float | int]) -> MaterialSource:
+    """What is to be fitted."""
+    if not values:
+        raise InputError("nothing is changed", field=material.id, expected="a parameter and a value")
+    original = changed(material.surface(), values, material.id)
+    words = ", ".join(f"{name} {value:g}" for name, value in values.items())
+    parameters = {"wavelengths_nm": original.wavelengths_nm, **original.parameters()}
+    said = material.provenance
+    provenance = replace(said, notes=" + ".join(filter(None, (said.notes, f"changed: {words}"))))
+    name = f"{material.id} with {words}"
+    return MaterialSource(name, material.family, original.NAME, parameters, provenance, Path(material.id))
+
+
+def _made(source: MaterialSource, fitted: Fitted) -> Material:
+    """The material that came of it."""
+    if fitted.fast is None:
+        raise InputError("could not be fitted", field=source.id, found=fitted.reason)
+    one = source
+    return Material(one.id, one.family, one.model, one.parameters, one.provenance, fitted.fast, trials=fitted.trials)

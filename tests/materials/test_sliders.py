@@ -10,7 +10,7 @@ from metamer.materials.catalogue import Catalogue
 from metamer.materials.gloss import gloss_of
 from metamer.materials.records.record_colour import colour_folding, radiance_factor_45_0
 from metamer.materials.sliders import changed, slider, sliders
-from metamer.materials.varied import VariedCatalogue, varied
+from metamer.materials.varied import VariedCatalogue, varied, varied_along
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
@@ -142,3 +142,12 @@ def test_a_catalogue_with_more_has_all_that_it_had(tiny):
 def test_nothing_changed_is_no_other_material(tiny):
     with pytest.raises(InputError, match="nothing is changed"):
         varied(tiny["tiny/copper"], {})
+
+
+def test_steps_fitted_by_processes_are_those_of_this_one(tiny):
+    ranges = {"reflectance_scale": (1.0, 0.5)}
+    here, there = (list(varied_along(tiny["tiny/matt-red"], ranges, 2, jobs=jobs)) for jobs in (1, 2))
+    assert [one.id for one in here] == [one.id for one in there]
+    for one, other in zip(here, there, strict=True):
+        assert one.error == other.error
+        assert np.array_equal(one.fast.packs[0].palette.samples, other.fast.packs[0].palette.samples)
