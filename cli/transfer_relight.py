@@ -51,7 +51,9 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         help="also N pictures of what is after, from all around, and one that moves (WebP)",
     )
     relight.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    relight.add_argument("--processes", type=positive_count, metavar="N", help="that trace and fit (default: one a core)")
+    relight.add_argument(
+        "--processes", type=positive_count, metavar="N", help="that trace and fit (default: one a core)"
+    )
     relight.add_argument("--kept", type=Path, metavar="DIR", help="folder of `transfer build` (default: the cache)")
     add_catalogue_option(relight)
     add_renderer_option(relight)
@@ -117,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
             files.append(out / "after.spectral.exr")
             notes += render_spectral(after, catalogue, files[-1], args.camera, renderer, warn)
         if changes.part is not None:
-            files += write_steps(changes, after, out, renderer, args.camera, warn)
+            files += write_steps(changes, found.after, catalogue, out, renderer, args.camera, warn)
         if args.turntable:
             # The renderer's own work would have the bar begin anew with each picture.
             renderer.progress = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
     from ..materials.material import Material
     from ..materials.neighbours import Neighbours
+    from ..viewer.picture import Picture, Warn
     from ..viewer.renderer import Renderer
 
 _TO = ".."
@@ -180,19 +180,36 @@ def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], ste
 
 
 def write_steps(
-    changes: Changes, after: Scene, out: Path, renderer: Renderer, camera: str | None, warn: Any
-) -> Iterable[Path]:
-    """The pictures along the steps, `step-000.png` and so on, and all of them in a row, `steps.png`; their paths."""
+    changes: Changes,
+    after: Picture,
+    catalogue: Catalogue,
+    out: Path,
+    renderer: Renderer,
+    camera: str | None,
+    warn: Warn,
+) -> list[Path]:
+    """The pictures along the steps, `step-000.png` and so on, and all of them in a row, `steps.png`; their paths.
+
+    after : what is drawn already; one of the steps.
+    """
     from ..viewer.along import along, row_of
     from ..viewer.preview import write_sheet
 
+    part = changes.part
+    assert part is not None
+    worn = after.scene.part(part).material
     files, shown, captions = [], [], []
-    assert changes.part is not None
-    for material, made in along(after, changes.part, changes.materials, changes.catalogue, renderer, camera):
-        files.append(out / f"step-{len(files):03d}.png")
-        made.write(files[-1], warn, renderer)
-        shown.append(made.rgb())
-        captions.append(material.id.rpartition("/")[2].rpartition(" with ")[2])
+    for material in changes.materials:
+        drawn = (
+            [(material, after)]
+            if material.id == worn
+            else along(after.scene, part, [material], catalogue, renderer, camera)
+        )
+        for one, made in drawn:
+            files.append(out / f"step-{len(files):03d}.png")
+            made.write(files[-1], warn, renderer)
+            shown.append(made.rgb())
+            captions.append(one.id.rpartition("/")[2].rpartition(" with ")[2])
     files.append(out / "steps.png")
     write_sheet(files[-1], row_of(shown, captions))
     return files

@@ -4,9 +4,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from metamer import Camera, Catalogue, DirectionalLight, Part, Scene, illuminant, import_sources, observer
+from metamer import Camera, Catalogue, DirectionalLight, Part, Scene, illuminant, import_sources, like, observer
 from metamer.lighting.shapes import plane, sphere
-from metamer.materials.neighbours import like
 from metamer.materials.sliders import slider, sliders
 from metamer.materials.varied import varied_along
 from metamer.spectral.errors import InputError
