@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .materials.catalogue import Catalogue as Catalogue
     from .materials.intake.importing import import_sources as import_sources
     from .materials.material import Material as Material
+    from .materials.neighbours import like as like
     from .materials.records.query import Query as Query
     from .spectral.difference import delta_e as delta_e
     from .spectral.errors import MetamerError as MetamerError
@@ -70,6 +71,7 @@ _HOMES = {
     "delta_e": "spectral.difference.delta_e",
     "illuminant": "spectral.illuminants.illuminant",
     "import_sources": "materials.intake.importing.import_sources",
+    "like": "materials.neighbours.like",
     "light_booth": "lighting.environment.booth.light_booth",
     "load_environment": "lighting.environment.map_light.load_environment",
     "load_scene": "lighting.scene_files.load_scene",

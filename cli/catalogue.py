@@ -6,7 +6,7 @@ import argparse
 import importlib
 
 # One module `catalogue_VERB` a verb, each with `add_parser(verbs)` and `run(args) -> int`; in the order of the help.
-VERBS = ("import", "list", "show", "preview", "verify", "diff", "export")
+VERBS = ("import", "list", "show", "like", "preview", "verify", "diff", "export")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

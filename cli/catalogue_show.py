@@ -78,6 +78,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         ("model", record.model),
         ("quantity", record.quantity),
         ("parameters", _listed(shown_values(record.parameters, shown))),
+        ("sliders", _sliders(record)),
         ("kind", said.kind),
         ("source", said.source),
         ("licence", said.licence),
@@ -104,6 +105,19 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     if record.environment_error:
         lines += _environment(record, record.environment_error)
     return lines
+
+
+def _sliders(record: MaterialRecord) -> str:
+    """What `transfer relight --set` may change of it, or why nothing."""
+    from ..materials.records.models import MEASURED
+    from ..materials.sliders import sliders
+
+    if not record.is_surface:
+        return "none: a spectrum without a surface"
+    if record.model in MEASURED:
+        return f"none: no formula; metamer catalogue like {record.id} finds neighbours"
+    shown = (f"{one.name} {one.value:g} ({one.domain.words})" for one in sliders(record.surface(), record.id))
+    return ", ".join(shown) or "none"
 
 
 def _environment(record: MaterialRecord, error: FitError) -> list[tuple[str, str]]:

@@ -13,6 +13,7 @@ from ..spectral.errors import UsageError
 from .catalogue_words import write_text
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import add_renderer_option, counted, positive_count, progress_bar, renderer_for, say, warn
+from .transfer_wishes import Changes, add_wish_options, check_wishes, with_wishes, write_steps
 
 if TYPE_CHECKING:
     from ..calibration.statistics import DeltaEStatistics
@@ -38,6 +39,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         metavar="PART=ID",
         help="a material of the catalogue for a part; may be given again for other parts",
     )
+    add_wish_options(relight)
     relight.add_argument("--illuminant", metavar="NAME", help="after: in place of every light's own spectrum")
     relight.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     relight.add_argument("--out", type=Path, default=Path("relit"), metavar="DIR", help="default: relit")
@@ -49,7 +51,9 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         help="also N pictures of what is after, from all around, and one that moves (WebP)",
     )
     relight.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    relight.add_argument("--processes", type=positive_count, metavar="N", help="that trace (default: one a core)")
+    relight.add_argument(
+        "--processes", type=positive_count, metavar="N", help="that trace and fit (default: one a core)"
+    )
     relight.add_argument("--kept", type=Path, metavar="DIR", help="folder of `transfer build` (default: the cache)")
     add_catalogue_option(relight)
     add_renderer_option(relight)
@@ -75,8 +79,9 @@ def run(args: argparse.Namespace) -> int:
     from ..viewer.relit import dressed, relit
     from ..viewer.turntable import turntable, write_animated
 
-    if not args.material and args.illuminant is None:
-        raise UsageError("nothing is changed: add --material PART=ID or --illuminant NAME")
+    if not (args.material or args.like or args.set) and args.illuminant is None:
+        raise UsageError("nothing is changed: add --material PART=ID, --like, --set or --illuminant NAME")
+    check_wishes(args)
     materials = dict(args.material)
     if len(materials) < len(args.material):
         raise UsageError("--material: a part is given two materials, leave one out")
@@ -86,12 +91,16 @@ def run(args: argparse.Namespace) -> int:
     catalogue = catalogue_for(args.catalogue, 1)
     before = load_scene(args.scene, catalogue, say)
     before = replace(before, bounces=before.bounces or "auto")
-    after = lit_by(dressed(before, materials), args.illuminant)
+    dressed_so = dressed(before, materials)
     before.camera(args.camera)
-    for name in after.material_ids:
+    for name in dressed_so.material_ids:
         catalogue.surface(name)
+    lit_by(dressed_so, args.illuminant)
+    jobs = args.processes or usable_cores()
+    changes = with_wishes(dressed_so, catalogue, args, jobs)
+    after, catalogue = lit_by(changes.scene, args.illuminant), changes.catalogue
     out = made_folder(args.out)
-    folder, jobs, most = args.kept or transfer_folder(), args.processes or usable_cores(), most_bytes()
+    folder, most = args.kept or transfer_folder(), most_bytes()
     built = None
     begun = time.monotonic()
     if most and not needs_none(before):
@@ -109,6 +118,8 @@ def run(args: argparse.Namespace) -> int:
         if args.spectral:
             files.append(out / "after.spectral.exr")
             notes += render_spectral(after, catalogue, files[-1], args.camera, renderer, warn)
+        if changes.part is not None:
+            files += write_steps(changes, found.after, catalogue, out, renderer, args.camera, warn)
         if args.turntable:
             # The renderer's own work would have the bar begin anew with each picture.
             renderer.progress = None
@@ -119,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
                 progress(len(frames), args.turntable, "turning")
             files += [*frames, out / "turntable.webp"]
             write_animated(files[-1], frames)
-    for note in (*after.notes, *notes):
+    for note in (*after.notes, *changes.notes, *notes):
         print(note)
     if built is not None:
         there = f"{built.there} of {counted(len(built.files), 'block')} of rays were there"
@@ -130,7 +141,7 @@ def run(args: argparse.Namespace) -> int:
         print(file)
     if args.json is not None:
         seconds = {"rays": tracing, "before": found.seconds_before, "after": found.seconds_after}
-        write_text(args.json, json.dumps(_figures(after, found, seconds), indent=1, ensure_ascii=False) + "\n")
+        write_text(args.json, json.dumps(_figures(after, found, seconds, changes), indent=1, ensure_ascii=False) + "\n")
         print(args.json)
     return 0
 
@@ -149,13 +160,15 @@ def _table(found: Relit) -> str:
     return "\n".join(["", "what the change did, directly and by way of other parts", columns(head, rows, left=2)])
 
 
-def _figures(after: Scene, found: Relit, seconds: dict[str, float]) -> dict[str, Any]:
+def _figures(after: Scene, found: Relit, seconds: dict[str, float], changes: Changes) -> dict[str, Any]:
     """What `--json` holds."""
     return {
         "scene": after.name,
         "camera": found.after.view.name,
         "bounces": {"before": found.bounces_before, "after": found.bounces_after},
         "seconds": seconds,
+        "changes": changes.notes,
+        "steps": [one.id for one in changes.materials],
         "parts": [
             {
                 "part": one.part,

@@ -121,6 +121,15 @@ def test_a_catalogue_of_two_materials(tmp_path):
     assert catalogue.load("fabric/rust-felt").error.p99 < 1.0
 
 
+def test_a_neighbour_a_slider_and_pictures_along_it(tmp_path):
+    said = run("07_like_this_but.py", tmp_path, "made")
+    assert number(r"sample/satin, by ([\d.]+) stops", said) == pytest.approx(1.2, abs=0.2)
+    assert "specular_scale: 1, a number >= 0 and <= 20" in said
+    assert "diffuse_scale: out of its domain\n  found: 3\n  expected: a number >= 0 and <= 2.5" in said
+    means = [float(found) for found in re.findall(r"diffuse_scale [\d.]+: mean Y ([\d.]+)", said)]
+    assert len(means) == 3 and means[0] > means[1] + 0.01 > means[2] + 0.02
+
+
 @pytest.fixture
 def tiny_catalogue(tmp_path):
     """The catalogue that the README's Python opens, with the one material that it loads."""

@@ -83,8 +83,10 @@ def thumbnail_scene(model: str) -> Scene:
     return load_scene(shipped_scene("thumbnail_cloth" if model == _BTF else "thumbnail"))
 
 
-def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "") -> UInt8[np.ndarray, "H W 3"]:
-    """The thumbnails in rows of `columns`, each with its name, family and ΔE94 under it."""
+def contact_sheet(
+    found: Sequence[Thumbnail], columns: int = 8, title: str = "", captions: Sequence[str] | None = None
+) -> UInt8[np.ndarray, "H W 3"]:
+    """The thumbnails in rows of `columns`, each with its name and family under it, and ΔE94 or what `captions` say."""
     from PIL import Image
 
     if not found:
@@ -99,13 +101,14 @@ def contact_sheet(found: Sequence[Thumbnail], columns: int = 8, title: str = "")
     sheet = Image.new("RGB", (columns * (side + _GAP) + _GAP, head + rows * cell + _GAP), _PAGE)
     if title:
         write_line(sheet, (_GAP, line // 2), fitted_line(title, font, sheet.width - 2 * _GAP), _INK, font)
-    for number, thumbnail in enumerate(found):
+    last = [caption(one) for one in found] if captions is None else captions
+    for number, (thumbnail, said) in enumerate(zip(found, last, strict=True)):
         left = _GAP + number % columns * (side + _GAP)
         top = head + _GAP + number // columns * cell
         sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
         below = top + side + 2
         family, _, name = thumbnail.summary.id.rpartition("/")
-        for row, (text, ink) in enumerate(((name, _INK), (family, _SOFT), (caption(thumbnail), _SOFT))):
+        for row, (text, ink) in enumerate(((name, _INK), (family, _SOFT), (said, _SOFT))):
             write_line(sheet, (left, below + row * line), fitted_line(text, font, side), ink, font)
     return np.asarray(sheet)
 

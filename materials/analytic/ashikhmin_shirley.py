@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
+from ..domain import in_domain
 from .model import AnalyticBrdf, Part, SumOfTerms
 
 
@@ -37,13 +38,12 @@ class AshikhminShirley(AnalyticBrdf):
 
     diffuse: Spectrum
     specular: Spectrum
-    exponent_u: float
-    exponent_v: float
+    exponent_u: float = field(metadata=in_domain(0.0, open_low=True))
+    exponent_v: float = field(metadata=in_domain(0.0, open_low=True))
 
     def __post_init__(self) -> None:
         base, coat = self._checked_reflectance("diffuse"), self._checked_reflectance("specular")
-        self._set(exponent_u=self._checked_number("exponent_u", 0.0, open_low=True))
-        self._set(exponent_v=self._checked_number("exponent_v", 0.0, open_low=True))
+        self._check_numbers()
         under = 28.0 / (23.0 * np.pi) * base * (1.0 - coat)
         self._set(_under=under, _coat=np.stack([coat, np.ones_like(coat)]))
         self._set(isotropic=self.exponent_u == self.exponent_v)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import ClassVar
 
@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
+from ..domain import in_domain
 from .model import AnalyticBrdf, Directed, Part, SumOfTerms
 
 # Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.
@@ -52,16 +53,15 @@ class CookTorrance(AnalyticBrdf):
     diffuse: Spectrum
     eta: np.ndarray
     k: np.ndarray
-    roughness: float
-    specular_weight: float
+    roughness: float = field(metadata=in_domain(0.0, 1.0, open_low=True))
+    specular_weight: float = field(metadata=in_domain(0.0, 1.0))
     distribution: str = "beckmann"
     masking: str = "v_cavity"
 
     def __post_init__(self) -> None:
         rho = self._checked_reflectance("diffuse")
         self._set(eta=self._checked_spectral("eta", 0.0, open_low=True), k=self._checked_spectral("k", 0.0))
-        self._set(roughness=self._checked_number("roughness", 0.0, 1.0, open_low=True))
-        self._set(specular_weight=self._checked_number("specular_weight", 0.0, 1.0))
+        self._check_numbers()
         self._set(**{name: self._checked_choice(name) for name in self.CHOICES})
         self._set(_body=(1.0 - self.specular_weight) * rho / np.pi)
 

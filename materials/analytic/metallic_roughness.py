@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
+from ..domain import in_domain
 from .cook_torrance import ggx, smith_ggx
 from .model import AnalyticBrdf, Part, SumOfTerms
 
@@ -46,16 +47,14 @@ class MetallicRoughness(AnalyticBrdf):
 
     diffuse: Spectrum
     specular: Spectrum
-    edge: float
-    alpha: float
-    coat: float = 0.0
-    coat_alpha: float = 1.0
+    edge: float = field(metadata=in_domain(0.0, 1.0))
+    alpha: float = field(metadata=in_domain(0.0, 1.0, open_low=True))
+    coat: float = field(default=0.0, metadata=in_domain(0.0, 1.0))
+    coat_alpha: float = field(default=1.0, metadata=in_domain(0.0, 1.0, open_low=True))
 
     def __post_init__(self) -> None:
         body, f0 = self._checked_reflectance("diffuse"), self._checked_reflectance("specular")
-        self._set(edge=self._checked_number("edge", 0.0, 1.0), coat=self._checked_number("coat", 0.0, 1.0))
-        self._set(alpha=self._checked_number("alpha", 0.0, 1.0, open_low=True))
-        self._set(coat_alpha=self._checked_number("coat_alpha", 0.0, 1.0, open_low=True))
+        self._check_numbers()
         # Coefficients of 1 and of (1 - c)^5.
         self._set(_facet=np.stack([f0, self.edge - f0]))
         self._set(_under=np.stack([(1.0 - f0) * body, (f0 - self.edge) * body]) / np.pi)

@@ -16,6 +16,7 @@ from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum, check_values
 from ...spectral.wavelengths import validated_wavelengths
 from ..brdf import Brdf, eval_lit
+from ..domain import Domain
 from ..points import Points
 
 Parameter = Float[np.ndarray, " L"] | float | str
@@ -27,8 +28,9 @@ class AnalyticBrdf(Brdf):
     """A reflection model with a closed formula; its subclasses are frozen dataclasses of its parameters.
 
     A field that is a `Spectrum` is a reflectance, an array is any other spectral quantity, and the rest are
-    numbers or names. The GLSL twin, `<NAME>.glsl` beside the module, is a function `float NAME(vec3 wi, vec3 wo,
-    ...)` of the same parameters in the same order at one wavelength; a name becomes its index in `CHOICES`.
+    numbers, each with its `Domain`, or names. The GLSL twin, `<NAME>.glsl` beside the module, is a function
+    `float NAME(vec3 wi, vec3 wo, ...)` of the same parameters in the same order at one wavelength; a name becomes its
+    index in `CHOICES`.
 
     Attributes
     ----------
@@ -80,6 +82,12 @@ class AnalyticBrdf(Brdf):
         return cls(**{name: _from_stored(kind, grid, parameters[name], name) for name, kind in declared.items()})
 
     @classmethod
+    def domains(cls) -> dict[str, Domain]:
+        """Which numbers the parameters may be that are numbers, in order."""
+        concrete: Any = cls
+        return {field.name: field.metadata["domain"] for field in fields(concrete) if "domain" in field.metadata}
+
+    @classmethod
     def _declared(cls) -> dict[str, str]:
         """The parameters in order, each with its annotation."""
         concrete: Any = cls
@@ -126,15 +134,13 @@ class AnalyticBrdf(Brdf):
             )
         return values
 
-    def _checked_number(self, name: str, low: float, high: float = np.inf, *, open_low: bool = False) -> float:
-        """The field `name` as a finite number from `low` (excluded with `open_low`) to `high`."""
-        number = _number(getattr(self, name), name)
-        expected = f"a number {'>' if open_low else '>='} {low:g}"
-        if np.isfinite(high):
-            expected += f" and <= {high:g}"
-        if not (np.isfinite(number) and low <= number <= high) or (open_low and number == low):
-            raise InputError("out of its domain", field=name, found=f"{number:g}", expected=expected)
-        return number
+    def _check_numbers(self) -> None:
+        """Store the parameters that are numbers as such; raise `InputError` for one out of its domain."""
+        for name, domain in self.domains().items():
+            number = _number(getattr(self, name), name)
+            if not domain.holds(number):
+                raise InputError("out of its domain", field=name, found=f"{number:g}", expected=domain.words)
+            self._set(**{name: number})
 
     def _checked_choice(self, name: str) -> str:
         """The field `name` as one of the names that `CHOICES` gives for it."""

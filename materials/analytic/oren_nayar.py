@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from jaxtyping import Float
 from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum
 from ..brdf import eval_lit
+from ..domain import in_domain
 from ..points import Points
 from .model import AnalyticBrdf
 
@@ -45,11 +46,11 @@ class OrenNayar(AnalyticBrdf):
     isotropic = True
 
     reflectance: Spectrum
-    sigma: float
+    sigma: float = field(metadata=in_domain(0.0, 0.5 * np.pi, unit="radians"))
 
     def __post_init__(self) -> None:
         self._set(_rho=self._checked_reflectance("reflectance"))
-        self._set(sigma=self._checked_number("sigma", 0.0, 0.5 * np.pi))
+        self._check_numbers()
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..brdf import Brdf
 from ..directions import spherical
 from ..fast import Fast
 from ..points import Points
+from ..surface import Surface
 from .material import MaterialRecord
 
 LIGHT, OBSERVER = "D65", "1931_2"
@@ -27,15 +29,13 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
     """XYZ, Lab and their conditions, rounded to four decimals, for the head; None where there is nothing to look at."""
     light, eye = _conditions()
     if record.fast is not None:
-        average = record.fast.average()
-        if average.uses_uv:
-            # An instrument's aperture is wider than a texel; this form knows no mean, but its original does.
-            mean = record.surface().average()
-            if mean.uses_uv:
-                return None
-            xyz = np.pi * mean.xyz(Points(*annular_45_0()), Folding(eye, [light])).mean(axis=0)
+        mean = from_afar(record.fast, record.surface)
+        if mean is None:
+            return None
+        if isinstance(mean, Fast):
+            xyz = xyz_at_45_0(mean, light, eye)
         else:
-            xyz = xyz_at_45_0(average, light, eye)
+            xyz = np.pi * mean.xyz(Points(*annular_45_0()), Folding(eye, [light])).mean(axis=0)
         geometry = "45a:0"
     else:
         spectrum = record.spectrum()
@@ -56,6 +56,23 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
         "observer": OBSERVER,
         "geometry": geometry,
     }
+
+
+def from_afar(fast: Fast, original: Callable[[], Surface]) -> Surface | None:
+    """What an instrument sees, whose aperture is wider than a texel: the mean of a fast form, or that of the original
+    where the form knows none; None where neither does.
+    """
+    average = fast.average()
+    if not average.uses_uv:
+        return average
+    mean = original().average()
+    return None if mean.uses_uv else mean
+
+
+def colour_folding() -> Folding:
+    """The light and the observer of `record_colour`."""
+    light, eye = _conditions()
+    return Folding(eye, [light])
 
 
 def xyz_at_45_0(fast: Fast, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:

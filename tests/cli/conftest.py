@@ -1,5 +1,6 @@
 """What the tests of the command share: a tiny scene, and the command itself."""
 
+import json
 import os
 import signal
 import subprocess
@@ -38,6 +39,30 @@ SWEEP = """
 on = "ball"
 illuminants = ["D65", "A"]
 """
+
+ROOM = """family = "room"
+kind = "analytic"
+[[material]]
+name = "white"
+model = "lambert"
+reflectance = { constant = 0.8 }
+[[material]]
+name = "dark"
+model = "lambert"
+reflectance = { constant = 0.1 }
+[[material]]
+name = "grey"
+model = "lambert"
+reflectance = { constant = 0.4 }
+[[material]]
+name = "satin"
+model = "ashikhmin_shirley"
+diffuse = { constant = 0.6 }
+specular = { constant = 0.04 }
+exponent_u = 40.0
+exponent_v = 40.0
+"""
+FLOOR = '[[part]]\nname = "floor"\nshape = "plane"\nscale = 4\ntranslate = [0, -1.2, 0]\nmaterial = "room/white"\n\n'
 
 
 @pytest.fixture
@@ -103,3 +128,41 @@ def started(tmp_path):
         process.wait()
         for pipe in (process.stdout, process.stderr):
             pipe.close()
+
+
+@pytest.fixture(scope="session")
+def room_catalogue(tmp_path_factory):
+    """Matt white, grey and dark, and a satin between white and grey."""
+    from metamer.materials.intake.importing import import_sources
+
+    folder = tmp_path_factory.mktemp("room")
+    (folder / "room.toml").write_text(ROOM, encoding="utf-8")
+    import_sources([folder / "room.toml"], folder / "catalogue", jobs=1)
+    return folder / "catalogue"
+
+
+@pytest.fixture
+def room(scene_text, tmp_path, monkeypatch):
+    """A ball on a floor, from slightly above."""
+    from metamer.lighting.visibility import refinement
+
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 200)
+    text = scene_text.replace("tiny/matt-red", "room/white").replace("[[part]]", FLOOR + "[[part]]", 1)
+    text = text.replace("subdivisions = 3", "subdivisions = 2").replace("position = [0, 0, 4]", "position = [0, 2, 4]")
+    file = tmp_path / "room.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def relight(metamer, room, room_catalogue, tmp_path):
+    """The command on the room: (code, stdout, stderr, figures or None)."""
+
+    def run(*words):
+        figures, shared = tmp_path / "found.json", ["--catalogue", room_catalogue, "--renderer", "software"]
+        figures.unlink(missing_ok=True)
+        words = [*words, *shared, "--out", tmp_path / "relit", "--json", figures, "--processes", 1]
+        code, said, err = metamer("transfer", "relight", room, *words)
+        return code, said, err, json.loads(figures.read_text(encoding="utf-8")) if figures.exists() else None
+
+    return run

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.cli.catalogue_show import _sliders
+from metamer.materials.catalogue import Catalogue
 from metamer.materials.fit_error import FitError
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.records.material import Provenance
@@ -44,6 +46,16 @@ def folder(tmp_path, write_matt, write_spectrum):
     write_matt(where, "paint/bare", 0.25)
     write_spectrum(where, "lamp/led")
     return where
+
+
+def test_what_can_be_changed_is_said_and_why_nothing(metamer, folder):
+    for name, said in (
+        ("paint/bare", "sliders       reflectance_scale 1 (a number >= 0 and <= 4)"),
+        ("lamp/led", "sliders       none: a spectrum without a surface"),
+    ):
+        assert said in metamer("catalogue", "show", name, folder)[1].splitlines()
+    table = replace(Catalogue.open(folder)["paint/bare"], model="merl")
+    assert _sliders(table) == "none: no formula; metamer catalogue like paint/bare finds neighbours"
 
 
 def test_words(metamer, folder):

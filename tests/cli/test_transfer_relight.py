@@ -1,62 +1,12 @@
 """`metamer transfer relight`: materials and light that change, over rays that are traced once."""
 
-import json
-
 import numpy as np
 import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.transfer import kept
-from metamer.lighting.visibility import refinement
-from metamer.materials.intake.importing import import_sources
 from metamer.spectral.formats.exr import read_exr
 from metamer.viewer import bouncing
 from metamer.viewer.turntable import orbited
-
-FAMILY = """family = "room"
-kind = "analytic"
-[[material]]
-name = "white"
-model = "lambert"
-reflectance = { constant = 0.8 }
-[[material]]
-name = "dark"
-model = "lambert"
-reflectance = { constant = 0.1 }
-"""
-FLOOR = '[[part]]\nname = "floor"\nshape = "plane"\nscale = 4\ntranslate = [0, -1.2, 0]\nmaterial = "room/white"\n\n'
-
-
-@pytest.fixture(scope="module")
-def catalogue(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("room")
-    (folder / "room.toml").write_text(FAMILY, encoding="utf-8")
-    import_sources([folder / "room.toml"], folder / "catalogue", jobs=1)
-    return folder / "catalogue"
-
-
-@pytest.fixture
-def room(scene_text, tmp_path, monkeypatch):
-    """A ball on a floor, from slightly above."""
-    monkeypatch.setattr(refinement, "MOST_VERTICES", 200)
-    text = scene_text.replace("tiny/matt-red", "room/white").replace("[[part]]", FLOOR + "[[part]]", 1)
-    text = text.replace("subdivisions = 3", "subdivisions = 2").replace("position = [0, 0, 4]", "position = [0, 2, 4]")
-    file = tmp_path / "room.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
-@pytest.fixture
-def relight(metamer, room, catalogue, tmp_path):
-    """The command on the room: (code, stdout, stderr, figures or None)."""
-
-    def run(*words):
-        figures, shared = tmp_path / "found.json", ["--catalogue", catalogue, "--renderer", "software"]
-        figures.unlink(missing_ok=True)
-        words = [*words, *shared, "--out", tmp_path / "relit", "--json", figures, "--processes", 1]
-        code, said, err = metamer("transfer", "relight", room, *words)
-        return code, said, err, json.loads(figures.read_text(encoding="utf-8")) if figures.exists() else None
-
-    return run
 
 
 def test_a_floor_changes_a_ball_only_by_way_of_others(relight, tmp_path):
@@ -166,10 +116,10 @@ def test_an_empty_catalogue_is_said(metamer, room, tmp_path):
     assert code == 4 and "not a catalogue" in err and "catalogue import" in err
 
 
-def test_pictures_of_one_geometry_trace_once_in_two_processes(metamer, room, catalogue, tmp_path, monkeypatch):
+def test_pictures_of_one_geometry_trace_once_in_two_processes(metamer, room, room_catalogue, tmp_path, monkeypatch):
     """`metamer render` twice, as two commands do it: what the first has kept is all that the second needs."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    words = [room, "--catalogue", catalogue, "--renderer", "software", "--bounces", 1]
+    words = [room, "--catalogue", room_catalogue, "--renderer", "software", "--bounces", 1]
     assert metamer("render", *words, "-o", tmp_path / "first.exr")[0] == 0
     monkeypatch.setattr(kept, "_traced", lambda *_: pytest.fail("traced again"))
     assert metamer("render", *words, "-o", tmp_path / "second.exr")[0] == 0
