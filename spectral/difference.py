@@ -6,6 +6,8 @@ and an infinite value gives NaN or infinity, without a warning.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -16,7 +18,7 @@ from .errors import InputError, UnknownNameError
 
 #: Share of white, in X, Y or Z, below which CIELAB is linear (CIE 015:2018, equation 8.5).
 KNEE = (24.0 / 116.0) ** 3
-Formula = Literal["CIE 1976", "CIE 1994", "CIE 2000"]
+Formula = Literal["CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1"]
 
 # Y added before differentiating L*: what a dark surface reflects anyway, so that the darkest decades do not rule.
 _DARK = 0.01
@@ -52,18 +54,25 @@ def xyz_from_lab(lab: Lab, white_xyz: White) -> XYZ:
 def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of CIELAB pairs.
 
-    CIE 1994 weighs by the chroma of the reference and is not symmetric: mind which side is which.
+    CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
 
     Parameters
     ----------
     reference_lab : (...,3) the standard, the truth.
     sample_lab : (...,3) the trial, the approximation.
-    method : "CIE 1976", "CIE 1994" (graphic arts: kL = 1, K1 = 0.045, K2 = 0.015) or "CIE 2000" (kL = kC = kH = 1).
+    method : "CIE 1976", "CIE 1994" (graphic arts: kL = 1, K1 = 0.045, K2 = 0.015), "CIE 2000" (kL = kC = kH = 1),
+        "CMC 1:1" (is it seen) or "CMC 2:1" (is it accepted).
 
     >>> delta_e(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]))
     array(3.)
     """
-    formulas = {"CIE 1976": _delta_e_1976, "CIE 1994": _delta_e_1994, "CIE 2000": _delta_e_2000}
+    formulas = {
+        "CIE 1976": _delta_e_1976,
+        "CIE 1994": _delta_e_1994,
+        "CIE 2000": _delta_e_2000,
+        "CMC 1:1": partial(_delta_e_cmc, 1.0),
+        "CMC 2:1": partial(_delta_e_cmc, 2.0),
+    }
     if method not in formulas:
         raise UnknownNameError("colour difference", method, get_args(Formula))
     # One leading axis more, so that a single pair is an array too.
@@ -79,6 +88,67 @@ def delta_e_xyz(
 ) -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of XYZ pairs, both relative to the same white."""
     return delta_e(lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz), method)
+
+
+@dataclass(frozen=True, eq=False)
+class Differences:
+    """In what a sample differs from its standard, sample less standard, each (...) (CIE 015:2018, 8.2.1).
+
+    lightness, a, b, chroma : ΔL*, Δa*, Δb*, ΔC*ab. hue : ΔH*ab, positive where the sample's hue angle is the larger by
+    less than half a turn; lightness, chroma and hue squared add up to ΔE of 1976 squared.
+    """
+
+    lightness: Float[np.ndarray, "*batch"]
+    a: Float[np.ndarray, "*batch"]
+    b: Float[np.ndarray, "*batch"]
+    chroma: Float[np.ndarray, "*batch"]
+    hue: Float[np.ndarray, "*batch"]
+
+
+def differences(standard_lab: Lab, sample_lab: Lab) -> Differences:
+    """Of CIELAB pairs (...,3).
+
+    >>> differences(np.array([50.0, 20.0, 0.0]), np.array([51.0, 0.0, 20.0])).hue.round(2).item()
+    28.28
+    """
+    standard, sample = (np.moveaxis(np.asarray(lab, dtype=np.float64), -1, 0) for lab in (standard_lab, sample_lab))
+    lightness, a, b = (np.asarray(one) for one in sample - standard)
+    return Differences(lightness, a, b, np.asarray(_chroma(sample) - _chroma(standard)), _hue(standard, sample))
+
+
+def _chroma(lab: np.ndarray) -> np.ndarray:
+    return np.asarray(np.hypot(lab[1], lab[2]))
+
+
+def _hue(standard: np.ndarray, sample: np.ndarray) -> np.ndarray:
+    """CIE 015:2018 eq. (8.20), 2 sqrt(C1 C2) sin(Δh / 2), with Δh of the cross and the dot product: no difference of
+    angles, and no root of a difference.
+    """
+    (_, a_1, b_1), (_, a_2, b_2) = standard, sample
+    turn = np.arctan2(a_1 * b_2 - a_2 * b_1, a_1 * a_2 + b_1 * b_2)
+    return np.asarray(2.0 * np.sqrt(_chroma(standard) * _chroma(sample)) * np.sin(0.5 * turn))
+
+
+def _delta_e_cmc(lightness_weight: float, reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
+    """CMC(l:1): F. J. J. Clarke, R. McDonald and B. Rigg, Journal of the Society of Dyers and Colourists 100, 1984."""
+    lightness, chroma = reference[0], _chroma(reference)
+    hue = np.degrees(np.arctan2(reference[2], reference[1])) % 360.0
+    scale_lightness = np.where(lightness < 16.0, 0.511, 0.040975 * lightness / (1.0 + 0.01765 * lightness))
+    scale_chroma = 0.0638 * chroma / (1.0 + 0.0131 * chroma) + 0.638
+    blue = (hue >= 164.0) & (hue <= 345.0)
+    t = np.where(
+        blue,
+        0.56 + np.abs(0.2 * np.cos(np.radians(hue + 168.0))),
+        0.36 + np.abs(0.4 * np.cos(np.radians(hue + 35.0))),
+    )
+    f = np.sqrt(chroma**4 / (chroma**4 + 1900.0))
+    scale_hue = scale_chroma * (f * t + 1.0 - f)
+    off = sample - reference
+    along = _chroma(sample) - chroma
+    hue_squared = np.maximum(off[1] ** 2 + off[2] ** 2 - along**2, 0.0)
+    return np.sqrt(
+        (off[0] / (lightness_weight * scale_lightness)) ** 2 + (along / scale_chroma) ** 2 + hue_squared / scale_hue**2
+    )
 
 
 def _delta_e_1976(reference: np.ndarray, sample: np.ndarray) -> np.ndarray:

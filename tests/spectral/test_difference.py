@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from metamer.spectral.difference import delta_e, delta_e_xyz, lab_from_xyz
+from metamer.spectral.difference import delta_e, delta_e_xyz, differences, lab_from_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
 
 D65 = np.array([0.95047, 1.0, 1.08883])
-METHODS = ("CIE 1976", "CIE 1994", "CIE 2000")
+METHODS = ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1")
 # The 34 pairs of Sharma, Wu and Dalal 2005, table 1: L, a, b of each side, ΔE00.
 SHARMA = np.array(
     [
@@ -48,6 +48,13 @@ SHARMA = np.array(
         [2.0776, 0.0795, -1.1350, 0.9033, -0.0636, -0.5514, 0.9082],
     ]
 )
+
+
+def _called(method):
+    """As colour-science names it."""
+    return {"method": "CMC", "l": float(method[4]), "c": 1.0} if method.startswith("CMC") else {"method": method}
+
+
 axis = st.floats(-120, 120)
 labs = st.tuples(st.floats(0, 100), axis, axis).map(np.array)
 
@@ -71,9 +78,8 @@ def test_a_thousand_random_images_against_colour_science(colour, rng):
     white_xy = colour.XYZ_to_xy(D65)
     for method in METHODS:
         # The oracle's conversion is the subject too: it goes from XYZ to Lab by itself.
-        oracle = colour.delta_E(
-            colour.XYZ_to_Lab(reference, white_xy), colour.XYZ_to_Lab(sample, white_xy), method=method
-        )
+        sides = colour.XYZ_to_Lab(reference, white_xy), colour.XYZ_to_Lab(sample, white_xy)
+        oracle = colour.delta_E(*sides, **_called(method))
         found = delta_e_xyz(reference, sample, D65, method)
         assert found.shape == (1000, 8, 8)
         np.testing.assert_array_equal(np.isnan(found), holes, err_msg=method)
@@ -199,3 +205,49 @@ def test_unknown_formula_names_the_known_ones():
     # Behind the check of annotations, which only tests have.
     with pytest.raises(UnknownNameError, match="CIE 1976, CIE 1994, CIE 2000"):
         delta_e.__wrapped__(np.zeros(3), np.zeros(3), "CIE94")
+
+
+@given(first=labs, second=labs)
+def test_lightness_chroma_and_hue_add_up(first, second):
+    found = differences(first, second)
+    total = found.lightness**2 + found.chroma**2 + found.hue**2
+    assert total == pytest.approx(float(delta_e(first, second, "CIE 1976")) ** 2, rel=1e-9, abs=1e-7)
+    assert total == pytest.approx(float(found.lightness**2 + found.a**2 + found.b**2), rel=1e-9, abs=1e-7)
+
+
+@given(first=labs, second=labs)
+def test_the_other_way_round_all_signs_turn(first, second):
+    there, back = differences(first, second), differences(second, first)
+    for name in ("lightness", "a", "b", "chroma"):
+        assert getattr(there, name) == -getattr(back, name)
+    # Of exactly opposite hues both ways are half a turn.
+    assert abs(there.hue) == pytest.approx(abs(back.hue))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "sign"),
+    [
+        ((50, 20, -0.1), (50, 20, 0.1), 1),  # over 0 degrees
+        ((50, -20, 0.1), (50, -20, -0.1), 1),  # over 180
+        ((50, 20, 0.1), (50, 20, -0.1), -1),
+        ((50, 20, 0), (50, 40, 0), 0),
+        ((50, 0, 0), (50, 10, 10), 0),  # one side has no hue
+    ],
+)
+def test_hue_has_a_sign(first, second, sign):
+    found = float(differences(np.array(first, float), np.array(second, float)).hue)
+    assert np.sign(found) == sign and abs(found) < 0.21
+
+
+def test_differences_of_images_keep_their_shape(rng):
+    first, second = rng.uniform(0, 60, (2, 4, 5, 3))
+    found = differences(first, second)
+    assert found.hue.shape == found.lightness.shape == (4, 5)
+    assert float(differences(first[2, 3], second[2, 3]).hue) == pytest.approx(found.hue[2, 3])
+
+
+def test_dark_standards_have_the_lightness_of_cmc_s_floor():
+    """Below L* 16 a step of lightness counts 1 / 0.511, at l = 2 half of it."""
+    dark, darker = np.array([10.0, 0.0, 0.0]), np.array([9.0, 0.0, 0.0])
+    assert delta_e(dark, darker, "CMC 1:1") == pytest.approx(1.0 / 0.511)
+    assert delta_e(dark, darker, "CMC 2:1") == pytest.approx(0.5 / 0.511)
