@@ -1,0 +1,140 @@
+"""Colour differences of large images: in single precision, in blocks that stay in the cache, on all cores.
+
+The same formulas as `difference`, written without angles where that is possible: hues are vectors, of which sines and
+cosines of multiples follow by products. Within 1e-3 of double precision everywhere, some 1e-5 where colours are near.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from .axis_letters import Lab
+from .difference import delta_e
+from .errors import InputError, UnknownNameError
+from .processes import usable_cores
+
+ImageFormula = Literal["CIE 1994", "CIE 2000"]
+# Pixels at once: a plane of them is 32 KB.
+_BLOCK = 8192
+# Blocks that one thread takes at once.
+_RUN = 64
+_TO_25_7 = np.float32(25.0**7)
+_ANGLES = np.radians([6.0, 30.0, 63.0, 275.0])
+# Cosine and sine of each.
+_HUE = tuple(zip(np.cos(_ANGLES).astype(np.float32), np.sin(_ANGLES).astype(np.float32), strict=True))
+# Hues so nearly opposite (the sine of what is missing) have no mean in single precision.
+_OPPOSITE = 2e-2
+
+
+def image_delta_e(
+    reference_lab: Lab, sample_lab: Lab, method: ImageFormula = "CIE 1994", threads: int | None = None
+) -> Float[np.ndarray, "*batch"]:
+    """Colour difference (...), float32, of CIELAB images (...,3) of one shape: `delta_e` within 1e-3.
+
+    method : "CIE 1994" or "CIE 2000", as `delta_e` has them. threads : None takes all cores.
+
+    Raises
+    ------
+    InputError : the images have other shapes.
+    """
+    if method not in get_args(ImageFormula):
+        raise UnknownNameError("colour difference of images", method, get_args(ImageFormula))
+    if np.shape(reference_lab) != np.shape(sample_lab):
+        found = f"{np.shape(reference_lab)} and {np.shape(sample_lab)}"
+        raise InputError("images of different shapes", field="sample_lab", found=found, expected="one shape")
+    reference, sample = (np.asarray(one).reshape(-1, 3) for one in (reference_lab, sample_lab))
+    found = np.empty(len(reference), np.float32)
+    block = {"CIE 1994": _block_1994, "CIE 2000": _block_2000}[method]
+
+    def run(start: int) -> None:
+        with np.errstate(
+            invalid="ignore", over="ignore", divide="ignore"
+        ):  # pixels that hold no colour come out as NaN
+            for first in range(start, min(start + _RUN * _BLOCK, len(found)), _BLOCK):
+                rows = slice(first, first + _BLOCK)
+                found[rows] = block(_planes(reference[rows]), _planes(sample[rows]))
+                if method == "CIE 2000":
+                    _again(found[rows], reference[rows], sample[rows])
+
+    with ThreadPoolExecutor(usable_cores() if threads is None else threads) as pool:
+        list(pool.map(run, range(0, len(found), _RUN * _BLOCK)))
+    return found.reshape(np.shape(reference_lab)[:-1])
+
+
+def _planes(lab: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "3 n"]:
+    return np.ascontiguousarray(lab.T, dtype=np.float32)
+
+
+def _block_1994(reference: Float[np.ndarray, "3 n"], sample: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, " n"]:
+    """CIE 116-1995."""
+    off = sample - reference
+    chroma = np.sqrt(reference[1] * reference[1] + reference[2] * reference[2])
+    along = np.sqrt(sample[1] * sample[1] + sample[2] * sample[2]) - chroma
+    hue = np.maximum(off[1] * off[1] + off[2] * off[2] - along * along, np.float32(0.0))
+    along /= np.float32(1.0) + np.float32(0.045) * chroma
+    scale = np.float32(1.0) + np.float32(0.015) * chroma
+    return np.sqrt(off[0] * off[0] + along * along + hue / (scale * scale))
+
+
+def _block_2000(reference: Float[np.ndarray, "3 n"], sample: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, " n"]:
+    """CIE 142-2001 (Sharma, Wu and Dalal 2005, eq. 2-22); NaN where hues are opposite."""
+    (l_1, a_1, b_1), (l_2, a_2, b_2) = reference, sample
+    one, half, two = np.float32(1.0), np.float32(0.5), np.float32(2.0)
+    grow = one + half * (one - _saturation(half * (np.sqrt(a_1 * a_1 + b_1 * b_1) + np.sqrt(a_2 * a_2 + b_2 * b_2))))
+    a_1, a_2 = grow * a_1, grow * a_2
+    chroma_1, chroma_2 = np.sqrt(a_1 * a_1 + b_1 * b_1), np.sqrt(a_2 * a_2 + b_2 * b_2)
+    product, dot, cross = chroma_1 * chroma_2, a_1 * a_2 + b_1 * b_2, a_1 * b_2 - a_2 * b_1
+    # 2 sqrt(C1 C2) sin(turn / 2), for hues nearer than a right angle and others: no difference of near numbers.
+    beyond = dot < 0.0
+    root = np.sqrt(two * np.where(beyond, product - dot, one / np.maximum(product + dot, np.float32(1e-30))))
+    hue = np.where(beyond, np.copysign(root, cross), cross * root)
+
+    # The mean hue halves the lesser turn, as the sum of two vectors of one length does.
+    cosine, sine = a_1 * chroma_2 + a_2 * chroma_1, b_1 * chroma_2 + b_2 * chroma_1
+    length = np.sqrt(cosine * cosine + sine * sine)
+    known = length > 0.0
+    length = np.where(known, length, one)
+    cosine, sine = cosine / length, sine / length
+    mean = half * (chroma_1 + chroma_2)
+    c_2, s_2 = two * cosine * cosine - one, two * sine * cosine
+    c_3, s_3 = cosine * (two * c_2 - one), sine * (two * c_2 + one)
+    c_4, s_4 = two * c_2 * c_2 - one, two * s_2 * c_2
+    (c6, s6), (c30, s30), (c63, s63), (c275, s275) = _HUE
+    t = one - np.float32(0.17) * (cosine * c30 + sine * s30) + np.float32(0.24) * c_2
+    t += np.float32(0.32) * (c_3 * c6 - s_3 * s6) - np.float32(0.20) * (c_4 * c63 + s_4 * s63)
+
+    # The square of the angle to 275 degrees, by its series in 1 - cosine; beyond a right angle all of it is far off.
+    x = one - (cosine * c275 + sine * s275)
+    squared = np.float32(16 / 1575) * x
+    for term in (1 / 35, 4 / 45, 1 / 3, 2.0):
+        squared = (squared + np.float32(term)) * x
+    blue = np.exp(squared * np.float32(-((180.0 / np.pi / 25.0) ** 2)))
+    rotation = -two * _saturation(mean) * np.sin(np.float32(np.pi / 3.0) * blue)
+
+    offset = half * (l_1 + l_2) - np.float32(50.0)
+    offset *= offset
+    lightness = (l_2 - l_1) / (one + np.float32(0.015) * offset / np.sqrt(np.float32(20.0) + offset))
+    chroma = (chroma_2 - chroma_1) / (one + np.float32(0.045) * mean)
+    hue /= one + np.float32(0.015) * mean * t
+    total = np.maximum(lightness * lightness + chroma * chroma + hue * hue + rotation * chroma * hue, np.float32(0.0))
+    return np.where(beyond & (np.abs(cross) < np.float32(_OPPOSITE) * product), np.float32(np.nan), np.sqrt(total))
+
+
+def _saturation(chroma: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """sqrt(C^7 / (C^7 + 25^7))."""
+    squared = chroma * chroma
+    seventh = squared * squared * squared * chroma
+    return np.sqrt(seventh / (seventh + _TO_25_7))
+
+
+def _again(
+    found: Float[np.ndarray, " n"], reference: Float[np.ndarray, "n 3"], sample: Float[np.ndarray, "n 3"]
+) -> None:
+    """In double precision, what single precision has no number for."""
+    some = np.flatnonzero(np.isnan(found))
+    if len(some):
+        found[some] = delta_e(reference[some], sample[some], "CIE 2000")
