@@ -254,8 +254,9 @@ def indirect_light(
         f"sites, {hits.rays} rays each, {found.basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more "
         f"would change no site by more than ΔE94 {found.left:.2g}"
     )
-    if not none and found.sent.glossy is None and len(sites) > MOST_GLOSSY:
-        words += f"; {len(sites):,} glossy sites, more than {MOST_GLOSSY:,}, pass light on as matt ones"
+    if not none and found.sent.glossy is None and len(sites):
+        why = f"for they are more than {MOST_GLOSSY:,}" if found.radiant is None else "beside fluorescent ones"
+        words += f"; {len(sites):,} glossy sites pass light on as matt ones, {why}"
     if not none and len(sites) > MOST_MAPS:
         words += f"; highlights without detail, for {len(sites):,} glossy sites are more than {MOST_MAPS:,}"
     where = transport.refinement, transport.fronts, transport.backs
