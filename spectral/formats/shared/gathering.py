@@ -141,10 +141,7 @@ class Gathering:
         if grid.size > 1 and (np.diff(grid) < 0).all():
             self.note("wavelengths descend in the file and are turned round", name)
             grid, samples = grid[::-1], samples[::-1]
-        if samples.size < 2:
-            raise InputError(
-                "not a spectrum", field=name, found=f"{samples.size} samples", expected="two samples or more"
-            )
+        _check_enough(samples, name)
         beyond = ~(np.abs(samples) < _LARGEST)
         if beyond.any():
             raise InputError(
@@ -155,6 +152,7 @@ class Gathering:
             )
         grid, samples = validated_wavelengths(grid, field=name), samples / divisor
         grid, samples = self._without_noise(name, grid, samples, quantity, said)
+        _check_enough(samples, name)
         negative = samples < 0.0
         floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
         if negative.any() and samples.min() >= -floor:
@@ -235,6 +233,11 @@ class Gathering:
         notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())
         rejected = tuple((name, reason.at(file=self.path)) for name, reason in self.rejected)
         return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, rejected)
+
+
+def _check_enough(samples: np.ndarray, name: str) -> None:
+    if samples.size < 2:
+        raise InputError("not a spectrum", field=name, found=f"{samples.size} samples", expected="two samples or more")
 
 
 def _without(

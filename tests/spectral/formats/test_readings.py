@@ -141,6 +141,10 @@ def test_noise_beyond_the_visible_does_not_say_percent(written):
     assert set(only(file).spectrum.samples) == {0.5}
 
 
+def test_what_noise_leaves_is_still_a_spectrum(refused):
+    assert "not a spectrum" in refused(read, "nm,Reflectance\n204,-0.12\n500,0.5\n")[0]
+
+
 def test_clear_glass_reads_a_little_above_one(written, refused):
     file = read(written(table("%T", lambda nm: 100.13 if nm > 700 else 92)))
     assert only(file).spectrum.samples.tolist()[-2:] == [1.0, 1.0]
