@@ -70,8 +70,8 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
         "CIE 1976": _delta_e_1976,
         "CIE 1994": _delta_e_1994,
         "CIE 2000": _delta_e_2000,
-        "CMC 1:1": partial(_delta_e_cmc, 1.0),
-        "CMC 2:1": partial(_delta_e_cmc, 2.0),
+        "CMC 1:1": partial(_delta_e_cmc, 1.0, 1.0),
+        "CMC 2:1": partial(_delta_e_cmc, 2.0, 1.0),
     }
     if method not in formulas:
         raise UnknownNameError("colour difference", method, get_args(Formula))
@@ -81,6 +81,15 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
     )
     with np.errstate(invalid="ignore", over="ignore"):  # pixels that hold no colour come out as NaN
         return np.asarray(formulas[method](reference, sample)[0])
+
+
+def delta_e_cmc(reference_lab: Lab, sample_lab: Lab, lightness: float, chroma: float) -> Float[np.ndarray, "*batch"]:
+    """CMC(l:c) of CIELAB pairs (...,3), l and c above 0; of 1:1 and 2:1 as `delta_e`."""
+    reference, sample = (
+        np.moveaxis(np.asarray(lab, dtype=np.float64)[None], -1, 0) for lab in (reference_lab, sample_lab)
+    )
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.asarray(_delta_e_cmc(lightness, chroma, reference, sample)[0])
 
 
 def delta_e_xyz(
@@ -129,8 +138,10 @@ def _hue(standard: np.ndarray, sample: np.ndarray) -> np.ndarray:
     return np.asarray(2.0 * np.sqrt(_chroma(standard) * _chroma(sample)) * np.sin(0.5 * turn))
 
 
-def _delta_e_cmc(lightness_weight: float, reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
-    """CMC(l:1): F. J. J. Clarke, R. McDonald and B. Rigg, Journal of the Society of Dyers and Colourists 100, 1984."""
+def _delta_e_cmc(
+    lightness_weight: float, chroma_weight: float, reference: np.ndarray, sample: np.ndarray
+) -> np.ndarray:
+    """CMC(l:c): F. J. J. Clarke, R. McDonald and B. Rigg, Journal of the Society of Dyers and Colourists 100, 1984."""
     lightness, chroma = reference[0], _chroma(reference)
     hue = np.degrees(np.arctan2(reference[2], reference[1])) % 360.0
     scale_lightness = np.where(lightness < 16.0, 0.511, 0.040975 * lightness / (1.0 + 0.01765 * lightness))
@@ -147,7 +158,9 @@ def _delta_e_cmc(lightness_weight: float, reference: np.ndarray, sample: np.ndar
     along = _chroma(sample) - chroma
     hue_squared = np.maximum(off[1] ** 2 + off[2] ** 2 - along**2, 0.0)
     return np.sqrt(
-        (off[0] / (lightness_weight * scale_lightness)) ** 2 + (along / scale_chroma) ** 2 + hue_squared / scale_hue**2
+        (off[0] / (lightness_weight * scale_lightness)) ** 2
+        + (along / (chroma_weight * scale_chroma)) ** 2
+        + hue_squared / scale_hue**2
     )
 
 

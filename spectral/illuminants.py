@@ -9,6 +9,8 @@ from .spectrum import Spectrum
 
 # The short names of the CIE fluorescent series as most catalogues print them.
 _ALIASES = {f"f{number}": f"FL{number}" for number in range(1, 13)}
+# A lamp of booths that goes by its short name everywhere.
+_ALIASES |= {"tl84": "Philips TL-84", "tl-84": "Philips TL-84"}
 
 
 @cache
@@ -43,7 +45,7 @@ def illuminant(name: str) -> Spectrum:
 
     Parameters
     ----------
-    name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`.
+    name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`, `TL84` is `Philips TL-84`.
 
     Raises
     ------

@@ -46,3 +46,8 @@ def test_unknown_illuminant_gives_the_nearest_names(asked, near):
     with pytest.raises(UnknownNameError, match="unknown illuminant") as caught:
         illuminant(asked)
     assert near in caught.value.nearest
+
+
+def test_a_lamp_of_booths_by_its_short_name():
+    assert illuminant("TL84") is not illuminant("FL11")
+    np.testing.assert_array_equal(illuminant("tl-84").samples, illuminant("Philips TL-84").samples)

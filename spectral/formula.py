@@ -1,0 +1,120 @@
+"""Colour difference formulas by the names that people write: of XYZ pairs under one white."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from .axis_letters import XYZ, White
+from .difference import delta_e, delta_e_cmc, lab_from_xyz
+from .errors import InputError, UnknownNameError
+
+#: What is written for each, beside CMC of any l:c.
+NAMES = ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1", "CAM16-UCS")
+#: What CAM16 is asked for: a grey surround of 20 % in a booth of 1000 lx, cd/m^2 as C. Li et al. 2017 take it.
+ADAPTING_LUMINANCE, BACKGROUND = 1000.0 / np.pi * 0.2, 20.0
+# As people write them, folded and without what stands between.
+_ALSO = {
+    "76": "CIE 1976",
+    "1976": "CIE 1976",
+    "ab": "CIE 1976",
+    "94": "CIE 1994",
+    "1994": "CIE 1994",
+    "00": "CIE 2000",
+    "2000": "CIE 2000",
+    "cam16ucs": "CAM16-UCS",
+    "cam16": "CAM16-UCS",
+}
+# Pairs at once in CAM16: some 30 MB.
+_BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A colour difference formula.
+
+    name : as colour-science has it; of CMC with its l:c. cmc : l and c.
+    """
+
+    name: str
+    cmc: tuple[float, float] | None = None
+
+    def __call__(self, reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch"]:
+        """ΔE (...) of pairs (...,3), Y of the white (3,) being 1; NaN where a pixel holds no colour.
+
+        CIE 1994 and CMC weigh by the reference and are not symmetric.
+        """
+        if self.name == "CAM16-UCS":
+            off = _cam16_ucs(sample_xyz, white_xyz) - _cam16_ucs(reference_xyz, white_xyz)
+            return np.asarray(np.linalg.norm(off, axis=-1))
+        reference, sample = lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz)
+        if self.cmc is not None:
+            return delta_e_cmc(reference, sample, *self.cmc)
+        return delta_e(reference, sample, self.name)  # type: ignore[arg-type]
+
+    @property
+    def words(self) -> str:
+        """The name, and what the formula is asked for where it has a choice."""
+        if self.name == "CIE 1994":
+            return "CIE 1994 (graphic arts, kL = 1)"
+        if self.name == "CAM16-UCS":
+            return f"CAM16-UCS (L_A {ADAPTING_LUMINANCE:.0f} cd/m2, Y_b {BACKGROUND:g}, average surround)"
+        return self.name
+
+
+def formula(text: str) -> Formula:
+    """The formula that is meant: "CIE 2000", "94", "dE00", "CMC 2:1", "CMC(1.5:1)", "CAM16-UCS".
+
+    Raises
+    ------
+    InputError : an l:c that is no pair of numbers above 0. UnknownNameError : another name.
+
+    >>> formula("ΔE00").name, formula("cmc (2:1)").name
+    ('CIE 2000', 'CMC 2:1')
+    """
+    folded = re.sub(r"[\s_*()-]", "", text.casefold())
+    if folded.startswith("cmc"):
+        return _cmc(text, folded[3:])
+    for before in ("cie", "deltae", "δe", "de"):
+        folded = folded.removeprefix(before)
+    if folded not in _ALSO:
+        raise UnknownNameError("colour difference", text, NAMES)
+    return Formula(_ALSO[folded])
+
+
+def _cmc(text: str, weights: str) -> Formula:
+    found = re.fullmatch(r"(\d+(?:\.\d+)?):(\d+(?:\.\d+)?)", weights)
+    pair = (0.0, 0.0) if found is None else (float(found[1]), float(found[2]))
+    if min(pair) <= 0.0:
+        raise InputError(
+            "CMC needs its weights of lightness and chroma",
+            field="formula",
+            found=text,
+            expected='"CMC l:c", both above 0',
+            hint='"CMC 2:1" tells whether a difference is accepted, "CMC 1:1" whether it is seen',
+        )
+    return Formula(f"CMC {pair[0]:g}:{pair[1]:g}", pair)
+
+
+def _cam16_ucs(xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch 3"]:
+    """J', a', b' (C. Li et al., Color Research and Application 42, 2017), by colour-science.
+
+    Negative lightness has no place in CAM16: its colours come out as NaN.
+    """
+    from .colour_library import colour_science
+
+    colour = colour_science()
+    flat = np.asarray(xyz, dtype=np.float64).reshape(-1, 3)
+    found = np.empty_like(flat)
+    white = 100.0 * np.asarray(white_xyz, dtype=np.float64) / white_xyz[1]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for start in range(0, len(flat), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            seen = colour.appearance.XYZ_to_CAM16(
+                100.0 * flat[rows] / white_xyz[1], white, ADAPTING_LUMINANCE, BACKGROUND
+            )
+            found[rows] = colour.models.JMh_CAM16_to_CAM16UCS(np.stack([seen.J, seen.M, seen.h], axis=-1))
+    return found.reshape(np.shape(xyz))
