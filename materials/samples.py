@@ -11,20 +11,12 @@ from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
 from ..spectral.formats.reading import format_of, read_with
-from ..spectral.illuminants import illuminant
-from ..spectral.observers import observer
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import Quantity, Spectrum
-from .brdf import Brdf
 from .catalogue import Catalogue
-from .directions import spherical
+from .effect import effect_of
 from .material import Material
 from .records.record import read_record
-
-#: How many times as bright an effect coating is at 45 degrees from the mirror direction as at 75: satin black is 1.6
-#: times, metals and metallic paints some 3. What glitters in its hue alone is not told.
-FLOPS = 1.8
-_ASPECULAR = (45.0, 75.0)
 
 
 def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: Answer = NO_ANSWER) -> tuple[Sample, ...]:
@@ -88,22 +80,6 @@ def sample_of(material: Material) -> Sample:
     spectrum = Spectrum.sampled(reading.wavelengths_nm, np.maximum(values, 0.0), quantity)
     check_covers(spectrum, "catalogue", material.id)
     return Sample(material.id, "catalogue", (spectrum,), effect=effect, details=details)
-
-
-def effect_of(brdf: Brdf) -> str:
-    """Why a surface counts as an effect coating, "" where it does not: by what instruments of several angles tell it
-    by, how dark it becomes farther from the mirror direction, lit at 45 degrees, under D65 for 10 degrees.
-    """
-    if brdf.bispectral:
-        return ""
-    # From the mirror direction, on the other side, towards the light.
-    wo = spherical(np.radians(np.array(_ASPECULAR) - 45.0), 0.0)
-    wi = np.broadcast_to(spherical(np.pi / 4.0, 0.0), wo.shape)
-    luminous = observer("1964_10").weights(illuminant("D65"), brdf.wavelengths_nm)[1]
-    face, flank = np.asarray(brdf.eval(wi, wo), dtype=np.float64) @ luminous
-    if not face > FLOPS * max(flank, 0.0):
-        return ""
-    return f"a metal or an effect coating, {face / flank:.1f} times as bright at 45 degrees from the mirror as at 75"
 
 
 def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
