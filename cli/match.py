@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import functools
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..calibration.text_tables import columns
-from .catalogue_words import opened, print_json, write_text
+from .catalogue_words import print_json, write_text
 from .shared import comma_separated, progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.match.page import MatchReport
-    from ..calibration.match.pairs import Asked
-    from ..calibration.match.uncertainty import Repeatability
-    from ..spectral.metamerism import Conditions
-    from ..spectral.sample import Sample
 
+_FILLED_IN = ("project", "part", "supplier", "instrument")
 _CODES = {"not judged": 0, "pass": 0, "not resolved": 1, "fail": 2}
 
 
@@ -66,7 +62,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")
     match.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up")
-    for name in ("project", "part", "supplier", "instrument"):
+    for name in _FILLED_IN:
         match.add_argument(f"--{name}", default="", metavar="WORDS", help=argparse.SUPPRESS)
     match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign: --project, --part, "
                        "--supplier and --instrument fill in what it says")  # fmt: skip
@@ -77,7 +73,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Compare; the exit code is in the command's description."""
     from ..calibration.match.figures import figures
-    from ..calibration.match.page import render_match_page
     from ..spectral.files import check_writable
 
     outputs = [path for path in (args.html, args.json) if path is not None and str(path) != "-"]
@@ -90,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print(report)
     if args.html is not None:
-        write_text(args.html, render_match_page(report))
+        write_text(args.html, report.html())
     if args.json is not None and not quiet:
         import json
 
@@ -101,77 +96,24 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _report(args: argparse.Namespace) -> MatchReport:
-    from importlib.metadata import version
-
-    from ..calibration.match.batch import batch
-    from ..calibration.match.page import MatchReport
-    from ..calibration.match.pairs import matched
-    from ..materials.samples import samples_of
-    from ..spectral.errors import UsageError
     from ..spectral.formats.answer import Answer
+    from ..viewer.match import match
 
-    answer = Answer(args.quantity, args.scale)
-    catalogue = functools.cache(lambda: opened(args.catalogue))
-    standards = samples_of(args.standard, catalogue, answer)
-    standard, *more = standards
-    if more:
-        names = ", ".join(one.name for one in standards[:6])
-        raise UsageError(f"{args.standard} holds {len(standards)} samples: name one, such as FILE#NAME, of {names}")
-    samples: list[Sample] = []
     with progress_bar("Reading", after=1.0) as progress:
-        for done, text in enumerate(args.samples):
-            progress(done, len(args.samples), text)
-            samples += samples_of(text, catalogue, answer)
-    asked = _asked(args, standard, _repeatability(args))
-    found = matched(standard, samples, asked)
-    batches = [batch([one.differences[at] for one in found], asked.judging) for at in range(len(asked.conditions))]
-    signed = {name: getattr(args, name) for name in ("project", "part", "supplier", "instrument")}
-    signed["instrument"] = signed["instrument"] or standard.details.get("instrument", "")
-    return MatchReport(standard, found, asked, batches, signed, version("metamer"))
-
-
-def _asked(args: argparse.Namespace, standard: Sample, known: Repeatability | None) -> Asked:
-    from ..calibration.match.pairs import Asked
-    from ..calibration.match.tolerance import Tolerance
-    from ..spectral.formula import formula
-
-    tolerance = None if args.tolerance is None else Tolerance.of(args.tolerance)
-    formulas = [formula(text) for text in args.formulas]
-    if tolerance is not None:
-        formulas = [tolerance.formula, *formulas]
-    return Asked(_conditions(args, standard), tuple(dict.fromkeys(formulas)), tolerance, known)
-
-
-def _conditions(args: argparse.Namespace, standard: Sample) -> tuple[Conditions, ...]:
-    from ..spectral.illuminants import illuminant
-    from ..spectral.metamerism import Conditions
-    from ..spectral.observers import observer
-
-    lights, eyes = args.illuminants, args.observers
-    if not standard.spectral:
-        # Of one colour nothing else is known: what it is stated for, unless somebody asks for less or more.
-        said = [one for one in standard.stated if one.illuminant and one.observer]
-        lights = lights or tuple(dict.fromkeys(one.illuminant for one in said if one.illuminant)) or ("D65",)
-        eyes = eyes or tuple(dict.fromkeys(one.observer for one in said if one.observer)) or ("1964_10",)
-    lights, eyes = lights or ("D65", "A", "TL84"), eyes or ("1964_10",)
-    for light in lights:
-        illuminant(light)
-    for eye in eyes:
-        observer(eye)
-    return tuple(Conditions(light, eye) for eye in eyes for light in lights)
-
-
-def _repeatability(args: argparse.Namespace) -> Repeatability | None:
-    from ..calibration.match.uncertainty import Repeatability
-    from ..materials.samples import repeated_readings
-    from ..spectral.errors import UsageError
-    from ..spectral.formats.answer import Answer
-
-    if args.repeatability is not None and args.repeated is not None:
-        raise UsageError("--repeatability and --repeated say the same thing: give one of them")
-    if args.repeated is not None:
-        return Repeatability(repeated=repeated_readings(Path(args.repeated), Answer(args.quantity, args.scale)))
-    return None if args.repeatability is None else Repeatability(args.repeatability)
+        return match(
+            args.standard,
+            args.samples,
+            args.tolerance,
+            formulas=args.formulas,
+            illuminants=args.illuminants,
+            observers=args.observers,
+            repeatability=args.repeatability,
+            repeated=args.repeated,
+            catalogue=args.catalogue,
+            answer=Answer(args.quantity, args.scale),
+            signed={name: getattr(args, name) for name in _FILLED_IN},
+            progress=progress,
+        )
 
 
 def _print(report: MatchReport) -> None:

@@ -16,6 +16,7 @@ from ...spectral.sample import Sample
 from ..page import html_environment
 from .batch import Batch
 from .pairs import WORST_FIRST, Asked, Difference, Matched
+from .tolerance import Verdict
 
 #: What a person may fill in beforehand; what is left open is a line to write on.
 SIGNED = ("project", "part", "supplier", "instrument", "approved by", "date")
@@ -44,6 +45,16 @@ class MatchReport:
     batches: Sequence[Batch | None] = ()
     signed: Mapping[str, str] = field(default_factory=dict)
     version: str = ""
+
+    @property
+    def verdict(self) -> Verdict:
+        """That of the sample which decides for all."""
+        found = {one.verdict for one in self.samples}
+        return next(verdict for verdict in WORST_FIRST if verdict in found)
+
+    def html(self) -> str:
+        """The page, self-contained."""
+        return render_match_page(self)
 
     @property
     def notes(self) -> tuple[str, ...]:
