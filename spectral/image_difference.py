@@ -18,10 +18,10 @@ from .errors import InputError, UnknownNameError
 from .processes import usable_cores
 
 ImageFormula = Literal["CIE 1994", "CIE 2000"]
-# Pixels at once: a plane of them is 32 KB.
-_BLOCK = 8192
+# Pixels at once: a plane of them is 128 KB. Fewer cost more calls than they save in cache.
+_BLOCK = 32768
 # Blocks that one thread takes at once.
-_RUN = 64
+_RUN = 16
 _TO_25_7 = np.float32(25.0**7)
 _ANGLES = np.radians([6.0, 30.0, 63.0, 275.0])
 # Cosine and sine of each.
@@ -51,12 +51,16 @@ def image_delta_e(
     block = {"CIE 1994": _block_1994, "CIE 2000": _block_2000}[method]
 
     def run(start: int) -> None:
+        # Planes of reference and sample, which the formula may write over.
+        planes = np.empty((2, 3, _BLOCK), np.float32)
         with np.errstate(
             invalid="ignore", over="ignore", divide="ignore"
         ):  # pixels that hold no colour come out as NaN
             for first in range(start, min(start + _RUN * _BLOCK, len(found)), _BLOCK):
                 rows = slice(first, first + _BLOCK)
-                found[rows] = block(_planes(reference[rows]), _planes(sample[rows]))
+                lab = planes[..., : len(found[rows])]
+                lab[0], lab[1] = reference[rows].T, sample[rows].T
+                found[rows] = block(lab)
                 if method == "CIE 2000":
                     _again(found[rows], reference[rows], sample[rows])
 
@@ -65,24 +69,38 @@ def image_delta_e(
     return found.reshape(np.shape(reference_lab)[:-1])
 
 
-def _planes(lab: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "3 n"]:
-    return np.ascontiguousarray(lab.T, dtype=np.float32)
+def _block_1994(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
+    """CIE 116-1995. In place, for the time goes into moving numbers, not into arithmetic."""
+    (lightness, a, b), (sample_lightness, sample_a, sample_b) = lab
+    total = _squared(np.subtract(lightness, sample_lightness, out=lightness))
+    off = _squared(a - sample_a) + _squared(b - sample_b)
+    chroma, along = _chroma(a, b), _chroma(sample_a, sample_b)
+    along -= chroma
+    # What is left of the distance; rounding may leave it a hair below zero.
+    hue = np.maximum(off, _squared(along), out=off)
+    hue -= along
+    scale = sample_b
+    for part, weight in ((along, 0.045), (hue, 0.015)):
+        np.multiply(chroma, np.float32(weight), out=scale)
+        scale += np.float32(1.0)
+        part /= _squared(scale)
+        total += part
+    return np.sqrt(total, out=total)
 
 
-def _block_1994(reference: Float[np.ndarray, "3 n"], sample: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, " n"]:
-    """CIE 116-1995."""
-    off = sample - reference
-    chroma = np.sqrt(reference[1] * reference[1] + reference[2] * reference[2])
-    along = np.sqrt(sample[1] * sample[1] + sample[2] * sample[2]) - chroma
-    hue = np.maximum(off[1] * off[1] + off[2] * off[2] - along * along, np.float32(0.0))
-    along /= np.float32(1.0) + np.float32(0.045) * chroma
-    scale = np.float32(1.0) + np.float32(0.015) * chroma
-    return np.sqrt(off[0] * off[0] + along * along + hue / (scale * scale))
+def _squared(values: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """In place."""
+    return np.square(values, out=values)
 
 
-def _block_2000(reference: Float[np.ndarray, "3 n"], sample: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, " n"]:
+def _chroma(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """In place of `a`; `b` is lost."""
+    return np.sqrt(np.add(_squared(a), _squared(b), out=a), out=a)
+
+
+def _block_2000(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
     """CIE 142-2001 (Sharma, Wu and Dalal 2005, eq. 2-22); NaN where hues are opposite."""
-    (l_1, a_1, b_1), (l_2, a_2, b_2) = reference, sample
+    (l_1, a_1, b_1), (l_2, a_2, b_2) = lab
     one, half, two = np.float32(1.0), np.float32(0.5), np.float32(2.0)
     grow = one + half * (one - _saturation(half * (np.sqrt(a_1 * a_1 + b_1 * b_1) + np.sqrt(a_2 * a_2 + b_2 * b_2))))
     a_1, a_2 = grow * a_1, grow * a_2
@@ -120,7 +138,9 @@ def _block_2000(reference: Float[np.ndarray, "3 n"], sample: Float[np.ndarray, "
     lightness = (l_2 - l_1) / (one + np.float32(0.015) * offset / np.sqrt(np.float32(20.0) + offset))
     chroma = (chroma_2 - chroma_1) / (one + np.float32(0.045) * mean)
     hue /= one + np.float32(0.015) * mean * t
-    total = np.maximum(lightness * lightness + chroma * chroma + hue * hue + rotation * chroma * hue, np.float32(0.0))
+    total = lightness * lightness + chroma * chroma + hue * hue + rotation * chroma * hue
+    # Of an array and a number, `maximum` takes five times as long as of two arrays.
+    np.maximum(total, np.zeros_like(total), out=total)
     return np.where(beyond & (np.abs(cross) < np.float32(_OPPOSITE) * product), np.float32(np.nan), np.sqrt(total))
 
 
