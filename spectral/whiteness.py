@@ -1,0 +1,151 @@
+"""Whiteness, tint and yellowness of near-white samples: single numbers, each for the lights and observers it is for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from .errors import ComparisonError, UnknownNameError
+from .illuminants import illuminant
+from .metamerism import Conditions
+from .observers import observer
+from .sample import Sample, same_conditions
+
+WhitenessMethod = Literal["CIE 2004", "ASTM E313", "ASTM E313-73"]
+
+_DAYLIGHT = Conditions("D65", "1964_10")
+# What tint weighs the step in x by for an observer (CIE 15:2004); y by 650 for both.
+_TINT = {"1931_2": 1000.0, "1964_10": 900.0}
+# x and y of the perfect diffuser as ASTM E313 prints them, to four digits.
+_DIFFUSER = {
+    ("C", "1931_2"): (0.3101, 0.3161),
+    ("D50", "1931_2"): (0.3457, 0.3585),
+    ("D65", "1931_2"): (0.3127, 0.3290),
+    ("C", "1964_10"): (0.3104, 0.3191),
+    ("D50", "1964_10"): (0.3477, 0.3595),
+    ("D65", "1964_10"): (0.3138, 0.3310),
+}
+# C_X and C_Z of yellowness, ASTM E313.
+_YELLOW = {
+    ("C", "1931_2"): (1.2769, 1.0592),
+    ("D65", "1931_2"): (1.2985, 1.1335),
+    ("C", "1964_10"): (1.2871, 1.0781),
+    ("D65", "1964_10"): (1.3013, 1.1498),
+}
+_DEFINED = {
+    "CIE 2004": (("D65", "1931_2"), ("D65", "1964_10")),
+    "ASTM E313": tuple(_DIFFUSER),
+    "ASTM E313-73": (("C", "1931_2"),),
+}
+# Beyond these a number is no whiteness: of CIE 15:2004; the last, Y, of ASTM E313, 5.2.
+_LEAST_WHITENESS, _LEAST_TINT, _MOST_TINT, _LEAST_Y = 40.0, -4.0, 2.0, 65.0
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Of one sample.
+
+    index : 100 for the perfect diffuser, more for what is bluer and brighter. tint : positive is greenish, negative
+        reddish; None where the method has none.
+    """
+
+    index: float
+    tint: float | None = None
+
+
+def whiteness(sample: Sample, conditions: Conditions = _DAYLIGHT, method: WhitenessMethod = "CIE 2004") -> Whiteness:
+    """Whiteness, and tint, of a commercial white.
+
+    method : "CIE 2004" (CIE 15:2004, W and T_w, W_10 and T_w,10; D65), "ASTM E313" (since 1998 the same equations, for
+        C, D50 and D65, with x and y of the diffuser to four digits) or "ASTM E313-73" (3.388 Z - 3 Y, for C and
+        2 degrees; it has no tint).
+
+    Raises
+    ------
+    UnknownNameError : an illuminant, observer or method that nobody knows.
+    ComparisonError : the method is not for this illuminant and observer; the sample is no white that it tells of; or
+        its colour under them is not known.
+
+    >>> whiteness(Sample("diffuser", "", seen=lambda light, eye: eye.white(light)))
+    Whiteness(index=100.0, tint=0.0)
+    """
+    if method not in get_args(WhitenessMethod):
+        raise UnknownNameError("whiteness", method, get_args(WhitenessMethod))
+    light, eye = key = _key(f"whiteness {method}", conditions, _DEFINED[method])
+    xyz = _seen(sample, conditions)
+    if method == "ASTM E313-73":
+        _check_bright(sample, xyz, method)
+        return Whiteness(float(3.388 * xyz[2] - 3.0 * xyz[1]))
+    if method == "ASTM E313":
+        _check_bright(sample, xyz, method)
+        white = _DIFFUSER[key]
+    else:
+        white = _chromaticity(observer(eye).white(illuminant(light)))
+    x, y = np.subtract(white, _chromaticity(xyz))
+    found = Whiteness(float(xyz[1] + 800.0 * x + 1700.0 * y), float(_TINT[eye] * x - 650.0 * y))
+    if method == "CIE 2004":
+        _check_limits(sample, found, float(xyz[1]))
+    return found
+
+
+def yellowness(sample: Sample, conditions: Conditions = _DAYLIGHT) -> float:
+    """Yellowness of ASTM E313, for C and D65: 0 for the perfect diffuser, negative for what is bluish.
+
+    It tells of what is yellow or blue beside white; of a reddish or greenish sample the number says nothing.
+
+    Raises
+    ------
+    ComparisonError : another illuminant or observer; a black sample; or its colour under them is not known.
+    """
+    along_x, along_z = _YELLOW[_key("yellowness ASTM E313", conditions, _YELLOW)]
+    x, y, z = _seen(sample, conditions)
+    return float(100.0 * (along_x * x - along_z * z) / y)
+
+
+def _key(what: str, conditions: Conditions, defined: Iterable[tuple[str, str]]) -> tuple[str, str]:
+    """The names that the tables have for the conditions, whatever these call them."""
+    # A name that nobody knows is told as one.
+    _ = illuminant(conditions.illuminant), observer(conditions.observer)
+    for key in defined:
+        if same_conditions(key, (conditions.illuminant, conditions.observer)):
+            return key
+    known = "; ".join(Conditions(*key).words for key in defined)
+    raise ComparisonError(f"{what} is not defined for {conditions.words}; it is for {known}")
+
+
+def _seen(sample: Sample, conditions: Conditions) -> Float[np.ndarray, "3"]:
+    """XYZ, Y of the perfect diffuser being 100."""
+    xyz = 100.0 * sample.xyz(conditions.illuminant, conditions.observer)
+    if not (np.isfinite(xyz).all() and xyz[1] > 0.0 and xyz.sum() > 0.0):
+        raise ComparisonError(f"{sample.name}: black under {conditions.words}, so that it has no whiteness")
+    return xyz
+
+
+def _chromaticity(xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "2"]:
+    return xyz[:2] / xyz.sum()
+
+
+def _check_bright(sample: Sample, xyz: Float[np.ndarray, "3"], method: str) -> None:
+    if not xyz[1] > _LEAST_Y:
+        raise ComparisonError(
+            f"{sample.name}: too dark for a whiteness: {method} tells of samples with Y above {_LEAST_Y:g}, and its is "
+            f"{xyz[1]:.1f}"
+        )
+
+
+def _check_limits(sample: Sample, found: Whiteness, luminance: float) -> None:
+    most = 5.0 * luminance - 280.0
+    if not _LEAST_WHITENESS < found.index < most:
+        raise ComparisonError(
+            f"{sample.name}: no commercial white, for CIE 2004 tells of a whiteness above {_LEAST_WHITENESS:g} and "
+            f"below 5 Y - 280 = {most:.1f}, and it would be {found.index:.1f}"
+        )
+    if found.tint is None or not _LEAST_TINT < found.tint < _MOST_TINT:
+        raise ComparisonError(
+            f"{sample.name}: too coloured for a whiteness: CIE 2004 tells of a tint above {_LEAST_TINT:g} and below "
+            f"{_MOST_TINT:g}, and it would be {found.tint:.1f}"
+        )
