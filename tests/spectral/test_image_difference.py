@@ -69,5 +69,5 @@ def test_other_shapes_and_formulas_are_refused(pair):
     # Behind the check of annotations, which only tests have.
     with pytest.raises(InputError, match="different shapes"):
         image_delta_e.__wrapped__(pair[0], pair[1][:20])
-    with pytest.raises(UnknownNameError, match="CIE 1994, CIE 2000"):
+    with pytest.raises(UnknownNameError, match="CIE 1994, CIE 2000, CAM16-UCS"):
         image_delta_e.__wrapped__(*pair, "CIE 1976")
