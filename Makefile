@@ -47,6 +47,7 @@ $(VENV)/.installed-for-tests: $(VENV)/.installed
 	@echo "Installing what the tests need ..."
 	@$(PIP) -e '.[test]'
 	@$(PIP) mitsuba || echo "Mitsuba 3 has no package for this Python: its comparisons will be skipped."
+	@$(PIP) flip-evaluator || echo "FLIP has no package for this Python: its tests will be skipped."
 	@touch $@
 
 clean:

@@ -16,8 +16,8 @@ _F, _C, _N_C = 1.0, 0.69, 1.0
 _HALF_RESPONSE = np.float32(27.13)
 # J' and M' (M. R. Luo, G. Cui and C. Li, Color Research and Application 31, 2006, eq. 4-6).
 _C_1, _C_2 = 0.007, np.float32(0.0228)
-# c_2 M' of 100, either way: beyond, single precision was off by up to 1.8.
-_STEEP = _C_2 * np.float32(100.0)
+# c_2 M' of 100, either way: beyond, single precision was off by up to 1.8; and of 10, where J' is below 1: 0.05.
+_STEEP, _STEEP_IN_DARK = _C_2 * np.float32(100.0), _C_2 * np.float32(10.0)
 _COS, _SIN = np.float32(np.cos(2.0)), np.float32(np.sin(2.0))
 
 
@@ -64,7 +64,8 @@ def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Floa
         # Without a length there is no hue, and no chroma either.
         scale = log_chroma / (_C_2 * np.maximum(length, np.float32(1e-30)))
         j = np.float32(100.0 + 1e4 * _C_1) * lightness / (np.float32(1.0) + np.float32(100.0 * _C_1) * lightness)
-        return j, scale * a, scale * b, np.abs(log_chroma) > _STEEP
+        steep = np.abs(log_chroma) > np.where(np.abs(j) < np.float32(1.0), _STEEP_IN_DARK, _STEEP)
+        return j, scale * a, scale * b, steep
 
     def block(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
         *first, steep = appearance(lab[0])
