@@ -7,6 +7,7 @@ from metamer.spectral.difference import xyz_from_lab
 from metamer.spectral.errors import InputError
 from metamer.spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, formula
 from metamer.spectral.illuminants import illuminant
+from metamer.spectral.image_cam16 import cam16_block
 from metamer.spectral.image_difference import image_delta_e
 from metamer.spectral.observers import observer
 
@@ -61,6 +62,23 @@ def test_every_pixel_of_surface_colours_is_colour_science_s(colour):
     wanted = colour.delta_E(*ucs, method="CAM16-UCS")
     found = image_delta_e(*pair, "CAM16-UCS", white_xyz=white())
     np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("reference", "sample"),
+    [
+        ((2.00227333, -44.76211792, 56.11465698), (1.25033543, -44.19599795, 54.99820423)),
+        ((0.79055986, -13.64608627, 2.84689995), (1.6629681, -13.19070149, 3.97046143)),
+        ((0.2702726, -37.7590953, 14.77300305), (2.81634773, -36.59578038, 14.69443729)),
+        ((5.37704899, -84.07530834, 17.74895985), (3.20125824, -83.34964467, 20.49680734)),
+    ],
+)
+def test_colours_of_no_light_near_the_formula_s_poles_are_done_again(reference, sample):
+    pair = np.array([reference]), np.array([sample])
+    found = image_delta_e(*pair, "CAM16-UCS", white_xyz=white())
+    np.testing.assert_allclose(found, by_pixel(pair, "D65"), rtol=0, atol=1e-3)
+    with np.errstate(all="ignore"):
+        assert np.isinf(cam16_block(white())(np.stack([one.T for one in pair]).astype(np.float32)))
 
 
 def test_the_scale_of_the_white_is_nothing(pair):
