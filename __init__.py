@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .spectral.illuminants import illuminant as illuminant
     from .spectral.observers import observer as observer
     from .spectral.spectrum import Spectrum as Spectrum
+    from .viewer.match import match as match
     from .viewer.picture import Picture as Picture
     from .viewer.script import render as render
     from .viewer.script import review as review
@@ -75,6 +76,7 @@ _HOMES = {
     "light_booth": "lighting.environment.booth.light_booth",
     "load_environment": "lighting.environment.map_light.load_environment",
     "load_scene": "lighting.scene_files.load_scene",
+    "match": "viewer.match.match",
     "observer": "spectral.observers.observer",
     "render": "viewer.script.render",
     "review": "viewer.script.review",

@@ -129,7 +129,11 @@ def _noise(noise: ReferenceNoise) -> dict[str, Any]:
 
 def _colour(colour: RowColour) -> dict[str, Any]:
     lab = colour.lab.tolist()
-    return {"xyz": colour.xyz.tolist(), "lab": lab, "lch": _lch(*lab), "geometry": colour.geometry}
+    around = [
+        {"aspecular": angle, "xyz": xyz.tolist(), "lab": there.tolist(), "lch": _lch(*there.tolist())}
+        for angle, xyz, there in colour.around
+    ]
+    return {"xyz": colour.xyz.tolist(), "lab": lab, "lch": _lch(*lab), "geometry": colour.geometry, "around": around}
 
 
 def _lch(lightness: float, a: float, b: float) -> list[float]:

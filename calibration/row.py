@@ -23,11 +23,14 @@ class RowColour:
     xyz : Y = 1 for the perfect diffuser.
     lab : CIELAB relative to the row's white.
     geometry : how it is lit and seen, such as "45a:0".
+    around : of metals and effect coatings, as instruments of several angles read them: degrees from the mirror
+        direction towards the light, lit at 45 degrees, and XYZ and CIELAB there.
     """
 
     xyz: Float[np.ndarray, "3"]
     lab: Float[np.ndarray, "3"]
     geometry: str
+    around: tuple[tuple[float, Float[np.ndarray, "3"], Float[np.ndarray, "3"]], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -146,6 +146,14 @@ def tiny_catalogue(tmp_path):
     return tmp_path
 
 
+def test_a_batch_that_passes_in_daylight_fails_under_lamps(tmp_path):
+    said = run("08_match_a_batch.py", tmp_path)
+    assert "lighter: pass" in said and "at the limit: not resolved" in said and "other pigment: fail" in said
+    assert number(r"other pigment: fail\n  D65, 1964_10: ΔE2000 (\S+)", said) < 0.01
+    assert number(r"A, 1964_10: ΔE2000 (\S+) .*greyer", said) > 0.8
+    assert "</html>" in (tmp_path / "match.html").read_text(encoding="utf-8")
+
+
 def test_python_of_the_readme(tiny_catalogue, monkeypatch):
     snippets = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)
     assert snippets

@@ -10,7 +10,7 @@ from ..materials.reading import GEOMETRY, Reading
 from ..spectral.difference import lab_from_xyz
 from .picture import picture_words
 from .png import quantise
-from .reading import swatch, xyz_in
+from .reading import colours_around, swatch, xyz_in
 from .review_cases import Setting
 from .review_compare import Comparison
 from .review_draw import Drawing
@@ -37,6 +37,7 @@ def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Readin
     seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
     seconds["write"] += seconds.pop("encode")
     xyz = xyz_in(lit, reading)
+    around = tuple((at, seen, lab_from_xyz(seen, drawing.white)) for at, seen in colours_around(lit, reading))
     return review_row(
         material=found.material,
         illuminant=drawing.illuminant,
@@ -54,7 +55,7 @@ def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Readin
         reflectance=reading.factor,
         reflectance_label="Radiance factor, light at 45°, seen from 0°",
         swatch=swatch(display, xyz, drawing.white),
-        colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY),
+        colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY, around),
         white_xyz=drawing.white,
         noise=drawing.noise,
         notes=(*drawing.notes, *held_words(lit, setting.geometry, found.material, setting.surfaces[found.material])),

@@ -113,7 +113,7 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
     values = values.reshape(len(table.rows), len(values_at))
     grids = [np.array([table.number(row[pair[0]]) for pair in points]) if grid is None else grid for row in table.rows]
     common = _common(table, place)
-    light, angle = _illuminant(table), _observer(table)
+    light, angle = illuminant_of(table), observer_of(table)
     spectral = {band.column for band in fields} | {column for pair in points for column in pair[:2]}
     beside = [(column, field) for column, field in enumerate(table.fields) if column not in spectral]
     colours = [(column, field) for column, field in beside if _is_colour(field)]
@@ -248,12 +248,13 @@ def _common(table: CgatsTable, place: str) -> dict[str, str]:
     return found
 
 
-def _illuminant(table: CgatsTable) -> str | None:
+def illuminant_of(table: CgatsTable) -> str | None:
     """The illuminant that XYZ and Lab were computed for; a bare MEASUREMENT_SOURCE is the instrument's lamp."""
     named = (illuminant_in(table.keywords.get(key, "")) for key in _ILLUMINANT_KEYS)
     source = table.keywords.get("MEASUREMENT_SOURCE", "")
     return next((light for light in named if light), illuminant_in(source) if "=" in source else None)
 
 
-def _observer(table: CgatsTable) -> str | None:
+def observer_of(table: CgatsTable) -> str | None:
+    """The observer that XYZ and Lab were computed for."""
     return next((found for key in _OBSERVER_KEYS if (found := observer_in(table.keywords.get(key, "")))), None)

@@ -19,7 +19,7 @@ from ..errors import InputError
 from ..spectrum import Quantity
 from .cxf_metadata import file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
-from .reading import SpectralFile, names_its_file
+from .reading import SpectralFile, StatedColour, names_its_file
 from .shared.gathering import Gathering
 from .shared.text import shortened
 from .shared.xml import Vocabulary, number, read_xml, root_name
@@ -57,24 +57,7 @@ def read(path: Path) -> SpectralFile:
     InputError
         Not well-formed, not CxF3, or no object has a spectrum: the message lists what is there instead.
     """
-    root = read_xml(path)
-    known = Vocabulary(root, NAMESPACE)
-    if known.name(root) != "CxF" or "gretagmacbeth" in known.root_uri.lower():
-        raise InputError(
-            "not a CxF3 file",
-            field="root element",
-            found=root.tag[:120],
-            expected=f"CxF in namespace {NAMESPACE}",
-            hint="versions 1 and 2 of CxF are other formats: export as CxF3",
-        )
-    resources = list(known.children(root, "Resources"))
-    specifications = _specifications(resources, known)
-    objects = [
-        item
-        for resource in resources
-        for collection in known.children(resource, "ObjectCollection")
-        for item in known.children(collection, "Object")
-    ]
+    root, known, specifications, objects = _opened(path)
     gathered = Gathering(path, NAME)
     if known.note:
         gathered.note(known.note)
@@ -122,6 +105,48 @@ def read(path: Path) -> SpectralFile:
     if not gathered.entries and not gathered.rejected:
         raise _without_spectra(root, objects, known)
     return gathered.finish(file_details(root, known))
+
+
+@names_its_file
+def colours_without_spectra(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
+    """Names of objects that state XYZ or CIELAB, and what they state, whether or not there are spectra.
+
+    Raises
+    ------
+    InputError : not well-formed, or not CxF3.
+    """
+    _, known, specifications, objects = _opened(path)
+    gathered = Gathering(path, NAME)
+    found = []
+    for item, name in zip(objects, _names(objects, gathered), strict=True):
+        values = [value for group in known.children(item, "ColorValues") for value in known.children(group)]
+        beside = [value for value in values if known.name(value) not in _SPECTRA]
+        if stated := stated_values(beside, name, specifications, known, gathered)[0]:
+            found.append((name, tuple(one.colour for one in stated)))
+    return found
+
+
+def _opened(path: Path) -> tuple[Element, Vocabulary, dict[str, Specification | None], list[Element]]:
+    """The root, its vocabulary, specifications by Id, and the objects."""
+    root = read_xml(path)
+    known = Vocabulary(root, NAMESPACE)
+    if known.name(root) != "CxF" or "gretagmacbeth" in known.root_uri.lower():
+        raise InputError(
+            "not a CxF3 file",
+            field="root element",
+            found=root.tag[:120],
+            expected=f"CxF in namespace {NAMESPACE}",
+            hint="versions 1 and 2 of CxF are other formats: export as CxF3",
+        )
+    resources = list(known.children(root, "Resources"))
+    specifications = _specifications(resources, known)
+    objects = [
+        item
+        for resource in resources
+        for collection in known.children(resource, "ObjectCollection")
+        for item in known.children(collection, "Object")
+    ]
+    return root, known, specifications, objects
 
 
 def _percent(field: str, found: str) -> InputError:

@@ -185,12 +185,14 @@ def test_equal_reviews_are_equal_pages(tmp_path):
 
 
 def test_colour_of_the_original_data_is_on_the_page(tmp_path):
-    colour = RowColour(np.array([0.2, 0.1, 0.05]), np.array([38.0, 51.25, -7.0]), "45a:0")
+    beside = ((15.0, np.array([0.4, 0.5, 0.6]), np.array([70.0, 0.0, -3.0])),)
+    colour = RowColour(np.array([0.2, 0.1, 0.05]), np.array([38.0, 51.25, -7.0]), "45a:0", beside)
     page, figures = write(tmp_path, [row(colour=colour)])
     words = " ".join("".join(Tags(page.read_text("utf-8")).text).split())
     assert "L* 38.0 a* 51.2 b* \N{MINUS SIGN}7.0 (45a:0)" in words
     (found,) = json.loads(figures.read_text("utf-8"))["results"]
-    lch = found["colour"].pop("lch")
+    lch, (around,) = found["colour"].pop("lch"), found["colour"].pop("around")
+    assert around == {"aspecular": 15.0, "xyz": [0.4, 0.5, 0.6], "lab": [70.0, 0.0, -3.0], "lch": [70.0, 3.0, 270.0]}
     assert found["colour"] == {"xyz": [0.2, 0.1, 0.05], "lab": [38.0, 51.25, -7.0], "geometry": "45a:0"}
     np.testing.assert_allclose(lch, [38.0, 51.725840, 352.222362], rtol=1e-8)  # 360° less atan(7 / 51.25)
 

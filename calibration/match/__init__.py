@@ -1,0 +1,1 @@
+"""Samples against their standard: differences, tolerances, uncertainty, metamerism, and the page that is signed."""

@@ -1,0 +1,37 @@
+"""In words, which way a sample differs: "lighter, yellower"."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...spectral.axis_letters import Lab
+from ...spectral.difference import Differences
+
+#: Chroma below which a colour counts as grey: its hue is no direction, a* and b* are.
+GREY = 5.0
+#: Degrees of hue: what is as near to red, yellow, green or blue turns beyond it.
+NEAR = 10.0
+# A component below this share of the largest is not spoken of.
+_WORTH = 0.3
+_TOWARDS = ("redder", "yellower", "greener", "bluer")
+
+
+def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
+    """The words, the largest difference first; "alike" where nothing is worth a word.
+
+    Of colours, hue is named by what it turns to: from red over yellow, green and blue to red again; and more chroma is
+    "stronger", less "greyer". Of greys, a* and b* are named.
+
+    least : what a difference in CIELAB has to be to be spoken of.
+    """
+    lightness = (float(off.lightness), "lighter", "darker")
+    if np.hypot(standard[1], standard[2]) < GREY:
+        parts = [lightness, (float(off.a), "redder", "greener"), (float(off.b), "yellower", "bluer")]
+    else:
+        hue = float(np.degrees(np.arctan2(standard[2], standard[1])) % 360.0)
+        forth, back = (int((hue + NEAR) // 90.0) + 1) % 4, (int(np.ceil((hue - NEAR) / 90.0)) - 1) % 4
+        parts = [lightness, (float(off.chroma), "stronger", "greyer")]
+        parts.append((float(off.hue), _TOWARDS[forth], _TOWARDS[back]))
+    named = sorted(((abs(value), more if value > 0 else less) for value, more, less in parts), reverse=True)
+    worth = max(_WORTH * named[0][0], least)
+    return ", ".join(word for size, word in named if size >= worth and size > 0.0) or "alike"

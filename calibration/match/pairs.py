@@ -1,0 +1,179 @@
+"""Samples beside their standard: differences, verdicts and indices under every light and for every observer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.axis_letters import White
+from ...spectral.difference import Differences, differences, lab_from_xyz
+from ...spectral.errors import ComparisonError, InputError
+from ...spectral.formula import Formula
+from ...spectral.illuminants import illuminant
+from ...spectral.metamerism import Conditions, Correction, colour_inconstancy, metamerism_index
+from ...spectral.observers import observer
+from ...spectral.sample import Sample
+from .direction import direction
+from .tolerance import Tolerance, Verdict
+from .uncertainty import Repeatability, Spread, scatter, spread
+
+#: Verdicts, that first which decides where several are met.
+WORST_FIRST: tuple[Verdict, ...] = ("fail", "not resolved", "pass", "not judged")
+#: How pairs that do not quite match are made to, before a change of conditions is told.
+CORRECTIONS: tuple[Correction, ...] = ("multiplicative", "parameric")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is to be told of each pair.
+
+    conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
+    of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it.
+    """
+
+    conditions: tuple[Conditions, ...]
+    formulas: tuple[Formula, ...]
+    tolerance: Tolerance | None = None
+    repeatability: Repeatability | None = None
+
+    @property
+    def judging(self) -> Formula:
+        """By which indices and spreads are told."""
+        return self.tolerance.formula if self.tolerance is not None else self.formulas[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Difference:
+    """A sample beside its standard under one illuminant for one observer; Lab (3,), ΔE by name of the formula."""
+
+    conditions: Conditions
+    white: White
+    standard_lab: Float[np.ndarray, "3"]
+    sample_lab: Float[np.ndarray, "3"]
+    off: Differences
+    delta_e: dict[str, float]
+    words: str
+    spread: Spread | None
+    verdict: Verdict
+
+
+@dataclass(frozen=True, eq=False)
+class Index:
+    """A number that tells of a change of conditions, or why there is none: name, conditions, and value or words."""
+
+    name: str
+    changed: str
+    value: float | None
+    words: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Matched:
+    """One sample: its differences, and what changes of conditions do."""
+
+    sample: Sample
+    differences: tuple[Difference, ...]
+    indices: tuple[Index, ...] = field(default=())
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst of all conditions."""
+        found = {one.verdict for one in self.differences}
+        return next(verdict for verdict in WORST_FIRST if verdict in found)
+
+    @property
+    def worst(self) -> Difference:
+        """Where the sample is farthest off by the first formula."""
+        return max(self.differences, key=lambda one: next(iter(one.delta_e.values())))
+
+
+def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[Matched, ...]:
+    """Compare samples with their standard, in their order.
+
+    Raises
+    ------
+    ComparisonError : a sample is the standard itself; or a side has no colour under some of the conditions.
+    InputError : no samples.
+    """
+    if not samples:
+        raise InputError("no sample", expected="one sample or more beside the standard")
+    for sample in samples:
+        check_another(standard, sample)
+    return tuple(
+        Matched(
+            sample,
+            tuple(_difference(standard, sample, where, asked) for where in asked.conditions),
+            _indices(standard, sample, asked),
+        )
+        for sample in samples
+    )
+
+
+def check_another(standard: Sample, sample: Sample) -> None:
+    """Raise `ComparisonError` where both are one and the same: that says nothing of a batch."""
+    if (standard.source, standard.name) == (sample.source, sample.name):
+        raise ComparisonError(f"{sample.name} is its own standard: name another sample")
+    same = len(standard.readings) == len(sample.readings) > 0 and all(
+        one.wavelengths_nm.shape == other.wavelengths_nm.shape
+        and (one.wavelengths_nm == other.wavelengths_nm).all()
+        and (one.samples == other.samples).all()
+        for one, other in zip(standard.readings, sample.readings, strict=True)
+    )
+    if same:
+        raise ComparisonError(
+            f"{sample.name} of {sample.source} has the numbers of the standard, {standard.name} of {standard.source}, "
+            "to the last digit: a second measurement never has"
+        )
+
+
+def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Asked) -> Difference:
+    white = observer(where.observer).white(illuminant(where.illuminant))
+    one_xyz, other_xyz = (side.xyz(where.illuminant, where.observer) for side in (standard, sample))
+    first, second = lab_from_xyz(one_xyz, white), lab_from_xyz(other_xyz, white)
+    for side, lab in ((standard, first), (sample, second)):
+        if not np.isfinite(lab).all():
+            raise InputError(
+                "not a colour", file=side.source, field=side.name, found=str(lab), expected="finite numbers"
+            )
+    off = differences(first, second)
+    delta_e = {one.name: float(one(one_xyz, other_xyz, white)) for one in asked.formulas}
+    known, least = None, 0.0
+    verdict: Verdict = "not judged"
+    if asked.repeatability is not None:
+        covariance = scatter(standard, sample, asked.repeatability, where.illuminant, where.observer)
+        known = spread(first, second, white, covariance, asked.formulas)
+        least = max(known.lightness, known.chroma, known.hue)
+    if asked.tolerance is not None:
+        name = asked.tolerance.formula.name
+        verdict = asked.tolerance.verdict(delta_e[name], None if known is None else known.delta_e[name])
+    return Difference(where, white, first, second, off, delta_e, direction(first, off, least), known, verdict)
+
+
+def _indices(standard: Sample, sample: Sample, asked: Asked) -> tuple[Index, ...]:
+    reference, formula = asked.conditions[0], asked.judging
+    found = []
+    for test in asked.conditions[1:]:
+        light, eye = test.illuminant != reference.illuminant, test.observer != reference.observer
+        # Of both at once, no index is defined.
+        if light and eye:
+            continue
+        for correction in CORRECTIONS:
+            name = f"metamerism, change of {'observer' if eye else 'illuminant'}, {correction}"
+            told = partial(metamerism_index, standard, sample, reference, test, formula, correction)
+            found.append(_told(name, test, told))
+        for side, who in ((standard, "standard"), (sample, "sample")):
+            if light:
+                told = partial(colour_inconstancy, side, reference, test, formula)
+                found.append(_told(f"colour inconstancy of the {who}", test, told))
+    return tuple(found)
+
+
+def _told(name: str, test: Conditions, value: Callable[[], float]) -> Index:
+    try:
+        return Index(name, test.words, value())
+    except ComparisonError as reason:
+        return Index(name, test.words, None, str(reason))

@@ -1,0 +1,85 @@
+"""What is accepted: a colour difference by some formula, and whether a pair keeps to it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.axis_letters import Lab, White
+from ...spectral.difference import xyz_from_lab
+from ...spectral.errors import InputError
+from ...spectral.formula import Formula, formula
+
+Verdict = Literal["pass", "fail", "not resolved", "not judged"]
+# Directions that a tolerance is drawn in, and halvings of a distance: to 1e-12 of it.
+_DIRECTIONS, _HALVINGS = 96, 40
+# Units of CIELAB that a tolerance is looked for in.
+_FAR = 512.0
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """formula : by which differences are judged. limit : the largest one that is accepted."""
+
+    formula: Formula
+    limit: float
+
+    @classmethod
+    def of(cls, text: str) -> Tolerance:
+        """From words such as "CMC 2:1 1.0" or "CIE 2000 0.8".
+
+        Raises
+        ------
+        InputError : no number above 0 at the end, or no formula before it.
+
+        >>> Tolerance.of("CMC 2:1 1.0").limit
+        1.0
+        """
+        match = re.fullmatch(r"\s*(.+?)[\s<=]+([0-9.]+)\s*", text)
+        try:
+            limit = float(match[2]) if match else 0.0
+        except ValueError:
+            limit = 0.0
+        if match is None or not 0.0 < limit < np.inf:
+            raise InputError(
+                "not a tolerance",
+                field="tolerance",
+                found=text,
+                expected='a formula and a number above 0, such as "CMC 2:1 1.0" or "CIE 2000 0.8"',
+            )
+        return cls(formula(match[1]), limit)
+
+    @property
+    def words(self) -> str:
+        """Such as "CMC 2:1 ≤ 1"."""
+        return f"{self.formula.name} ≤ {self.limit:g}"
+
+    def verdict(self, delta_e: float, uncertainty: float | None) -> Verdict:
+        """Whether a difference keeps to it; "not resolved" where the limit lies within its uncertainty."""
+        if uncertainty is not None and abs(delta_e - self.limit) <= uncertainty:
+            return "not resolved"
+        return "pass" if delta_e <= self.limit else "fail"
+
+    def outline(
+        self, standard: Lab, white: White, across: Float[np.ndarray, "3"], up: Float[np.ndarray, "3"]
+    ) -> Float[np.ndarray, "n 2"]:
+        """Where the tolerance ends in the plane of two unit vectors of CIELAB about a standard, in units of each.
+
+        Whatever the formula, it is looked for along each direction by halving; a closed line, its first point last too.
+        """
+        turn = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS + 1)
+        ways = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        first = xyz_from_lab(np.asarray(standard, dtype=np.float64), white)
+        low, high = np.zeros(len(ways)), np.full(len(ways), _FAR)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            at = standard + (ways * middle[:, None]) @ np.stack([across, up])
+            off = self.formula(np.broadcast_to(first, at.shape), xyz_from_lab(at, white), white)
+            # Where there is no colour any more, it is too far off.
+            beyond = ~(off <= self.limit)
+            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        return ways * low[:, None]

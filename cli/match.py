@@ -1,0 +1,172 @@
+"""`metamer match`: samples beside their standard: differences, verdicts, metamerism, and the page that is signed."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..calibration.text_tables import columns
+from .catalogue_words import print_json, write_text
+from .shared import comma_separated, progress_bar
+
+if TYPE_CHECKING:
+    from ..calibration.match.page import MatchReport
+
+_FILLED_IN = ("project", "part", "supplier", "instrument")
+_CODES = {"not judged": 0, "pass": 0, "not resolved": 1, "fail": 2}
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `match`."""
+    match = subparsers.add_parser(
+        "match",
+        help="samples beside a standard: differences, verdicts, metamerism",
+        description="Does this batch match the master? STANDARD and SAMPLE are an id of the catalogue, a file of "
+        "readings (CxF3, CGATS, instrument text, tables), FILE#NAME for one reading of it, a folder of such files, or "
+        'a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as one sample, by '
+        "their mean. Exit code 1 where a verdict is not resolved, 2 where a sample fails, 3 where nothing can be "
+        "compared, 4 where a file is unusable.",
+    )
+    match.add_argument("standard", metavar="STANDARD")
+    match.add_argument("samples", metavar="SAMPLE", nargs="+")
+    match.add_argument("--tolerance", metavar="WORDS", help='such as "CMC 2:1 1.0" or "CIE 2000 0.8"; none: not judged')
+    match.add_argument(
+        "--formulas",
+        type=comma_separated,
+        default=("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976"),
+        metavar="X,Y",
+        help="ΔE by these (default: CIE 2000,CMC 2:1,CIE 1994,CIE 1976); also CMC l:c, CAM16-UCS",
+    )
+    match.add_argument(
+        "--illuminants",
+        type=comma_separated,
+        metavar="X,Y",
+        help="default: D65,A,TL84; that of a standard of one colour",
+    )
+    match.add_argument("--observers", type=comma_separated, metavar="X,Y", help="default: 1964_10")
+    match.add_argument(
+        "--repeatability",
+        type=float,
+        metavar="D",
+        help="ΔE*ab that the instrument's readings scatter by, root mean square",
+    )
+    match.add_argument(
+        "--repeated", metavar="FILE", help="readings of one thing, which tell what the instrument's readings scatter by"
+    )
+    match.add_argument(
+        "--as",
+        dest="quantity",
+        choices=("reflectance", "radiance factor", "transmittance"),
+        help="what files hold that do not say it",
+    )
+    match.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")
+    match.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up")
+    for name in _FILLED_IN:
+        match.add_argument(f"--{name}", default="", metavar="WORDS", help=argparse.SUPPRESS)
+    match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign: --project, --part, "
+                       "--supplier and --instrument fill in what it says")  # fmt: skip
+    match.add_argument("--json", type=Path, metavar="FILE", help="every figure, for a program; - for standard output")
+    match.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare; the exit code is in the command's description."""
+    from ..calibration.match.figures import figures
+    from ..spectral.files import check_writable
+
+    outputs = [path for path in (args.html, args.json) if path is not None and str(path) != "-"]
+    for path in outputs:
+        check_writable(path)
+    report = _report(args)
+    quiet = args.json is not None and str(args.json) == "-"
+    if quiet:
+        print_json(figures(report))
+    else:
+        _print(report)
+    if args.html is not None:
+        write_text(args.html, report.html())
+    if args.json is not None and not quiet:
+        import json
+
+        write_text(args.json, json.dumps(figures(report), ensure_ascii=False, indent=1) + "\n")
+    for path in outputs if not quiet else ():
+        print(f"Written: {path}")
+    return max(_CODES[one.verdict] for one in report.samples)
+
+
+def _report(args: argparse.Namespace) -> MatchReport:
+    from ..spectral.formats.answer import Answer
+    from ..viewer.match import match
+
+    with progress_bar("Reading", after=1.0) as progress:
+        return match(
+            args.standard,
+            args.samples,
+            args.tolerance,
+            formulas=args.formulas,
+            illuminants=args.illuminants,
+            observers=args.observers,
+            repeatability=args.repeatability,
+            repeated=args.repeated,
+            catalogue=args.catalogue,
+            answer=Answer(args.quantity, args.scale),
+            signed={name: getattr(args, name) for name in _FILLED_IN},
+            progress=progress,
+        )
+
+
+def _print(report: MatchReport) -> None:
+    judging = report.asked.judging.name
+    several = len(report.asked.conditions) > 1
+    rows = []
+    for one in report.samples:
+        for at, found in enumerate(one.differences):
+            known = found.spread
+            off = found.off
+            ends = [f"{value:+.2f}" for value in (off.lightness, off.a, off.b, off.chroma, off.hue)]
+            about = "" if known is None else f" ±{known.delta_e[judging]:.2f}"
+            others = [f"{found.delta_e[name]:.2f}" for name in found.delta_e if name != judging]
+            head = [one.sample.name if at == 0 else "", found.conditions.words]
+            rows.append([*head, *ends, f"{found.delta_e[judging]:.2f}{about}", *others, found.verdict, found.words])
+    first = report.samples[0].differences[0]
+    others = [name for name in first.delta_e if name != judging]
+    axes = ["ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*"]
+    headings = ["sample", "light, observer", *axes, judging, *others, "verdict", "direction"]
+    print(f"Standard: {report.standard.name} ({report.standard.source})")
+    print(columns(headings, rows, left=2, words=True))
+    if several:
+        _print_indices(report)
+    _print_batches(report)
+    for words in report.notes:
+        print(words)
+
+
+def _print_indices(report: MatchReport) -> None:
+    """A column an index and changed condition, a row a sample."""
+    heads = list(dict.fromkeys(f"{i.name}, {i.changed}" for one in report.samples for i in one.indices))
+    if not heads:
+        return
+    print(f"\nFrom {report.asked.conditions[0].words}, ΔE by {report.asked.judging.name}:")
+    for number, head in enumerate(heads, 1):
+        print(f"  {number}  {head}")
+    rows = []
+    for one in report.samples:
+        told = {f"{i.name}, {i.changed}": "-" if i.value is None else f"{i.value:.2f}" for i in one.indices}
+        rows.append([one.sample.name, *(told[head] for head in heads)])
+    print(columns(["sample", *map(str, range(1, len(heads) + 1))], rows, left=1))
+    for words in dict.fromkeys(i.words for one in report.samples for i in one.indices if i.words):
+        print(f"No index: {words}")
+
+
+def _print_batches(report: MatchReport) -> None:
+    rows = []
+    for where, found in zip(report.asked.conditions, report.batches, strict=True):
+        if found is not None:
+            figures = [*(f"{value:+.2f}" for value in found.mean), *(f"{value:.2f}" for value in found.deviation)]
+            drift = "too few to tell" if found.per_sample is None else ", ".join(found.drifts) or "none"
+            rows.append([where.words, *figures, f"{found.scatter:.2f}", drift])
+    if rows:
+        count = len(report.samples)
+        print(f"\nThe batch of {count}: mean of sample less standard, standard deviation, mean ΔE from their own mean")
+        print(columns(["", "ΔL*", "Δa*", "Δb*", "s L*", "s a*", "s b*", "scatter", "drift"], rows, left=1, words=True))

@@ -1,0 +1,41 @@
+"""Effect coatings and metals: colours that change with the angle from the mirror direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+from .brdf import Brdf
+from .directions import spherical
+
+#: Degrees from the mirror direction towards the light at which such surfaces are read, lit at 45 degrees: near it, away
+#: from it, and far from it (ASTM E2194).
+ANGLES = (15.0, 45.0, 110.0)
+#: How many times as bright an effect coating is at 45 degrees from the mirror direction as at 75: satin black is 1.6
+#: times, metals and metallic paints some 3. What glitters in its hue alone is not told.
+FLOPS = 1.8
+_TOLD_BY = (45.0, 75.0)
+
+
+def towards(angles: Sequence[float]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Directions to the light, at 45 degrees, and to a viewer so many degrees from the mirror direction towards it."""
+    wo = spherical(np.radians(np.asarray(angles) - 45.0), 0.0)
+    return np.broadcast_to(spherical(np.pi / 4.0, 0.0), wo.shape), wo
+
+
+def effect_of(brdf: Brdf) -> str:
+    """Why a surface counts as an effect coating, "" where it does not: by what instruments of several angles tell it
+    by, how dark it becomes farther from the mirror direction, lit at 45 degrees, under D65 for 10 degrees.
+    """
+    if brdf.bispectral:
+        return ""
+    wi, wo = towards(_TOLD_BY)
+    luminous = observer("1964_10").weights(illuminant("D65"), brdf.wavelengths_nm)[1]
+    face, flank = np.asarray(brdf.eval(wi, wo), dtype=np.float64) @ luminous
+    if not face > FLOPS * max(flank, 0.0):
+        return ""
+    return f"a metal or an effect coating, {face / flank:.1f} times as bright at 45 degrees from the mirror as at 75"

@@ -1,0 +1,135 @@
+"""From what a person names to samples: an id of a catalogue, a file of readings, a folder, or a colour in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.formats.answer import NO_ANSWER, Answer
+from ..spectral.formats.colours_only import colour_in, read_colours
+from ..spectral.formats.reading import format_of, read_with
+from ..spectral.sample import Sample, check_covers
+from ..spectral.spectrum import Quantity, Spectrum
+from .catalogue import Catalogue
+from .effect import effect_of
+from .material import Material
+from .records.record import read_record
+
+
+def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: Answer = NO_ANSWER) -> tuple[Sample, ...]:
+    """All samples of what `text` names; readings of one name in one file are readings of one sample.
+
+    Parameters
+    ----------
+    text : "family/name" of a catalogue; a file of readings or a material's own; FILE#NAME, one reading of it; a folder
+        of such files; or a colour such as "lab:52.1,10.3,-5.6@D65/1964_10".
+    catalogue : asked where `text` is no file.
+
+    Raises
+    ------
+    InputError : nothing of that name, or nothing in it that has a colour.
+    """
+    if (colour := colour_in(text)) is not None:
+        return (Sample(text.partition("@")[0], "stated", stated=(colour,)),)
+    path, hash_, name = Path(text), "", ""
+    if not path.exists():
+        before, hash_, name = text.rpartition("#")
+        path = Path(before) if hash_ and Path(before).is_file() else path
+    if path.is_dir():
+        return _of_folder(path, answer)
+    if path.is_file():
+        found = _of_file(path, answer)
+        return found if not hash_ else (_named(found, name, path),)
+    if path.suffix and len(path.suffix) <= 6 and not path.suffix[1:].isdigit() and "/" not in text.rstrip("/"):
+        raise InputError("no such file", file=path)
+    return (sample_of(catalogue().load(text)),)
+
+
+def repeated_readings(path: Path, answer: Answer = NO_ANSWER) -> Sample:
+    """All readings of a file, whatever they are called, as readings of one thing.
+
+    Raises
+    ------
+    InputError : a file without spectra.
+    """
+    found = _of_file(path, answer)
+    readings = tuple(reading for one in found for reading in one.readings)
+    if not readings:
+        raise InputError("no readings with spectra", file=path, expected="spectra of one thing, measured repeatedly")
+    return Sample(path.name, str(path), readings)
+
+
+def sample_of(material: Material) -> Sample:
+    """A material as an instrument of annular 45:0 reads it.
+
+    Raises
+    ------
+    InputError : a light; a spectrum of too little of the visible.
+    """
+    reading = material.reading()
+    details = {"instrument": "", "geometry": material.provenance.geometry or "45a:0"}
+    effect = effect_of(material.brdf()) if material.is_surface and material.model != "lambert" else ""
+    if reading.brdf is not None:
+        return Sample(material.id, "catalogue", seen=reading.xyz, effect=effect, details=details)
+    values = reading.factor
+    quantity: Quantity = "radiance factor" if values.max() > 1.0 or values.min() < 0.0 else "reflectance"
+    # A fitted BRDF may be a little below zero: what it is there is the colour that pictures show.
+    spectrum = Spectrum.sampled(reading.wavelengths_nm, np.maximum(values, 0.0), quantity)
+    check_covers(spectrum, "catalogue", material.id)
+    return Sample(material.id, "catalogue", (spectrum,), effect=effect, details=details)
+
+
+def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
+    if path.suffix == ".h5":
+        return (sample_of(Material(**vars(read_record(path)))),)
+    reader = format_of(path)
+    try:
+        if reader is None:
+            raise InputError("not a file of spectra", file=path)
+        file = read_with(reader, path, answer)
+    except InputError as refusal:
+        # A file of colours alone is refused by readers of spectra, who say why.
+        try:
+            colours = read_colours(path)
+        except InputError:
+            raise refusal from None
+        return tuple(Sample(name, str(path), stated=stated) for name, stated in colours)
+    if not file.entries:
+        raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path)
+    by_name: dict[str, list[Sample]] = {}
+    for entry in file.entries:
+        by_name.setdefault(entry.name, []).append(Sample.of_entry(entry, str(path)))
+    details = {key: value for key, value in file.details.items() if isinstance(value, str)}
+    return tuple(_together(name, some, details) for name, some in by_name.items())
+
+
+def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
+    first = some[0]
+    readings = tuple(reading for one in some for reading in one.readings)
+    return Sample(name, first.source, readings, first.stated, details=of_file | dict(first.details))
+
+
+def _of_folder(path: Path, answer: Answer) -> tuple[Sample, ...]:
+    files = sorted(file for file in path.iterdir() if file.is_file() and not file.name.startswith("."))
+    found, refused = [], []
+    for file in files:
+        try:
+            found += _of_file(file, answer)
+        except InputError as reason:
+            refused.append(reason)
+    if refused:
+        # None is left out of a batch unseen.
+        raise refused[0]
+    if not found:
+        raise InputError("no readings in this folder", file=path, expected="files of readings, such as CxF or CGATS")
+    return tuple(found)
+
+
+def _named(found: tuple[Sample, ...], name: str, path: Path) -> Sample:
+    chosen = [one for one in found if one.name == name]
+    if not chosen:
+        raise UnknownNameError("reading", name, [one.name for one in found]).at(file=path)
+    return chosen[0]

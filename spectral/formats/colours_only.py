@@ -1,0 +1,119 @@
+"""Colours without spectra, as many standards come: XYZ or CIELAB in CGATS, CxF3 or a table, or in a few words."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..files import existing_file
+from .cgats import illuminant_of, observer_of, recognises
+from .cgats_tables import read_tables
+from .cxf import colours_without_spectra
+from .cxf import recognises as is_cxf
+from .reading import HEAD, StatedColour
+from .shared.text import number, read_lines
+from .shared.words import colour_axis, illuminant_in, observer_in, stated_colours
+
+_WORDS = re.compile(r"(lab|lch|xyz)\s*:\s*([^@]+?)\s*(?:@\s*(\S+?)\s*/\s*(\S+))?$", re.I)
+_NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME")
+_LIKE = "lab:52.1,10.3,-5.6@D65/1964_10"
+
+
+def colour_in(text: str) -> StatedColour | None:
+    """The colour that a person writes, such as "lab:52.1,10.3,-5.6@D65/1964_10"; None where the text is none.
+
+    Raises
+    ------
+    InputError : not three numbers, or no illuminant and observer: a colour without them is not one.
+    """
+    match = _WORDS.match(text.strip())
+    if match is None:
+        return None
+    space, numbers, light, eye = match.groups()
+    if light is None:
+        raise InputError(
+            "a colour without its illuminant and observer",
+            field="colour",
+            found=text,
+            expected=f"such as {_LIKE}",
+        )
+    try:
+        values = np.array([float(part) for part in numbers.split(",")])
+    except ValueError:
+        values = np.empty(0)
+    if values.shape != (3,) or not np.isfinite(values).all():
+        raise InputError(
+            "not a colour", field="colour", found=text, expected="three numbers", hint=f"write it as {_LIKE}"
+        )
+    if space.lower() == "lch":
+        turn = np.radians(values[2])
+        values = np.array([values[0], values[1] * np.cos(turn), values[1] * np.sin(turn)])
+    return StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
+
+
+def read_colours(path: str | Path) -> tuple[tuple[str, tuple[StatedColour, ...]], ...]:
+    """Names, and the colours stated of each.
+
+    Raises
+    ------
+    InputError : the file states no colours.
+    """
+    path = existing_file(path)
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    if is_cxf(path, head):
+        found = colours_without_spectra(path)
+    elif recognises(path, head):
+        found = _cgats(path)
+    else:
+        found = _table(path)
+    if not found:
+        raise InputError(
+            "no colours in this file",
+            file=path,
+            expected="spectra, or columns such as LAB_L, LAB_A, LAB_B",
+            hint="export the measurement with its spectra",
+        )
+    return tuple(found)
+
+
+def _cgats(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
+    found = []
+    for table in read_tables(path):
+        light, eye = illuminant_of(table), observer_of(table)
+        upper = [field.upper() for field in table.fields]
+        name_at = next((upper.index(name) for name in _NAMES if name in upper), None)
+        for place, row in enumerate(table.rows, 1):
+            cells = {
+                field: table.number(cell) for field, cell in zip(table.fields, row, strict=True) if colour_axis(field)
+            }
+            if colours := stated_colours(cells, light, eye):
+                found.append((row[name_at] if name_at is not None else f"{path.stem} {place}", colours))
+    return found
+
+
+def _table(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
+    """A header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in it."""
+    lines = [line for line in read_lines(path) if line.strip()]
+    text = "\n".join(lines)
+    delimiter = max("\t;,", key=text.count)
+    rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
+    decimal = "," if delimiter != "," and re.search(r"\d,\d", text) and not re.search(r"\d\.\d", text) else "."
+    for start, header in enumerate(rows):
+        if sum(colour_axis(cell) is not None for cell in header) < 3:
+            continue
+        above = " ".join(" ".join(row) for row in rows[: start + 1])
+        light, eye = illuminant_in(above), observer_in(above)
+        found = []
+        for row in rows[start + 1 :]:
+            cells = {h: number(c, decimal) for h, c in zip(header, row, strict=False) if colour_axis(h)}
+            names = [c for h, c in zip(header, row, strict=False) if not colour_axis(h) and c.strip()]
+            if colours := stated_colours(cells, light, eye):
+                found.append((names[0] if names else f"{path.stem} {len(found) + 1}", colours))
+        return found
+    return []

@@ -1,0 +1,116 @@
+"""Pairs that match under one light and not under another: metamerism indices, and colour inconstancy.
+
+A pair that does not quite match under the reference conditions is first made to, so that the index tells of the change
+alone (CIE 015:2018, 9.2; ISO 18314-4): either the sample's tristimulus values under the test conditions are multiplied
+by what standard over sample is under the reference, or the sample's spectrum takes the standard's fundamental, the part
+that the reference conditions see (the parameric decomposition of H. S. Fairman, Color Research and Application 12,
+1987). A change of observer in place of the light is measured alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from .adaptation import adaptation_matrix
+from .difference import lab_from_xyz
+from .errors import ComparisonError, UnknownNameError
+from .formula import Formula
+from .illuminants import illuminant
+from .observers import observer
+from .sample import Sample
+
+Correction = Literal["multiplicative", "parameric", "none"]
+# nm at which spectra are decomposed.
+_GRID = np.arange(380.0, 781.0, 5.0)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """An illuminant and an observer, by name."""
+
+    illuminant: str
+    observer: str
+
+    @property
+    def words(self) -> str:
+        """Both names."""
+        return f"{self.illuminant}, {self.observer}"
+
+
+def metamerism_index(
+    standard: Sample,
+    sample: Sample,
+    reference: Conditions,
+    test: Conditions,
+    formula: Formula,
+    correction: Correction = "multiplicative",
+) -> float:
+    """ΔE under the test conditions of a pair that is made to match under the reference ones.
+
+    Raises
+    ------
+    ComparisonError : a side has no spectrum; it fluoresces, and is corrected by its spectrum; it is an effect coating,
+        whose colour has more conditions than these; or it is black, so that nothing tells what to multiply by.
+    """
+    if correction not in get_args(Correction):
+        raise UnknownNameError("correction", correction, get_args(Correction))
+    for side in (standard, sample):
+        if side.effect:
+            raise ComparisonError(
+                f"{side.name}: {side.effect}; ISO 18314-4 leaves effect coatings out, for their colour changes with "
+                "angles too"
+            )
+        if not side.spectral:
+            raise ComparisonError(f"{side.name}: no spectrum, so its colour under another light is not known")
+    white = observer(test.observer).white(illuminant(test.illuminant))
+    first = standard.xyz(test.illuminant, test.observer)
+    if correction == "parameric":
+        second = first + _difference_of_blacks(standard, sample, reference, test)
+    else:
+        second = sample.xyz(test.illuminant, test.observer)
+    if correction == "multiplicative":
+        wanted, found = (one.xyz(reference.illuminant, reference.observer) for one in (standard, sample))
+        if not (found > 0.0).all():
+            raise ComparisonError(f"{sample.name}: black under {reference.words}, so that nothing can be multiplied")
+        second = second * (wanted / found)
+    return float(formula(first, second, white))
+
+
+def _difference_of_blacks(
+    standard: Sample, sample: Sample, reference: Conditions, test: Conditions
+) -> Float[np.ndarray, "3"]:
+    """What the test conditions see of the difference of both metameric blacks."""
+    for side in (standard, sample):
+        if side.seen is not None:
+            raise ComparisonError(f"{side.name}: fluoresces, so no spectrum of reflectance can be decomposed")
+    seen = observer(reference.observer).weights(illuminant(reference.illuminant), _GRID)
+    off = sample.factor(_GRID) - standard.factor(_GRID)
+    black = off - seen.T @ np.linalg.lstsq(seen @ seen.T, seen @ off, rcond=None)[0]
+    return observer(test.observer).weights(illuminant(test.illuminant), _GRID) @ black
+
+
+def colour_inconstancy(sample: Sample, reference: Conditions, test: Conditions, formula: Formula) -> float:
+    """By how much a sample changes colour from one light to another after adaptation: ΔE between it under the reference
+    light and its corresponding colour under the test light (CMCCON02 of M. R. Luo et al., Color Research and
+    Application 28, 2003, with complete adaptation by CAT02; it is their index with the formula CMC 1:1).
+
+    Raises
+    ------
+    ComparisonError : no spectrum.
+    """
+    if not sample.spectral:
+        raise ComparisonError(f"{sample.name}: no spectrum, so its colour under another light is not known")
+    whites = [observer(one.observer).white(illuminant(one.illuminant)) for one in (test, reference)]
+    corresponding = adaptation_matrix(whites[0], whites[1], "CAT02") @ sample.xyz(test.illuminant, test.observer)
+    here = sample.xyz(reference.illuminant, reference.observer)
+    return float(formula(here, corresponding, whites[1]))
+
+
+def lab_under(sample: Sample, conditions: Conditions) -> Float[np.ndarray, "3"]:
+    """CIELAB (3,) under conditions."""
+    white = observer(conditions.observer).white(illuminant(conditions.illuminant))
+    return lab_from_xyz(sample.xyz(conditions.illuminant, conditions.observer), white)

@@ -1,0 +1,148 @@
+"""One coloured thing as it was measured: its readings, or the colour that somebody states of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from .axis_letters import Lab
+from .difference import lab_from_xyz, xyz_from_lab
+from .errors import ComparisonError, InputError
+from .formats.reading import SpectralEntry, StatedColour
+from .illuminants import illuminant
+from .observers import Observer, observer
+from .spectrum import Spectrum
+
+#: nm that a spectrum has to cover to have a colour: beyond, its end values are held (ASTM E308, 7.3.2.2).
+LEAST_NM = (400.0, 700.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A standard, or what is held beside it.
+
+    Parameters
+    ----------
+    name, source : what it is called, and where it comes from.
+    readings : spectra of one and the same thing, any number; none where only a colour is known.
+    stated : colours that a file or a person states; used where there are no readings.
+    seen : XYZ under a light for an observer, of what fluoresces: no spectrum of reflectance tells it.
+    effect : why its colour depends on the angles beyond its gloss, "" where it does not or is not known to.
+    details : instrument, geometry, ..., as the file has them.
+    """
+
+    name: str
+    source: str
+    readings: tuple[Spectrum, ...] = ()
+    stated: tuple[StatedColour, ...] = ()
+    seen: Callable[[Spectrum, Observer], Float[np.ndarray, "3"]] | None = None
+    effect: str = ""
+    details: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of_entry(cls, entry: SpectralEntry, source: str) -> Sample:
+        """One reading of a file.
+
+        Raises
+        ------
+        InputError : a light; or too little of the visible.
+        """
+        spectrum = entry.spectrum
+        if spectrum.quantity == "emission" or spectrum.samples.ndim != 1:
+            raise InputError(
+                "a light is no sample" if spectrum.quantity == "emission" else "more than one spectrum",
+                file=source,
+                field=entry.name,
+                expected="one reading of reflectance, radiance factor or transmittance",
+            )
+        check_covers(spectrum, source, entry.name)
+        return cls(entry.name, source, (spectrum,), entry.stated, details=entry.details)
+
+    @property
+    def spectral(self) -> bool:
+        """Whether its colour is known under every light."""
+        return bool(self.readings) or self.seen is not None
+
+    @property
+    def held(self) -> str:
+        """What of the observer's range no reading covers, in words; "" where all of it is covered."""
+        if not self.readings:
+            return ""
+        low = max(one.wavelengths_nm[0] for one in self.readings)
+        high = min(one.wavelengths_nm[-1] for one in self.readings)
+        return f"beyond {low:g} to {high:g} nm the end values are held" if low > 380.0 or high < 730.0 else ""
+
+    def factor(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, " L"]:
+        """The mean of its readings, linear between their samples, ends held.
+
+        Raises
+        ------
+        ComparisonError : there is no spectrum.
+        """
+        if not self.readings:
+            raise ComparisonError(f"{self.name}: no spectrum, so nothing that depends on one can be told")
+        return np.mean([np.interp(wavelengths_nm, one.wavelengths_nm, one.samples) for one in self.readings], axis=0)
+
+    def lab(self, light: str, eye: str) -> Lab:
+        """CIELAB (3,) under an illuminant for an observer, relative to its white; the mean of the readings' XYZ.
+
+        Raises
+        ------
+        ComparisonError : only a colour is known, and for another illuminant or observer, or for none that is said.
+        """
+        white = observer(eye).white(illuminant(light))
+        return lab_from_xyz(self.xyz(light, eye), white)
+
+    def xyz(self, light: str, eye: str) -> Float[np.ndarray, "3"]:
+        """XYZ (3,), Y of the perfect diffuser being 1; errors as of `lab`."""
+        power, seer = illuminant(light), observer(eye)
+        if self.seen is not None:
+            return self.seen(power, seer)
+        if self.readings:
+            return np.mean([seer.weights(power, one.wavelengths_nm) @ one.samples for one in self.readings], axis=0)
+        for colour in self.stated:
+            if (
+                colour.illuminant
+                and colour.observer
+                and same_conditions((colour.illuminant, colour.observer), (light, eye))
+            ):
+                if colour.space == "XYZ":
+                    return colour.values / 100.0
+                return xyz_from_lab(colour.values, seer.white(power))
+        known = ", ".join(dict.fromkeys(f"{c.illuminant or '?'} and {c.observer or '?'}" for c in self.stated))
+        raise ComparisonError(
+            f"{self.name} has no spectrum: its colour is stated for {known or 'nothing'}, not for {light} and {eye}; "
+            "another light or observer cannot be had from it"
+        )
+
+    def labs(self, light: str, eye: str) -> Float[np.ndarray, "n 3"]:
+        """CIELAB of every reading by itself."""
+        power, seer = illuminant(light), observer(eye)
+        xyz = [seer.weights(power, one.wavelengths_nm) @ one.samples for one in self.readings]
+        return lab_from_xyz(np.reshape(xyz, (-1, 3)), seer.white(power))
+
+
+def same_conditions(one: tuple[str, str], other: tuple[str, str]) -> bool:
+    """Whether illuminant and observer are the same, whatever they are called."""
+    try:
+        lights, eyes = [illuminant(name) for name, _ in (one, other)], [observer(name) for _, name in (one, other)]
+    except InputError:
+        return False
+    return eyes[0].name == eyes[1].name and lights[0].key == lights[1].key
+
+
+def check_covers(spectrum: Spectrum, file: str, name: str) -> None:
+    """Raise `InputError` where a spectrum is too short for a colour."""
+    low, high = spectrum.wavelengths_nm[[0, -1]]
+    if low > LEAST_NM[0] or high < LEAST_NM[1]:
+        raise InputError(
+            "too little of the visible for a colour",
+            file=file,
+            field=name,
+            found=f"{low:g} to {high:g} nm",
+            expected=f"{LEAST_NM[0]:g} to {LEAST_NM[1]:g} nm at least",
+            hint="measure a wider range: what lies beyond would be guessed",
+        )

@@ -1,0 +1,136 @@
+"""Pairs, their verdicts, and which of them are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from metamer.calibration.match.direction import direction
+from metamer.calibration.match.pairs import Asked, matched
+from metamer.calibration.match.tolerance import Tolerance
+from metamer.calibration.match.uncertainty import Repeatability
+from metamer.spectral.difference import differences, xyz_from_lab
+from metamer.spectral.errors import ComparisonError, InputError
+from metamer.spectral.formats.reading import StatedColour
+from metamer.spectral.formula import formula
+from metamer.spectral.metamerism import Conditions
+from metamer.spectral.sample import Sample
+from orange_batch import NM, ORANGE, metamer_of, sample
+
+D65, A, TL84 = (Conditions(name, "1964_10") for name in ("D65", "A", "TL84"))
+
+
+def asked(*conditions, **more):
+    tolerance = more.get("tolerance")
+    formulas = (formula("CIE 2000"),) if tolerance is None else (tolerance.formula, formula("CIE 1976"))
+    return Asked(conditions or (D65,), formulas, **more)
+
+
+def test_a_pair_has_its_differences_by_every_formula():
+    (found,) = matched(sample("master", ORANGE), [sample("lot 1", 1.02 * ORANGE)], asked(D65, A))
+    assert [one.conditions for one in found.differences] == [D65, A]
+    first = found.differences[0]
+    square = first.off.lightness**2 + first.off.chroma**2 + first.off.hue**2
+    assert square == pytest.approx(((first.sample_lab - first.standard_lab) ** 2).sum())
+    assert "lighter" in first.words and found.verdict == "not judged"
+
+
+def test_wavelengths_need_not_be_the_same():
+    fine = np.arange(360.0, 781.0, 1.0)
+    other = sample("fine", np.interp(fine, NM, ORANGE) * 1.001, nm=fine)
+    (found,) = matched(sample("coarse", ORANGE), [other], asked())
+    assert 0.0 < found.worst.delta_e["CIE 2000"] < 0.1
+
+
+@pytest.mark.parametrize(("limit", "verdict"), [(3.0, "pass"), (0.2, "fail"), (None, "not resolved")])
+def test_a_limit_within_the_uncertainty_is_not_resolved(limit, verdict):
+    master, lot = sample("master", ORANGE), sample("lot", 1.02 * ORANGE)
+    (plain,) = matched(master, [lot], asked())
+    limit = limit or 1.02 * plain.worst.delta_e["CIE 2000"]
+    judging = Tolerance(formula("CIE 2000"), limit)
+    (found,) = matched(master, [lot], asked(tolerance=judging, repeatability=Repeatability(0.05)))
+    assert found.verdict == verdict
+    (sure,) = matched(master, [lot], asked(tolerance=judging))
+    assert sure.verdict == ("fail" if verdict == "fail" else "pass")
+
+
+def test_the_worst_light_decides():
+    judging = Tolerance.of("CIE 2000 0.5")
+    lot = sample("lot", metamer_of(ORANGE))
+    (found,) = matched(sample("master", ORANGE), [lot], asked(D65, A, tolerance=judging))
+    assert [one.verdict for one in found.differences] == ["pass", "fail"]
+    assert found.verdict == "fail" and found.worst.conditions == A
+
+
+def test_a_standard_is_not_its_own_sample():
+    master = sample("master", ORANGE)
+    with pytest.raises(ComparisonError, match="its own standard"):
+        matched(master, [master], asked())
+    with pytest.raises(ComparisonError, match="to the last digit"):
+        matched(master, [sample("copy", ORANGE)], asked())
+
+
+def test_no_sample_is_refused():
+    with pytest.raises(InputError, match="no sample"):
+        matched(sample("master", ORANGE), [], asked())
+
+
+def test_a_stated_colour_is_good_for_its_own_conditions_only():
+    lot = sample("lot", ORANGE)
+    master = Sample("master", "test", stated=(StatedColour("Lab", lot.lab("D65", "1964_10") + 1.0, "D65", "1964_10"),))
+    (found,) = matched(master, [lot], asked())
+    assert found.worst.delta_e["CIE 2000"] > 0.5
+    for other in (A, Conditions("D65", "1931_2")):
+        with pytest.raises(ComparisonError, match="stated for D65 and 1964_10"):
+            matched(master, [lot], asked(other))
+
+
+def test_a_stated_xyz_is_on_a_scale_of_100():
+    lot = sample("lot", ORANGE)
+    xyz = 100.0 * lot.xyz("D65", "1964_10")
+    master = Sample("master", "test", stated=(StatedColour("XYZ", xyz, "d65", "1964_10"),))
+    (found,) = matched(master, [lot], asked())
+    assert found.worst.delta_e["CIE 2000"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_effect_coating_has_differences_and_no_index():
+    lot = sample("lot", 1.1 * ORANGE, effect="an effect coating (flop index 9.1)")
+    (found,) = matched(sample("master", ORANGE), [lot], asked(D65, A))
+    assert found.worst.delta_e["CIE 2000"] > 0.5
+    metamerism = [one for one in found.indices if one.name.startswith("metamerism")]
+    assert all(one.value is None and "ISO 18314-4" in one.words for one in metamerism) and metamerism
+
+
+@pytest.mark.parametrize(
+    ("lab", "off", "words"),
+    [
+        ((50, 40, 1), (0, 0, 3), "yellower"),
+        ((50, 40, -1), (0, 0, -3), "bluer"),
+        ((50, 1, 40), (0, -3, 0), "greener"),
+        ((50, 1, 40), (0, 3, 0), "redder"),
+        ((50, -40, -1), (0, 0, -3), "bluer"),
+        ((50, -1, -40), (0, 3, 0), "redder"),
+        ((50, 30, 30), (1, 1, 1), "stronger, lighter"),
+        ((50, 1, 1), (-2, 0, -1), "darker, bluer"),
+        ((50, 0, 0), (0, 0, 0), "alike"),
+    ],
+)
+def test_directions_in_words(lab, off, words):
+    standard = np.array(lab, dtype=float)
+    assert direction(standard, differences(standard, standard + off)) == words
+
+
+@pytest.mark.parametrize("words", ["CMC 2:1 1.0", "CIE 2000 0.8", "CIE 1994 1.5", "CAM16-UCS 1"])
+def test_the_outline_is_where_the_tolerance_ends(words):
+    tolerance, lab, white = Tolerance.of(words), np.array([61.0, 25.0, 40.0]), np.array([0.95, 1.0, 1.07])
+    across, up = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    outline = tolerance.outline(lab, white, across, up)
+    at = xyz_from_lab(lab + outline @ np.stack([across, up]), white)
+    off = tolerance.formula(np.broadcast_to(xyz_from_lab(lab, white), at.shape), at, white)
+    np.testing.assert_allclose(off, tolerance.limit, rtol=1e-6)
+    np.testing.assert_allclose(outline[0], outline[-1], atol=1e-9)
+
+
+@pytest.mark.parametrize("words", ["CMC 2:1", "1.0", "CIE 2000 0", "CIE 2000 -1", "CIE 2000 nan", ""])
+def test_what_is_no_tolerance(words):
+    with pytest.raises(InputError):
+        Tolerance.of(words)

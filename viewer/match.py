@@ -1,0 +1,125 @@
+"""Samples against their standard, as a script or a command asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from ..calibration.match.batch import batch
+from ..calibration.match.page import MatchReport
+from ..calibration.match.pairs import Asked, matched
+from ..calibration.match.tolerance import Tolerance
+from ..calibration.match.uncertainty import Repeatability
+from ..materials.catalogue import Catalogue
+from ..materials.samples import repeated_readings, samples_of
+from ..spectral.errors import InputError, UsageError
+from ..spectral.formats.answer import NO_ANSWER, Answer
+from ..spectral.formula import formula
+from ..spectral.illuminants import illuminant
+from ..spectral.metamerism import Conditions
+from ..spectral.observers import observer
+from ..spectral.sample import Sample
+
+#: What is told where nobody asks for anything else.
+FORMULAS = ("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976")
+ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
+
+
+def match(
+    standard: str | Path | Sample,
+    samples: Iterable[str | Path | Sample],
+    tolerance: str | None = None,
+    *,
+    formulas: Sequence[str] = FORMULAS,
+    illuminants: Sequence[str] | None = None,
+    observers: Sequence[str] | None = None,
+    repeatability: float | None = None,
+    repeated: str | Path | None = None,
+    catalogue: Catalogue | Path | None = None,
+    answer: Answer = NO_ANSWER,
+    signed: Mapping[str, str] | None = None,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+) -> MatchReport:
+    """Hold samples beside their standard under every illuminant and for every observer.
+
+    Parameters
+    ----------
+    standard, samples : what `samples_of` names, or samples themselves.
+    tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
+    formulas : that ΔE is told by, after that of the tolerance.
+    illuminants, observers : None: D65, A and TL84, 10 degrees; of a standard that is one colour, what that is for.
+    repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
+    catalogue : where ids are looked up; None: the default one.
+    answer : what files do not say. signed : by `page.SIGNED`, what stands on the page beforehand.
+
+    Raises
+    ------
+    ComparisonError : nothing can be compared. InputError : a file cannot be used. UsageError : the standard is several.
+    """
+
+    @cache
+    def opened() -> Catalogue:
+        return catalogue if isinstance(catalogue, Catalogue) else Catalogue.open(catalogue)
+
+    def named(one: str | Path | Sample) -> tuple[Sample, ...]:
+        return (one,) if isinstance(one, Sample) else samples_of(str(one), opened, answer)
+
+    first, *more = named(standard)
+    if more:
+        names = ", ".join(one.name for one in (first, *more[:5]))
+        raise UsageError(f"{standard} holds {len(more) + 1} samples: name one, such as FILE#NAME, of {names}")
+    asked_for = tuple(samples)
+    found: list[Sample] = []
+    for done, one in enumerate(asked_for):
+        progress(done, len(asked_for), str(one if not isinstance(one, Sample) else one.name))
+        found += named(one)
+    asked = _asked(first, tolerance, formulas, illuminants, observers, _known(repeatability, repeated, answer))
+    pairs = matched(first, found, asked)
+    batches = [batch([one.differences[at] for one in pairs], asked.judging) for at in range(len(asked.conditions))]
+    filled = {name: text for name, text in (signed or {}).items() if text}
+    if instrument := first.details.get("instrument", ""):
+        filled.setdefault("instrument", instrument)
+    return MatchReport(first, pairs, asked, batches, filled, version("metamer"))
+
+
+def _asked(
+    standard: Sample,
+    tolerance: str | None,
+    formulas: Sequence[str],
+    illuminants: Sequence[str] | None,
+    observers: Sequence[str] | None,
+    known: Repeatability | None,
+) -> Asked:
+    judged = None if tolerance is None else Tolerance.of(tolerance)
+    told = [formula(text) for text in formulas]
+    if judged is not None:
+        told = [judged.formula, *told]
+    if not told:
+        raise InputError("no formula", field="formulas", expected='one or more, such as "CIE 2000"')
+    return Asked(_conditions(standard, illuminants, observers), tuple(dict.fromkeys(told)), judged, known)
+
+
+def _conditions(
+    standard: Sample, illuminants: Sequence[str] | None, observers: Sequence[str] | None
+) -> tuple[Conditions, ...]:
+    if not standard.spectral:
+        # Of one colour nothing else is known: what it is stated for, unless somebody asks for less or more.
+        said = [one for one in standard.stated if one.illuminant and one.observer]
+        illuminants = illuminants or list(dict.fromkeys(one.illuminant for one in said if one.illuminant))
+        observers = observers or list(dict.fromkeys(one.observer for one in said if one.observer))
+    lights, eyes = illuminants or ILLUMINANTS, observers or OBSERVERS
+    for light in lights:
+        illuminant(light)
+    for eye in eyes:
+        observer(eye)
+    return tuple(Conditions(light, eye) for eye in eyes for light in lights)
+
+
+def _known(repeatability: float | None, repeated: str | Path | None, answer: Answer) -> Repeatability | None:
+    if repeatability is not None and repeated is not None:
+        raise UsageError("a stated repeatability and readings that tell it say the same thing: give one of them")
+    if repeated is not None:
+        return Repeatability(repeated=repeated_readings(Path(repeated), answer))
+    return None if repeatability is None else Repeatability(repeatability)
