@@ -6,7 +6,7 @@ import argparse
 import importlib
 
 # One module `report_VERB` a verb, each with `add_parser(verbs)` and `run(args) -> int`; in the order of the help.
-VERBS = ("compare",)
+VERBS = ("compare", "baseline", "run", "accept")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

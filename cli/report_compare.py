@@ -28,12 +28,15 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Compare; the exit code is in the command's description."""
+    from ..calibration.regression.baseline import as_recorded
     from ..calibration.regression.comparison import compare
     from ..calibration.regression.criteria import default_criteria, read_criteria
 
     criteria = read_criteria(args.criteria) if args.criteria else default_criteria()
     seen = seen_by(args)
     before, after = (side_at(path, seen, args.display) for path in (args.a, args.b))
+    if "baseline" in (before.kind, after.kind):
+        before, after = as_recorded(before), as_recorded(after)
     with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
         result = compare(before, after, criteria, progress)
     return said(result, args)

@@ -7,6 +7,7 @@ from pathlib import Path
 from ...spectral.errors import InputError
 from ...spectral.formats.exr import MAGIC
 from ...spectral.formats.reading import format_of
+from .baseline import MANIFEST, baseline_side
 from .display_png import png_rows
 from .picture_files import Seen, header, picture_rows
 from .readings import readings_side
@@ -19,13 +20,15 @@ _PASSED_OVER = (".html", ".json", ".md", ".npz", ".toml")
 
 
 def side_of(path: Path, seen: Seen, display: str | None = None) -> Side:
-    """A review's folder, a folder of pictures and readings, a picture, or a file of readings.
+    """A baseline, a review's folder, a folder of pictures and readings, a picture, or a file of readings.
 
     Raises
     ------
     InputError : nothing there, nothing that can be compared, or a file that is damaged.
     """
     if path.is_dir():
+        if (path / MANIFEST).is_file():
+            return baseline_side(path)
         return review_side(path) if (path / FIGURES).is_file() else _folder_side(path, seen, display)
     if not path.exists():
         raise InputError("no such file or folder", file=path, hint="check the path")

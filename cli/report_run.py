@@ -1,0 +1,52 @@
+"""`metamer report run`: renders a suite again and compares it with its baseline."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from .report_output import EXIT_CODES, add_output_options, said
+from .report_suite import add_suite_options, rendered
+from .shared import progress_bar
+
+
+def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `run`."""
+    command = verbs.add_parser(
+        "run",
+        help="render a suite again and compare it with its baseline",
+        description="Render a suite, compare every row with the baseline, and keep what was rendered in OUT, whence "
+        f"`metamer report accept` takes it. The baseline is only read. {EXIT_CODES}",
+    )
+    add_suite_options(command)
+    command.add_argument("--baseline", type=Path, required=True, metavar="DIR", help="of `metamer report baseline`")
+    command.add_argument("--out", type=Path, default=Path("report"), metavar="OUT", help="default: report")
+    command.add_argument("--criteria", type=Path, metavar="FILE", help="in place of those of the suite")
+    add_output_options(command)
+    command.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Render and compare; the exit code is in the command's description."""
+    from ..calibration.regression.accept import check_suite
+    from ..calibration.regression.baseline import as_recorded, baseline_side, read_kept, record
+    from ..calibration.regression.comparison import compare
+    from ..calibration.regression.criteria import read_criteria
+    from ..spectral.errors import ComparisonError
+    from ..viewer.suite_run import environment
+
+    # Before anything is rendered.
+    kept, before = read_kept(args.baseline), baseline_side(args.baseline)
+    if args.out.exists() and args.out.samefile(args.baseline):
+        raise ComparisonError(f"{args.out} is the baseline: what is rendered goes into another folder")
+    criteria = read_criteria(args.criteria) if args.criteria else None
+    side, suite, own = rendered(args, args.out)
+    check_suite(args.baseline, kept.suite, args.suite, suite)
+    with progress_bar("Recording", quiet=args.json, after=1.0) as progress:
+        record(side, args.out, suite, environment(), progress)
+    # What was rendered, rounded as the baseline is.
+    after = replace(as_recorded(side), facts={**side.facts, **environment()})
+    with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
+        result = compare(before, after, criteria or own, progress)
+    return said(result, args)
