@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .report_output import EXIT_CODES, add_output_options, said
+from .report_output import EXIT_CODES, add_output_options, check_outputs, said
 from .report_sides import add_side_options, seen_by, side_at
 from .shared import progress_bar
 
@@ -34,9 +34,10 @@ def run(args: argparse.Namespace) -> int:
 
     criteria = read_criteria(args.criteria) if args.criteria else default_criteria()
     seen = seen_by(args)
+    check_outputs(args)
     before, after = (side_at(path, seen, args.display) for path in (args.a, args.b))
     if "baseline" in (before.kind, after.kind):
         before, after = as_recorded(before), as_recorded(after)
     with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
         result = compare(before, after, criteria, progress)
-    return said(result, args)
+    return said(result, before, after, args)

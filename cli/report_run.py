@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from .report_output import EXIT_CODES, add_output_options, said
+from .report_output import EXIT_CODES, add_output_options, check_outputs, said
 from .report_suite import add_suite_options, rendered
 from .shared import progress_bar
 
@@ -37,6 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from ..viewer.suite_run import environment
 
     # Before anything is rendered.
+    check_outputs(args)
     kept, before = read_kept(args.baseline), baseline_side(args.baseline)
     if args.out.exists() and args.out.samefile(args.baseline):
         raise ComparisonError(f"{args.out} is the baseline: what is rendered goes into another folder")
@@ -49,4 +50,4 @@ def run(args: argparse.Namespace) -> int:
     after = replace(as_recorded(side), facts={**side.facts, **environment()})
     with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
         result = compare(before, after, criteria or own, progress)
-    return said(result, args)
+    return said(result, as_recorded(before), after, args)

@@ -92,14 +92,18 @@ def _compared(
             notes.append(f"{figures.undefined} compared pixels of the {kind} hold no number; they are in no figure.")
     notes += _why(layers)
     state = _state(layers, off)
-    if state != "identical":
-        notes += [
-            f"{one.criterion.label} ({one.of}): rounding and noise of these files may come to {one.floor:.2g}, so that "
-            f"the limit {one.criterion.warn:g} cannot be resolved; found {one.value:.2g}."
-            for one in asked
-            if not one.resolved
-        ]
+    notes += [
+        f"{one.criterion.label} ({one.of}): what rounding and noise of these files may come to is above the limit to "
+        f"warn, {one.criterion.warn:g}: nothing as small as that can be resolved."
+        for one in asked
+        if not one.resolved and not _untouched(layers, one.of)
+    ]
     return RowResult(a.name, state, tier, layers, tuple(asked), off, tuple(notes)), first
+
+
+def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
+    """Whether a layer holds the same bytes, where noise has no say."""
+    return any(kind == of and found.identical for kind, found in layers.items())
 
 
 def _two_files(a: Layer, b: Layer, label: str) -> None:

@@ -10,6 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ...spectral.errors import visible
+
 #: Relative step to either side of a number in single and in half precision.
 FLOAT32_STEP, HALF_STEP = 2.0**-25, 2.0**-12
 
@@ -27,7 +29,7 @@ class RowName(NamedTuple):
     view: str = ""
 
     def __str__(self) -> str:
-        return " · ".join(part for part in self if part) or "(unnamed)"
+        return visible(" · ".join(part for part in self if part)) or "(unnamed)"
 
 
 @dataclass(frozen=True, eq=False)
