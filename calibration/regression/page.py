@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from .. import plots
@@ -44,7 +45,8 @@ def render_page(result: Result, before: Side, after: Side, version: str) -> str:
         common=str(common) if any(common) else "",
         cards=cards,
         anchors={id(card["row"]): f"r{index}" for index, card in enumerate(cards)},
-        scale=plots.scale_words(limit),
+        top=f"{plots.SCALE_BUDGETS * limit:.3g}",
+        gradient=plots.scale_words(limit)["gradient"],
         version=version,
     )
 
@@ -56,5 +58,6 @@ def _pictures(row: RowResult, a: Row, b: Row, limit: float, side: int) -> list[S
 
 
 def _limit(result: Result) -> float:
-    """The ΔE94 that one third of the maps' scale is: the largest p99 of a layer that moved, and a tenth at least."""
-    return max([0.1, *(found.p99 for row in result.rows for found in row.layers.values() if found.moved)])
+    """A third of the ΔE94 that the maps' scale ends at: the largest p99 of a layer that moved, and 0.1 at least."""
+    largest = max((found.p99 for row in result.rows for found in row.layers.values() if found.moved), default=0.0)
+    return max(0.1, largest if math.isfinite(largest) else 0.0) / plots.SCALE_BUDGETS
