@@ -24,6 +24,8 @@ _BLOCK = 1 << 20
 # Below so many pixels, double precision costs nothing.
 _FEW = 4096
 _IN_SINGLE = ("CIE 1994", "CIE 2000")
+# Half steps in which colours are farthest apart: a* and b* are differences of neighbours.
+_FARTHEST = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +35,8 @@ class Change:
     Parameters
     ----------
     maps : ΔE (H,W) by the name of the formula; NaN is not compared, infinite has no number.
-    floors : the same of what rounding in both files may come to: below, a difference says nothing.
+    floors : the same of what rounding in both files comes to, drawn evenly: below, a difference says nothing.
+    bounds : the same where rounding is as large as it can be in every pixel: what the largest of them is held against.
     reshaped : share of the pixels that either side covers which one of them covers by more than half a pixel more.
     identical : whether both hold the same bytes.
     shift : mean ΔL*, Δa*, Δb* of the compared pixels. worst : row and column of the largest ΔE of the first formula.
@@ -42,6 +45,7 @@ class Change:
 
     maps: Mapping[str, Float[np.ndarray, "H W"]]
     floors: Mapping[str, Float[np.ndarray, "H W"]]
+    bounds: Mapping[str, Float[np.ndarray, "H W"]]
     reshaped: float
     identical: bool
     shift: tuple[float, float, float]
@@ -78,14 +82,21 @@ def change(before: Pixels, after: Pixels, formulas: Iterable[Formula], label: st
     white = before.white_xyz
     maps = {one.name: _map(one, before.xyz, after.xyz, white, compared) for one in formulas}
     identical = before.equals(after)
-    nudged = _nudged(before, after)
-    floors = {one.name: _map(one, before.xyz, nudged, white, compared) for one in formulas}
+    draw = np.random.default_rng(0)
+    drawn, farthest = (
+        _nudged(before, after, *steps)
+        for steps in ([draw.uniform(-1.0, 1.0, before.xyz.shape) for _ in range(2)], (_FARTHEST, -_FARTHEST))
+    )
+    floors, bounds = (
+        {one.name: _map(one, before.xyz, nudged, white, compared) for one in formulas} for nudged in (drawn, farthest)
+    )
     first = maps[formulas[0].name]
     at = np.unravel_index(int(np.argmax(np.where(np.isnan(first), -1.0, first))), first.shape)
     labs = [lab_from_xyz(one.xyz[at], white) for one in (before, after)]
     return Change(
         maps,
         floors,
+        bounds,
         _reshaped(before, after),
         identical,
         _shift(before, after, compared),
@@ -141,11 +152,9 @@ def _map(
     return found
 
 
-def _nudged(before: Pixels, after: Pixels) -> Float[np.ndarray, "H W 3"]:
-    """The first side moved by what rounding on either side comes to: evenly drawn within half a step, on both."""
-    draw = np.random.default_rng(0)
-    shape = before.xyz.shape
-    ours, theirs = (draw.uniform(-1.0, 1.0, shape) for _ in range(2))
+def _nudged(before: Pixels, after: Pixels, ours: np.ndarray, theirs: np.ndarray) -> Float[np.ndarray, "H W 3"]:
+    """The first side moved by rounding on either side: so many half steps, (H,W,3) or (3,), for each."""
+    ours, theirs = (np.broadcast_to(steps, before.xyz.shape) for steps in (ours, theirs))
     if before.nudged is not None and after.nudged is not None:
         return before.nudged(ours - theirs)
     moved = before.xyz * (1.0 + before.relative_step * ours - after.relative_step * theirs)

@@ -122,10 +122,10 @@ def _noise(*layers: Layer) -> tuple[float, float]:
 
 def _figures(moved: Change, noise: tuple[float, float], kind: LayerKind) -> Figures:
     values, compared = _numbers(moved.maps[_94], None)
-    floors, _ = _numbers(moved.floors[_94], None)
+    (floors, _), (bounds, _) = (_numbers(maps[_94], None) for maps in (moved.floors, moved.bounds))
     rounding = (ROUNDING_MEAN, ROUNDING_MAX) if kind == "picture" else (0.0, 0.0)
     floor_mean = max(math.hypot(statistic("mean", floors), noise[0]), rounding[0])
-    floor_max = max(math.hypot(statistic("max", floors), noise[1]), rounding[1])
+    floor_max = max(math.hypot(statistic("max", bounds), noise[1]), rounding[1])
     mean, largest = statistic("mean", values), statistic("max", values)
     undefined = int(np.count_nonzero(compared)) - values.size
     beyond = not (mean <= floor_mean and largest <= floor_max)
@@ -178,7 +178,8 @@ def _asked(
         shape = moved.maps[one.formula.name].shape
         part = None if one.region is None else _part(criteria.regions[one.region], shape)
         values, _ = _numbers(moved.maps[one.formula.name], part)
-        floors, _ = _numbers(moved.floors[one.formula.name], part)
+        rounded = moved.bounds if one.statistic == "max" else moved.floors
+        floors, _ = _numbers(rounded[one.formula.name], part)
         if not values.size and one.region is not None:
             # Nothing of the material is in that part of the picture.
             continue
