@@ -135,7 +135,7 @@ def _write_evidence(result: Result, before: Side, after: Side, folder: Path) -> 
         pair = [side.rows[0].layers["picture"].load() for side in (before, after)]
         for name, pixels in zip(("reference", "sample"), pair, strict=True):
             write_xyz_exr(folder / f"{name}.exr", _image(pixels), pixels.coverage)
-        delta_e = change(pair[0], replace(pair[1]), (Formula("CIE 1994"),), "evidence").maps["CIE 1994"]
+        delta_e = change(pair[0], replace(pair[1]), (Formula("CIE 1994"),), "evidence", rounding=False).maps["CIE 1994"]
         write_exr(folder / "delta-e94.exr", {"picture": "CIE 1994; NaN: not compared"}, {"deltaE94": delta_e})
 
 

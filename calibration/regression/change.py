@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +24,8 @@ _BLOCK = 1 << 20
 # Below so many pixels, double precision costs nothing.
 _FEW = 4096
 _IN_SINGLE = ("CIE 1994", "CIE 2000")
-# Half steps in which colours are farthest apart: a* and b* are differences of neighbours.
-_FARTHEST = np.array([1.0, -1.0, 1.0])
+# Half steps (h,W,3) for either side, of a block of rows.
+_Steps = Callable[[slice, tuple[int, ...]], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +54,8 @@ class Change:
     after_lab: tuple[float, float, float]
 
 
-def change(before: Pixels, after: Pixels, formulas: Iterable[Formula], label: str) -> Change:
-    """Compare; `label` names the row in refusals.
+def change(before: Pixels, after: Pixels, formulas: Iterable[Formula], label: str, rounding: bool = True) -> Change:
+    """Compare; `label` names the row in refusals. Without `rounding`, there are no floors and bounds.
 
     Pixels are compared that both sides cover wholly, that the row of either is about, and that are not black in both.
 
@@ -80,15 +80,10 @@ def change(before: Pixels, after: Pixels, formulas: Iterable[Formula], label: st
         raise ComparisonError(f"{label}: no pixel is covered wholly on both sides")
     formulas = tuple(formulas)
     white = before.white_xyz
-    maps = {one.name: _map(one, before.xyz, after.xyz, white, compared) for one in formulas}
+    maps = {one.name: _map(one, before.xyz, lambda block: after.xyz[block], white, compared) for one in formulas}
     identical = before.equals(after)
-    draw = np.random.default_rng(0)
-    drawn, farthest = (
-        _nudged(before, after, *steps)
-        for steps in ([draw.uniform(-1.0, 1.0, before.xyz.shape) for _ in range(2)], (_FARTHEST, -_FARTHEST))
-    )
     floors, bounds = (
-        {one.name: _map(one, before.xyz, nudged, white, compared) for one in formulas} for nudged in (drawn, farthest)
+        _rounding(before, after, formulas, compared, how) if rounding else {} for how in (_drawn, _farthest)
     )
     first = maps[formulas[0].name]
     at = np.unravel_index(int(np.argmax(np.where(np.isnan(first), -1.0, first))), first.shape)
@@ -131,19 +126,18 @@ def _reshaped(before: Pixels, after: Pixels) -> float:
 def _map(
     formula: Formula,
     reference: Float[np.ndarray, "H W 3"],
-    sample: Float[np.ndarray, "H W 3"],
+    sample: Callable[[slice], Float[np.ndarray, "h W 3"]],
     white: Float[np.ndarray, "3"],
     compared: Bool[np.ndarray, "H W"],
 ) -> Float[np.ndarray, "H W"]:
-    """ΔE of the compared pixels, in blocks of whole rows."""
+    """ΔE of the compared pixels, in blocks of whole rows; `sample` gives those of a block."""
     height, width = compared.shape
     found = np.full((height, width), np.nan, np.float32 if compared.size >= _FEW else np.float64)
     rows = max(1, _BLOCK // width)
     for start in range(0, height, rows):
         block = slice(start, min(start + rows, height))
         chosen = compared[block]
-        # A picture of one row, for the formulas of images take whole ones.
-        a, b = reference[block][chosen], sample[block][chosen]
+        a, b = reference[block][chosen], sample(block)[chosen]
         if compared.size >= _FEW and formula.name in _IN_SINGLE:
             values = image_delta_e(lab_from_xyz(a, white), lab_from_xyz(b, white), formula.name)  # type: ignore[arg-type]
         else:
@@ -152,15 +146,36 @@ def _map(
     return found
 
 
-def _nudged(before: Pixels, after: Pixels, ours: np.ndarray, theirs: np.ndarray) -> Float[np.ndarray, "H W 3"]:
-    """The first side moved by rounding on either side: so many half steps, (H,W,3) or (3,), for each."""
-    ours, theirs = (np.broadcast_to(steps, before.xyz.shape) for steps in (ours, theirs))
-    if before.nudged is not None and after.nudged is not None:
-        return before.nudged(ours - theirs)
-    moved = before.xyz * (1.0 + before.relative_step * ours - after.relative_step * theirs)
-    if after.nudged is not None:
-        moved += after.nudged(theirs) - after.xyz
-    return moved if before.nudged is None else moved + before.nudged(ours) - before.xyz
+def _rounding(
+    before: Pixels, after: Pixels, formulas: Sequence[Formula], compared: Bool[np.ndarray, "H W"], how: _Steps
+) -> dict[str, Float[np.ndarray, "H W"]]:
+    """ΔE of the first side and itself moved by rounding on either side."""
+
+    def moved(block: slice) -> Float[np.ndarray, "h W 3"]:
+        xyz = before.xyz[block]
+        ours, theirs = how(block, xyz.shape)
+        if before.nudged is not None and after.nudged is not None:
+            return before.nudged(block, ours - theirs)
+        xyz = xyz * (1.0 + before.relative_step * ours - after.relative_step * theirs)
+        for one, steps in ((before, ours), (after, theirs)):
+            if one.nudged is not None:
+                xyz = xyz + one.nudged(block, steps) - one.xyz[block]
+        return xyz
+
+    return {one.name: _map(one, before.xyz, moved, before.white_xyz, compared) for one in formulas}
+
+
+def _drawn(block: slice, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Half steps for either side, drawn evenly; the same ones whenever a block is asked for."""
+    draw = np.random.default_rng(block.start)
+    return draw.uniform(-1.0, 1.0, shape), draw.uniform(-1.0, 1.0, shape)
+
+
+def _farthest(block: slice, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Half steps in which colours are farthest apart: a* and b* are differences of neighbours."""
+    del block
+    steps = np.broadcast_to([1.0, -1.0, 1.0], shape)
+    return steps, -steps
 
 
 def _shift(before: Pixels, after: Pixels, compared: Bool[np.ndarray, "H W"]) -> tuple[float, float, float]:

@@ -88,9 +88,10 @@ def _moved(
     encoded: Float[np.ndarray, "H W 3"],
     matrix: Float[np.ndarray, "3 3"],
     half: float,
-    steps: Float[np.ndarray, "H W 3"],
-) -> Float[np.ndarray, "H W 3"]:
-    return _linear(np.maximum(encoded + half * steps, 0.0)) @ matrix.T
+    rows: slice,
+    steps: Float[np.ndarray, "h W 3"],
+) -> Float[np.ndarray, "h W 3"]:
+    return _linear(np.maximum(encoded[rows] + half * steps, 0.0)) @ matrix.T
 
 
 def _linear(encoded: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:

@@ -42,8 +42,8 @@ class Pixels:
     coverage : (H,W) from 0 to 1.
     white_xyz : (3,).
     relative_step : how far a number may lie from what was meant, by how it was stored, as a share of itself.
-    nudged : XYZ with every stored number moved by a multiple (H,W,3) of half a step, where a step is no share of the
-        number, as of display codes.
+    nudged : XYZ of some rows with every stored number moved by a multiple (h,W,3) of half a step, where a step is no
+        share of the number, as of display codes.
     mask : (H,W) of the pixels that the row is about; None: of all.
     """
 
@@ -51,7 +51,7 @@ class Pixels:
     coverage: Float[np.ndarray, "H W"]
     white_xyz: Float[np.ndarray, "3"]
     relative_step: float = FLOAT32_STEP
-    nudged: Callable[[Float[np.ndarray, "H W 3"]], Float[np.ndarray, "H W 3"]] | None = None
+    nudged: Callable[[slice, Float[np.ndarray, "h W 3"]], Float[np.ndarray, "h W 3"]] | None = None
     mask: Bool[np.ndarray, "H W"] | None = None
 
     def equals(self, other: Pixels) -> bool:

@@ -37,7 +37,7 @@ class Shown:
 def shown(a: Row, b: Row, kind: LayerKind, limit: float, side: int) -> Shown:
     """One layer of a pair of rows; the map's scale is made for a ΔE94 of `limit`, `side` is the longest in pixels."""
     before, after = a.layers[kind].load(), b.layers[kind].load()
-    delta_e = change(before, after, (Formula("CIE 1994"),), str(a.name)).maps["CIE 1994"]
+    delta_e = change(before, after, (Formula("CIE 1994"),), str(a.name), rounding=False).maps["CIE 1994"]
     factor = plots.reduction(max(delta_e.shape), side)
     pictures, clipped = [], []
     for one in (before, after):
