@@ -25,14 +25,14 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Render and record; 0."""
-    from ..calibration.regression.baseline import record
+    from ..calibration.regression.baseline import check_place, record
     from ..spectral.files import made_folder
     from ..viewer.suite_run import REVIEWS, environment
 
     # Beside the baseline, so that what was broken off goes on from there.
     work = args.into.with_name(f".{args.into.name}.unfinished")
     made_folder(args.into)
-    side, said, _ = rendered(args, work)
+    side, said, _ = rendered(args, work, lambda suite: check_place(args.into, suite))
     with progress_bar("Recording", after=1.0) as progress:
         record(side, args.into, said, environment(), progress)
     shutil.rmtree(work / REVIEWS, ignore_errors=True)

@@ -29,8 +29,14 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Render and compare; the exit code is in the command's description."""
-    from ..calibration.regression.accept import check_suite
-    from ..calibration.regression.baseline import as_recorded, baseline_side, read_kept, record
+    from ..calibration.regression.baseline import (
+        as_recorded,
+        baseline_side,
+        check_place,
+        check_suite,
+        read_kept,
+        record,
+    )
     from ..calibration.regression.comparison import compare
     from ..calibration.regression.criteria import read_criteria
     from ..spectral.errors import ComparisonError
@@ -42,12 +48,18 @@ def run(args: argparse.Namespace) -> int:
     if args.out.exists() and args.out.samefile(args.baseline):
         raise ComparisonError(f"{args.out} is the baseline: what is rendered goes into another folder")
     criteria = read_criteria(args.criteria) if args.criteria else None
-    side, suite, own = rendered(args, args.out)
-    check_suite(args.baseline, kept.suite, args.suite, suite)
+
+    def check(suite: dict[str, str]) -> None:
+        check_suite(args.baseline, kept.suite, args.suite, suite)
+        check_place(args.out, suite)
+
+    side, suite, own = rendered(args, args.out, check)
     with progress_bar("Recording", quiet=args.json, after=1.0) as progress:
         record(side, args.out, suite, environment(), progress)
     # What was rendered, rounded as the baseline is.
     after = replace(as_recorded(side), facts={**side.facts, **environment()})
     with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
         result = compare(before, after, criteria or own, progress)
+    if kept.suite.get("sha256") != suite.get("sha256"):
+        result = replace(result, notes=(*result.notes, "The files of the suite are others than those of the baseline."))
     return said(result, as_recorded(before), after, args)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import add_renderer_option, positive_count, progress_bar, renderer_for, say, warn
+from .shared import add_renderer_option, positive_count, progress_bar, say, warn
 
 if TYPE_CHECKING:
     from ..calibration.regression.criteria import Criteria
@@ -25,21 +26,34 @@ def add_suite_options(command: argparse.ArgumentParser) -> None:
     add_renderer_option(command)
 
 
-def rendered(args: argparse.Namespace, work: Path) -> tuple[Side, dict[str, str], Criteria]:
-    """The rows of the suite, what is said of it, and its criteria; `work` takes the reviews."""
+def rendered(
+    args: argparse.Namespace, work: Path, check: Callable[[dict[str, str]], None]
+) -> tuple[Side, dict[str, str], Criteria]:
+    """The rows of the suite, what is said of it, and its criteria; `work` takes the reviews.
+
+    `check` is called with what is said of the suite before anything is rendered.
+    """
     from ..calibration.regression.criteria import default_criteria
     from ..calibration.regression.review_folder import review_side
     from ..calibration.regression.suite import read_suite
     from ..spectral.processes import usable_cores
+    from ..viewer.script import renderer_named
     from ..viewer.suite_run import run_suite
 
     if args.suite.is_dir():
-        # Other materials and scenes are other rows; the name keeps baselines of other reviews apart.
-        return review_side(args.suite), {"name": args.suite.resolve().name}, default_criteria()
+        side = review_side(args.suite)
+        scenes = dict.fromkeys(row.name.scene for row in side.rows)
+        said = {"name": f"review of {', '.join(scenes)}"}
+        check(said)
+        return side, said, default_criteria()
     suite = read_suite(args.suite)
+    check(suite.said)
     jobs = args.jobs or usable_cores()
     catalogue = catalogue_for(args.catalogue, jobs)
-    renderer = renderer_for(args.renderer)
+    renderer, why = renderer_named(args.renderer)
+    if why is not None:
+        # Standard output may be a program's.
+        say(f"no OpenGL here, so the software path renders. {why}")
     with renderer, progress_bar("Rendering", quiet=getattr(args, "json", False)) as progress:
         renderer.jobs, renderer.say = args.jobs, say
         side = run_suite(

@@ -10,7 +10,7 @@ from typing import Any
 
 from ...spectral.errors import ComparisonError, InputError, UnknownNameError
 from ...spectral.files import written_whole
-from .baseline import Kept, baseline_side, changing, pixel_file, put, read_kept
+from .baseline import Kept, baseline_side, changing, check_suite, pixel_file, put, read_kept
 from .row import RowName
 
 
@@ -62,16 +62,6 @@ def accept(baseline: Path, run: Path, patterns: Sequence[str] | None) -> tuple[s
             ),
         )
     return tuple(str(name) for name in taken)
-
-
-def check_suite(baseline: Path, ours: Mapping[str, str], run: Path | str, theirs: Mapping[str, str]) -> None:
-    """Raise `ComparisonError` where a baseline is of another suite."""
-    if ours.get("name") != theirs.get("name"):
-        raise ComparisonError(
-            f"{baseline} is the baseline of another suite\n"
-            f"  found: {ours.get('name')!r}; and {theirs.get('name')!r} in {run}\n"
-            "  expected: one suite for both"
-        )
 
 
 def _by_name(kept: Kept) -> dict[RowName, Mapping[str, Any]]:

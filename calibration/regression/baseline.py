@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...spectral.errors import ComparisonError, InputError
 from ...spectral.files import half_written, made_folder, read_bytes, read_text, written_whole
 from ...spectral.formats.exr import read_exr, write_exr
 from ...spectral.locks import alone_at_work
@@ -61,14 +61,32 @@ def record(
 
     Raises
     ------
+    ComparisonError : what is there is of another suite.
     InputError : the folder cannot be written to, is full, or another process writes to it.
     """
+    check_place(folder, suite)
     with changing(folder):
         rows = []
         for number, row in enumerate(side.rows):
             rows.append(_recorded(row, folder))
             progress(number + 1, len(side.rows), str(row.name))
         put(folder, Kept(suite, environment, side.facts, side.chain, tuple(rows)))
+
+
+def check_place(folder: Path, suite: Mapping[str, str]) -> None:
+    """Raise `ComparisonError` where a baseline, or a run, of another suite is in the folder."""
+    if (folder / MANIFEST).is_file():
+        check_suite(folder, read_kept(folder).suite, "what is to be recorded there", suite)
+
+
+def check_suite(folder: Path, ours: Mapping[str, str], other: Path | str, theirs: Mapping[str, str]) -> None:
+    """Raise `ComparisonError` where a folder is of another suite than something else."""
+    if ours.get("name") != theirs.get("name"):
+        raise ComparisonError(
+            f"{folder} is of another suite\n"
+            f"  found: {ours.get('name')!r}; and {theirs.get('name')!r} in {other}\n"
+            "  expected: one suite for both; another folder, or another name in [suite]"
+        )
 
 
 @contextmanager

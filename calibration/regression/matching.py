@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ...spectral.errors import ComparisonError, InputError
@@ -23,7 +24,7 @@ class Matched:
 
 
 def matched(before: Side, after: Side) -> Matched:
-    """Match by material, light, observer, scene and view. Two single pictures are a pair whatever they are called.
+    """Match by material, light, observer, scene and view. Two files of one picture are a pair whatever they are called.
 
     Raises
     ------
@@ -32,20 +33,13 @@ def matched(before: Side, after: Side) -> Matched:
     """
     _not_itself(before, after)
     ours, theirs = _by_name(before), _by_name(after)
-    if len(ours) == len(theirs) == 1 and before.kind == after.kind == "picture":
-        (a,), (b,) = ours.values(), theirs.values()
-        _same_eyes([(a, b)])
-        parts = [label for label, x, y in zip(RowName._fields, a.name, b.name, strict=True) if x != y]
-        notes = tuple(
-            f"The two pictures say another {part}: {getattr(a.name, part) or 'nothing'} and "
-            f"{getattr(b.name, part) or 'nothing'}."
-            for part in parts
-        )
-        return Matched(((a, b),), (), (), notes)
+    if before.kind == after.kind == "picture" and len(ours) == len(theirs):
+        return _two_pictures(before.rows, after.rows)
     pairs = tuple((row, theirs[name]) for name, row in ours.items() if name in theirs)
     removed = tuple(row for name, row in ours.items() if name not in theirs)
     added = tuple(row for name, row in theirs.items() if name not in ours)
-    _same_eyes([(a, b) for a in removed for b in added if a.name._replace(observer="") == b.name._replace(observer="")])
+    unseen = {row.name._replace(observer=""): row for row in added}
+    _same_eyes([(a, b) for a in removed if (b := unseen.get(a.name._replace(observer=""))) is not None])
     if not pairs:
         raise ComparisonError(
             f"{before.path} and {after.path} have no row in common\n"
@@ -53,6 +47,18 @@ def matched(before: Side, after: Side) -> Matched:
             "  expected: rows of the same material, light, observer, scene and view"
         )
     return Matched(pairs, removed, added)
+
+
+def _two_pictures(ours: Sequence[Row], theirs: Sequence[Row]) -> Matched:
+    """One file of each side: light by light, in their order."""
+    pairs = tuple(zip(ours, theirs, strict=True))
+    _same_eyes(pairs)
+    notes = []
+    for a, b in pairs:
+        for part, one, other in zip(RowName._fields, a.name, b.name, strict=True):
+            if one != other:
+                notes.append(f"The two pictures say another {part}: {one or 'nothing'} and {other or 'nothing'}.")
+    return Matched(pairs, (), (), tuple(dict.fromkeys(notes)))
 
 
 def _by_name(side: Side) -> dict[RowName, Row]:
@@ -74,7 +80,7 @@ def _not_itself(before: Side, after: Side) -> None:
         raise ComparisonError(f"{before.path} and {after.path} are the same: a comparison with itself says nothing")
 
 
-def _same_eyes(pairs: list[tuple[Row, Row]]) -> None:
+def _same_eyes(pairs: Iterable[tuple[Row, Row]]) -> None:
     for a, b in pairs:
         if a.name.observer != b.name.observer and a.name.observer and b.name.observer:
             raise ComparisonError(

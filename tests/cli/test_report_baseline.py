@@ -100,13 +100,21 @@ def test_a_review_is_a_suite(metamer, suite, baseline, tmp_path):
     assert code == 0 and "identical: 4 rows" in out
 
 
+def test_a_suite_that_was_edited_is_said_to_be_another(metamer, suite, baseline, tmp_path):
+    suite[0].write_text(SUITE.replace("0.5", "0.6"), encoding="utf-8")
+    code, out, _ = metamer("report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out")
+    assert code == 0 and "files of the suite are others" in out
+
+
 def test_missing_foreign_and_damaged_baselines_are_refused(metamer, suite, baseline, tmp_path):
     code, _, err = metamer("report", "run", *suite, "--baseline", tmp_path / "none", "--out", tmp_path / "out")
     assert code == 4 and "metamer report baseline" in err and not (tmp_path / "out").exists()
     other = tmp_path / "other.toml"
     other.write_text(SUITE.replace("Reds", "Blues"), encoding="utf-8")
     code, _, err = metamer("report", "run", other, *suite[1:], "--baseline", baseline, "--out", tmp_path / "out")
-    assert code == 3 and "Reds" in err and "Blues" in err
+    assert code == 3 and "Reds" in err and "Blues" in err and not (tmp_path / "out").exists()
+    code, _, err = metamer("report", "baseline", other, *suite[1:], "--into", baseline)
+    assert code == 3 and "Reds" in err
     code, _, err = metamer("report", "run", *suite, "--baseline", baseline, "--out", baseline)
     assert code == 3
     victim = sorted((baseline / "pixels").iterdir())[0]

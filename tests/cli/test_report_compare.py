@@ -38,6 +38,15 @@ def test_criteria_decide_the_exit_code(metamer, reviews, tmp_path):
     assert found["self_check"][0]["passed"] and found["results"][0]["layers"]["picture"]["delta_e94"]["max"] > 0
 
 
+def test_files_are_written_and_standard_output_is_json(metamer, reviews, tmp_path):
+    outputs = {name: tmp_path / f"moved.{name}" for name in ("html", "junit", "csv", "markdown")}
+    options = [word for name, path in outputs.items() for word in (f"--{name}", path)]
+    code, out, _ = metamer("report", "compare", *reviews, "--json", *options)
+    assert code == 0 and json.loads(out)["identical"] and all(path.stat().st_size for path in outputs.values())
+    code, out, err = metamer("report", "compare", *reviews, "--csv", tmp_path / "none" / "moved.csv")
+    assert code == 4 and out == "" and "none" in err
+
+
 def test_bad_input_ends_with_4_and_names_it(metamer, reviews, tmp_path):
     picture = next((reviews[1] / "pictures").glob("*.D65.exr"))
     picture.write_bytes(picture.read_bytes()[:100])
