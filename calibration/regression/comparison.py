@@ -88,7 +88,8 @@ def _compared(
     tier: Tier = worst_tier([one.tier for one in asked])
     for kind, figures in layers.items():
         if figures.undefined:
-            tier = "fail"
+            # The same bytes have not moved, whatever they hold.
+            tier = tier if figures.identical else "fail"
             notes.append(f"{figures.undefined} compared pixels of the {kind} hold no number; they are in no figure.")
     notes += _why(layers)
     state = _state(layers, off)
@@ -180,8 +181,8 @@ def _asked(
         values, _ = _numbers(moved.maps[one.formula.name], part)
         rounded = moved.bounds if one.statistic == "max" else moved.floors
         floors, _ = _numbers(rounded[one.formula.name], part)
-        if not values.size and one.region is not None:
-            # Nothing of the material is in that part of the picture.
+        if not values.size and (one.region is not None or moved.identical):
+            # Nothing of the material is in that part of the picture; or no number, which is said of the row.
             continue
         name = "mean" if one.pooled else one.statistic
         by_chance = noise[0] if name in ("mean", "median") else noise[1]

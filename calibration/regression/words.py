@@ -22,7 +22,8 @@ def verdict_words(result: Result) -> str:
         return "invalid: a known difference that was put in was not found, so that nothing here can be believed"
     total = f"{len(result.rows)} row{'' if len(result.rows) == 1 else 's'}"
     if result.identical:
-        return f"identical: {total}, byte for byte"
+        worse = "" if result.tier == "pass" else f"{result.tier}, by what is asked of them: "
+        return f"{worse}identical: {total}, byte for byte"
     states = ", ".join(f"{result.count(state)} {state}" for state in STATES if result.count(state))
     return f"{result.tier}: {total}: {states}"
 

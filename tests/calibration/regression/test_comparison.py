@@ -8,6 +8,7 @@ import pytest
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import criteria_of, default_criteria
 from metamer.calibration.regression.row import HALF_STEP, Layer, Noise, Pixels, Row, RowName, Side
+from metamer.calibration.regression.words import as_text
 from metamer.spectral.difference import lab_from_xyz, xyz_from_lab
 from metamer.spectral.errors import ComparisonError, InputError
 
@@ -54,6 +55,10 @@ def asked(statistic, warn, fail, **more):
 
 
 REGIONS = {"corner": [0.0, 0.0, 0.25, 0.25]}
+
+APPROXIMATION = criteria_of(
+    {"criteria": [{"statistic": "mean", "warn": 1.0, "fail": 1.5, "subset": {"of": "approximation"}}]}
+)
 
 
 def test_equal_bytes_are_identical_and_pass():
@@ -137,6 +142,21 @@ def test_pixels_without_a_number_never_pass():
     broken.xyz[4, 4] = np.nan
     found = result(row(pixels()), row(broken), asked("mean", 5.0, 5.0))
     assert found.exit_code == 2 and found.rows[0].layers["picture"].undefined == 1
+
+
+def test_equal_bytes_without_a_number_have_not_moved():
+    one, other = pixels(), pixels()
+    for broken in (one, other):
+        broken.xyz[4, 4] = np.nan
+    found = result(row(one), row(other))
+    assert found.identical and found.exit_code == 0 and "hold no number" in found.rows[0].notes[0]
+
+
+def test_an_approximation_may_fail_though_nothing_moved():
+    far = moved(pixels(), 2.0, 0, 0)
+    found = result(row(far, pixels()), row(moved(pixels(), 2.0, 0, 0), pixels()), APPROXIMATION)
+    assert found.identical and found.exit_code == 2
+    assert as_text(found).splitlines()[-1].startswith("fail, by what is asked of them: identical")
 
 
 def test_another_shape_is_seen_though_no_colour_moved():

@@ -106,6 +106,16 @@ def test_readings_are_matched_by_name(tmp_path):
     assert states["grey reflectance", "D65"] == states["grey reflectance", "A"] == "identical"
 
 
+def test_colours_without_spectra_count_for_what_they_state(tmp_path):
+    for name, lightness in (("a", 50.0), ("b", 51.0)):
+        lines = ["Illuminant D65, 10 degree observer", "name,L*,a*,b*", f"red,{lightness},20,10", "grey,40,0,0"]
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = compared(tmp_path / "a.csv", tmp_path / "b.csv")
+    rows = {row.name.material: row for row in found.rows}
+    assert rows["red"].layers["reading"].mean == pytest.approx(1.0, abs=1e-9) and rows["grey"].state == "identical"
+    assert rows["red"].name.observer == "CIE 1964 10 Degree Standard Observer"
+
+
 def test_a_png_needs_a_display(tmp_path):
     codes = np.random.default_rng(2).integers(30, 220, (40, 40, 3), dtype=np.uint8)
     for name, shift in (("a", 0), ("b", 1), ("c", 12)):
