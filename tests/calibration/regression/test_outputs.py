@@ -4,6 +4,8 @@ import csv
 import io
 import json
 import re
+import shutil
+import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -137,3 +139,26 @@ def test_pictures_on_the_page_are_srgb():
     assert codes[0, 0].tolist() == codes[0, 2].tolist() == [255] * 3
     assert np.abs(codes[0, 1] - 127.5).max() <= 0.5
     assert clipped == pytest.approx(1 / 3)
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+#: Types, moves the divider, and says what is seen then.
+ACTS = """
+<script>
+const find = document.getElementById("find"), slider = document.querySelector(".trio input");
+find.value = "changed RED"; find.dispatchEvent(new Event("input"));
+slider.value = 20; slider.dispatchEvent(new Event("input"));
+const seen = (kind) => document.querySelectorAll(kind + "[data-words]:not([hidden])").length;
+const at = document.querySelector(".wipe").style.getPropertyValue("--at");
+document.title = [seen("tr"), seen("article"), document.getElementById("found").textContent, at].join("; ");
+</script></body>"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here to open pages with")
+def test_the_page_finds_words_and_moves_its_divider(result, sides, tmp_path):
+    page = tmp_path / "page.html"
+    page.write_text(render_page(result, *sides, "1.2").replace("</body>", ACTS), encoding="utf-8")
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+    words = [BROWSER, *flags, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", page.as_uri()]
+    shown = subprocess.run(words, capture_output=True, encoding="utf-8", timeout=120)
+    assert "<title>1; 1; 1 line; 20%</title>" in shown.stdout, shown.stderr[-2000:]
