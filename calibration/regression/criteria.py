@@ -145,6 +145,8 @@ def read_criteria(path: Path) -> Criteria:
     except tomllib.TOMLDecodeError as reason:
         raise InputError("the criteria cannot be read", file=path, found=str(reason), expected="TOML") from None
     try:
+        # A suite's file holds its criteria, too.
+        _check_keys(document, {"criteria", "regions", "rows", "suite"}, "the file")
         return criteria_of(document)
     except InputError as reason:
         raise reason.at(file=path) from None

@@ -2,6 +2,9 @@
 
 import json
 import shutil
+import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -173,6 +176,36 @@ def test_a_killed_run_leaves_the_old_baseline(started, suite, baseline, write_ma
     process.wait()
     now = files(baseline)
     assert all(now[name] == held for name, held in before.items())
+
+
+#: Accepts a run, and is killed when all pixels are there and the manifest is not.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from metamer.calibration.regression import accept
+accept.put = lambda *words: os.kill(os.getpid(), signal.SIGKILL)
+accept.accept(Path(sys.argv[1]), Path(sys.argv[2]), None)
+"""
+
+
+def test_a_killed_accept_leaves_the_old_baseline_and_the_next_one_clears_up(
+    metamer, suite, baseline, write_matt, tmp_path
+):
+    paint(write_matt, tmp_path, 0.52)
+    run = ["report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out"]
+    metamer(*run)
+    before = files(baseline)
+    done = subprocess.run([sys.executable, "-c", KILLED, baseline, tmp_path / "out"], capture_output=True, text=True)
+    now = files(baseline)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    assert len(now) > len(before) and all(now[name] == held for name, held in before.items())
+    assert metamer("report", "accept", baseline, "--from", tmp_path / "out", "--all")[0] == 0
+    assert metamer(*run)[0] == 0 and files(baseline).keys() == files_of_run(tmp_path / "out")
+
+
+def files_of_run(folder):
+    """What of a run's folder a baseline has."""
+    return {name for name in files(folder) if not name.startswith("reviews/")}
 
 
 @pytest.mark.parametrize(

@@ -87,6 +87,13 @@ def test_a_wrong_document_is_refused(document):
         criteria_of(document)
 
 
+def test_a_table_of_another_name_is_not_passed_over(tmp_path):
+    text = '[[criteria]]\nstatistic = "mean"\nwarn = 0\nfail = 1\n[region]\nface = [0, 0, 1, 1]\n'
+    (tmp_path / "c.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="regions"):
+        read_criteria(tmp_path / "c.toml")
+
+
 def test_text_that_is_no_toml_names_its_file(tmp_path):
     (tmp_path / "c.toml").write_text("[[criteria", encoding="utf-8")
     with pytest.raises(InputError, match=r"c\.toml"):
