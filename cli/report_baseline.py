@@ -31,8 +31,12 @@ def run(args: argparse.Namespace) -> int:
 
     # Beside the baseline, so that what was broken off goes on from there.
     work = args.into.with_name(f".{args.into.name}.unfinished")
-    made_folder(args.into)
-    side, said, _ = rendered(args, work, lambda suite: check_place(args.into, suite))
+
+    def check(suite: dict[str, str]) -> None:
+        check_place(args.into, suite)
+        made_folder(args.into)
+
+    side, said, _ = rendered(args, work, check)
     with progress_bar("Recording", after=1.0) as progress:
         record(side, args.into, said, environment(), progress)
     shutil.rmtree(work / REVIEWS, ignore_errors=True)

@@ -223,7 +223,7 @@ def files_of_run(folder):
         (SUITE.replace('"mean"', '"average"'), "unknown statistic"),
     ],
 )
-def test_a_wrong_suite_is_refused_before_anything_is_rendered(metamer, suite, baseline, tmp_path, text, words):
+def test_a_wrong_suite_is_refused_before_anything_is_made(metamer, suite, tmp_path, text, words):
     suite[0].write_text(text, encoding="utf-8")
-    code, _, err = metamer("report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out")
-    assert code == 4 and words in err and not (tmp_path / "out").exists(), err
+    code, _, err = metamer("report", "baseline", *suite, "--into", tmp_path / "baseline")
+    assert code == 4 and words in err and not (tmp_path / "baseline").exists(), err
