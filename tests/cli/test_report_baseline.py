@@ -142,6 +142,21 @@ def test_a_damaged_run_is_not_accepted_and_the_baseline_stands(metamer, suite, b
     assert code == 4 and "damaged" in err and files(baseline) == before
 
 
+def test_a_disk_that_is_full_while_rows_are_accepted_leaves_the_old_baseline(
+    metamer, suite, baseline, write_matt, tmp_path, room_for
+):
+    paint(write_matt, tmp_path, 0.52)
+    metamer("report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out")
+    before = files(baseline)
+    for room in (500, 3000):
+        # Not even one picture; all of them, and not what names them.
+        with room_for(room):
+            code, _, err = metamer("report", "accept", baseline, "--from", tmp_path / "out", "--all")
+        now = files(baseline)
+        assert code == 4 and "room" in err, err
+        assert all(now[name] == held for name, held in before.items())
+
+
 def test_a_full_disk_leaves_the_old_baseline(metamer, suite, baseline, write_matt, tmp_path, monkeypatch):
     from metamer.calibration.regression import baseline as module
     from metamer.spectral.errors import NoRoomError
