@@ -26,6 +26,7 @@ from __future__ import annotations
 # Type checkers take this for true; `typing` alone would take longer to import than all else here.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from .calibration.regression.assertions import assert_colour_close as assert_colour_close
     from .lighting.camera import Camera as Camera
     from .lighting.environment.booth import light_booth as light_booth
     from .lighting.environment.environment import EnvironmentLight as EnvironmentLight
@@ -69,6 +70,7 @@ _HOMES = {
     "Scene": "lighting.scene.Scene",
     "SoftboxLight": "lighting.environment.softbox.SoftboxLight",
     "Spectrum": "spectral.spectrum.Spectrum",
+    "assert_colour_close": "calibration.regression.assertions.assert_colour_close",
     "delta_e": "spectral.difference.delta_e",
     "illuminant": "spectral.illuminants.illuminant",
     "import_sources": "materials.intake.importing.import_sources",

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any, NoReturn
 
 # One small module a subcommand; its `add_parser(subparsers)` sets the `run(args) -> int` of what it adds.
-COMMANDS = ("review", "render", "transfer", "fit", "catalogue", "match", "names", "bench", "doctor")
+COMMANDS = ("review", "report", "match", "render", "transfer", "fit", "catalogue", "names", "bench", "doctor")
 
 
 class _Parser(argparse.ArgumentParser):

@@ -21,7 +21,7 @@ from ..materials.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
 from ..spectral.difference import delta_e_xyz, lab_from_xyz
 from ..spectral.errors import UsageError
-from ..spectral.formats.spectral_exr import write_spectral_exr
+from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
 from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant
 from ..spectral.image import ColourImage
@@ -37,7 +37,6 @@ from .renderer import Renderer, radiance_weights
 #: ΔE94 of noise that a reference picture may have on average, where nobody says another.
 REFERENCE_NOISE = 0.1
 REFERENCE = "reference: rays, every wavelength, the original data"
-SPECTRAL_UNITS = "relative, 1 for the perfect diffuser under equal energy"
 #: ΔE94 of the diffuser from which on it is said that a light is coarser in a spectral picture than it was measured.
 SAID_FROM = 0.05
 #: Takes a line that says why a picture shows nothing.
@@ -245,7 +244,7 @@ def render_spectral(
         notes.append(f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.")
     image = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.where(below, 0.0, values), "emission")
     words = picture_words(scene, view, renderer.made_by, version("metamer"))
-    write_spectral_exr(output, image, SPECTRAL_UNITS, words)
+    write_spectral_exr(output, image, RELATIVE_UNITS, words)
     return tuple(notes)
 
 

@@ -89,7 +89,7 @@ def read_exr(path: str | Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 
 def write_exr(path: str | Path, attributes: dict, channels: dict[str, np.ndarray]) -> None:
-    """Write (H,W) channels as float32, ZIP-compressed, beside the name and then in its place.
+    """Write (H,W) channels, ZIP-compressed, beside the name and then in its place: float16 as it is, others as float32.
 
     Raises
     ------
@@ -99,7 +99,10 @@ def write_exr(path: str | Path, attributes: dict, channels: dict[str, np.ndarray
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
-    pixels = {name: np.ascontiguousarray(values, dtype=np.float32) for name, values in channels.items()}
+    pixels = {
+        name: np.ascontiguousarray(values, dtype=np.float16 if values.dtype == np.float16 else np.float32)
+        for name, values in channels.items()
+    }
     with written_whole(path) as beside, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         try:

@@ -31,6 +31,8 @@ SUFFIXES = (".exr",)
 # A picture of more colours than this is a texture, not a chart.
 MOST_COLOURS = 64
 
+#: Radiances whose Y is 1 where the perfect diffuser would be seen under the scene's reference illuminance.
+RELATIVE_UNITS = "relative, 1 for the perfect diffuser under equal energy"
 #: A length or a frequency in the name of a channel: number, prefix and unit, as `wavelength_of` takes them.
 LENGTH = r"(\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)(da|[YZEPTGMkhdcmunpfazy])?(m|Hz)"
 _PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{LENGTH}$")

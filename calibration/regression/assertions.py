@@ -1,0 +1,144 @@
+"""Colours held against each other in tests: what is too far apart fails, and leaves evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.files import made_folder
+from ...spectral.formats.exr import write_exr
+from ...spectral.formats.xyz_exr import write_xyz_exr
+from ...spectral.formula import Formula
+from ...spectral.image import ColourImage
+from .as_json import as_json
+from .change import change
+from .comparison import compare
+from .criteria import Criteria, criteria_of, default_criteria, read_criteria
+from .page import render_page
+from .picture_files import Seen
+from .result import Result
+from .row import FLOAT32_STEP, Layer, Pixels, Row, RowName, Side
+from .sources import side_of
+from .words import as_text
+
+
+@runtime_checkable
+class HasColours(Protocol):
+    """What `metamer.render` gives."""
+
+    @property
+    def xyz(self) -> np.ndarray:
+        """(H,W,3), Y = 1 for the white."""
+        ...
+
+    @property
+    def white(self) -> np.ndarray:
+        """(3,)."""
+        ...
+
+    @property
+    def coverage(self) -> np.ndarray:
+        """(H,W) from 0 to 1."""
+        ...
+
+
+#: What can be held against another: a file or folder, a picture, or XYZ (...,3) and its white (3,).
+Colours = str | Path | HasColours | tuple[np.ndarray, np.ndarray]
+
+
+def assert_colour_close(
+    reference: Colours,
+    sample: Colours,
+    criteria: Criteria | str | Path | Sequence[dict] | None = None,
+    *,
+    evidence: str | Path | None = None,
+    seen: Seen | None = None,
+    display: str | None = None,
+) -> Result:
+    """Hold a sample against its reference; what the comparison found comes back.
+
+    Parameters
+    ----------
+    criteria : a TOML file, its `criteria` as dicts, or `Criteria`; None is `default_criteria()`. Warnings pass.
+    evidence : folder that gets figures, page, and of pictures both sides and the map of ΔE94, where the test fails.
+    seen : lights and observer of spectra and readings. display : of PNG that do not say it.
+
+    Raises
+    ------
+    AssertionError : a criterion fails, or a row is missing; the message has the table.
+    ComparisonError, InputError : the two cannot be compared; an input cannot be used.
+    """
+    __tracebackhide__ = True
+    asked = _criteria(criteria)
+    before, after = (
+        _side(one, name, seen or Seen(), display) for one, name in ((reference, "reference"), (sample, "sample"))
+    )
+    result = compare(before, after, asked)
+    if result.tier != "fail":
+        return result
+    words = as_text(result)
+    if evidence is not None:
+        folder = made_folder(evidence)
+        _write_evidence(result, before, after, folder)
+        words += f"\nEvidence: {folder}"
+    raise AssertionError(f"colours are not close\n{words}")
+
+
+def _criteria(given: Criteria | str | Path | Sequence[dict] | None) -> Criteria:
+    if given is None or isinstance(given, Criteria):
+        return given or default_criteria()
+    return read_criteria(Path(given)) if isinstance(given, str | Path) else criteria_of({"criteria": list(given)})
+
+
+def _side(given: Colours, name: str, seen: Seen, display: str | None) -> Side:
+    if isinstance(given, str | Path):
+        return side_of(Path(given), seen, display)
+    if isinstance(given, tuple):
+        xyz, white = (np.asarray(one) for one in given)
+        coverage = None
+    else:
+        xyz, white, coverage = np.asarray(given.xyz), np.asarray(given.white), np.asarray(given.coverage)
+    pixels = _pixels(xyz, white, coverage, name)
+    # The same picture object on both sides is told by its memory.
+    layer = Layer(lambda: pixels)
+    # No path of a file: two sides that are nowhere are not one side.
+    return Side(Path(f"<{name}>"), "picture", (Row(RowName("", "", ""), {"picture": layer}),))
+
+
+def _pixels(xyz: np.ndarray, white: np.ndarray, coverage: np.ndarray | None, name: str) -> Pixels:
+    if xyz.ndim < 1 or xyz.shape[-1] != 3 or white.shape != (3,) or not xyz.size:
+        raise InputError(
+            "not colours and their white",
+            field=name,
+            found=f"shapes {xyz.shape} and {white.shape}",
+            expected="XYZ (...,3) and XYZ (3,)",
+        )
+    # Colours of any shape are rows of a picture; views, so that memory that is shared is seen.
+    rows = xyz if xyz.ndim == 3 else xyz.reshape(1, -1, 3)
+    step = FLOAT32_STEP if rows.dtype == np.float32 else 2.0**-53
+    covered = np.ones(rows.shape[:2], np.float32) if coverage is None else coverage
+    return Pixels(rows, covered, white.astype(np.float64), step)
+
+
+def _write_evidence(result: Result, before: Side, after: Side, folder: Path) -> None:
+    """Figures and page; of two single pictures also the pixels."""
+    (folder / "regression.json").write_text(as_json(result, version("metamer")), encoding="utf-8")
+    (folder / "index.html").write_text(render_page(result, before, after, version("metamer")), encoding="utf-8")
+    if len(before.rows) == len(after.rows) == 1 and "picture" in before.rows[0].layers:
+        pair = [side.rows[0].layers["picture"].load() for side in (before, after)]
+        for name, pixels in zip(("reference", "sample"), pair, strict=True):
+            write_xyz_exr(folder / f"{name}.exr", _image(pixels), pixels.coverage)
+        delta_e = change(pair[0], replace(pair[1]), (Formula("CIE 1994"),), "evidence", rounding=False).maps["CIE 1994"]
+        write_exr(folder / "delta-e94.exr", {"picture": "CIE 1994; NaN: not compared"}, {"deltaE94": delta_e})
+
+
+def _image(pixels: Pixels) -> ColourImage:
+    values: Float[np.ndarray, "H W 3"] = np.asarray(pixels.xyz, dtype=np.float32)
+    return ColourImage(values, "xyz", pixels.white_xyz)

@@ -1,0 +1,256 @@
+"""A baseline: what a suite looked like when somebody agreed to it. Small, the same bytes for the same pictures.
+
+    DIR/baseline.json      what made it, every row, and the SHA-256 of its files: written last, and in one step
+    DIR/pixels/HASH.exr    XYZ and coverage in half precision; HASH begins that SHA-256: no file is ever rewritten
+
+Whatever ends a process between the two leaves the old `baseline.json`, whose files are still there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import ComparisonError, InputError
+from ...spectral.files import half_written, made_folder, read_bytes, read_text, written_whole
+from ...spectral.formats.exr import read_exr, write_exr
+from ...spectral.locks import alone_at_work
+from .picture_files import read_xyz
+from .row import FLOAT32_STEP, HALF_STEP, Layer, LayerKind, Noise, Pixels, Row, RowName, Side
+
+MANIFEST, PIXELS = "baseline.json", "pixels"
+SCHEMA = "metamer.baseline/1"
+#: What is said of how pixels are kept.
+QUANTISATION = (
+    "XYZ in half precision, each number within 1/4096 of itself; in single precision where a highlight is above 65504"
+)
+# The largest number of half precision.
+_LARGEST_HALF = 65504.0
+_DIGITS = 32
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What `baseline.json` says: of the suite its name and hash, of the machine what may matter; rows as JSON."""
+
+    suite: Mapping[str, str]
+    environment: Mapping[str, str]
+    facts: Mapping[str, str]
+    chain: tuple[str, ...]
+    rows: tuple[Mapping[str, Any], ...]
+
+
+def record(
+    side: Side,
+    folder: Path,
+    suite: Mapping[str, str],
+    environment: Mapping[str, str],
+    progress: Progress = lambda done, total, what: None,
+) -> None:
+    """Write a side as a baseline, in place of one that may be there.
+
+    Raises
+    ------
+    ComparisonError : what is there is of another suite.
+    InputError : the folder cannot be written to, is full, or another process writes to it.
+    """
+    check_place(folder, suite)
+    with changing(folder):
+        rows = []
+        for number, row in enumerate(side.rows):
+            rows.append(_recorded(row, folder))
+            progress(number + 1, len(side.rows), str(row.name))
+        put(folder, Kept(suite, environment, side.facts, side.chain, tuple(rows)))
+
+
+def check_place(folder: Path, suite: Mapping[str, str]) -> None:
+    """Raise `ComparisonError` where a baseline, or a run, of another suite is in the folder."""
+    if (folder / MANIFEST).is_file():
+        check_suite(folder, read_kept(folder).suite, "what is to be recorded there", suite)
+
+
+def check_suite(folder: Path, ours: Mapping[str, str], other: Path | str, theirs: Mapping[str, str]) -> None:
+    """Raise `ComparisonError` where a folder is of another suite than something else."""
+    if ours.get("name") != theirs.get("name"):
+        raise ComparisonError(
+            f"{folder} is of another suite\n"
+            f"  found: {ours.get('name')!r}; and {theirs.get('name')!r} in {other}\n"
+            "  expected: one suite for both; another folder, or another name in [suite]"
+        )
+
+
+@contextmanager
+def changing(folder: Path) -> Iterator[None]:
+    """Hold a baseline for writing; what a killed process has left half-written is cleared away."""
+    made_folder(folder)
+    made_folder(folder / PIXELS)
+    with alone_at_work(folder, "another process writes to this baseline"):
+        for stray in half_written(folder):
+            stray.unlink(missing_ok=True)
+        yield
+
+
+def put(folder: Path, kept: Kept) -> None:
+    """Write `baseline.json` in one step, and then remove the files that no row names any more."""
+    document = {
+        "schema": SCHEMA,
+        "suite": dict(kept.suite),
+        "quantisation": QUANTISATION,
+        "environment": dict(kept.environment),
+        "facts": dict(kept.facts),
+        "colour_chain": list(kept.chain),
+        "rows": [dict(row) for row in kept.rows],
+    }
+    with written_whole(folder / MANIFEST) as beside:
+        beside.write_text(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    named = {layer["sha256"][:_DIGITS] for row in kept.rows for layer in row["layers"].values()}
+    for file in (folder / PIXELS).glob("*.exr"):
+        if file.stem not in named:
+            file.unlink()
+
+
+def read_kept(folder: Path) -> Kept:
+    """What `baseline.json` says.
+
+    Raises
+    ------
+    InputError : there is none, or it is damaged or of another schema.
+    """
+    path = folder / MANIFEST
+    if not path.is_file():
+        hint = f"record one: metamer report baseline SUITE --into {folder}"
+        raise InputError("no baseline", file=folder, expected=f"a folder that holds {MANIFEST}", hint=hint)
+    try:
+        found = json.loads(read_text(path))
+        schema = found["schema"]
+        kept = Kept(
+            found["suite"], found["environment"], found["facts"], tuple(found["colour_chain"]), tuple(found["rows"])
+        )
+    except (ValueError, KeyError, TypeError) as reason:
+        raise _damaged(path, f"{type(reason).__name__}: {reason}") from None
+    if schema != SCHEMA:
+        raise InputError("a baseline of another schema", file=path, field="schema", found=schema, expected=SCHEMA)
+    return kept
+
+
+def baseline_side(folder: Path) -> Side:
+    """A baseline as a side.
+
+    Raises
+    ------
+    InputError : as `read_kept`, and later, when pixels are asked for, where their file is not what was recorded.
+    """
+    kept = read_kept(folder)
+    try:
+        rows = tuple(_row(folder, found) for found in kept.rows)
+    except (KeyError, TypeError, ValueError, AttributeError) as reason:
+        raise _damaged(folder / MANIFEST, f"{type(reason).__name__}: {reason}") from None
+    return Side(folder, "baseline", rows, {**kept.facts, **kept.environment}, kept.chain)
+
+
+def as_recorded(side: Side) -> Side:
+    """A side whose pixels are rounded as a baseline keeps them, so that equal pictures are equal bytes."""
+    rows = tuple(
+        replace(
+            row,
+            layers={kind: replace(layer, load=partial(_rounded, layer.load)) for kind, layer in row.layers.items()},
+        )
+        for row in side.rows
+    )
+    return replace(side, rows=rows)
+
+
+def _damaged(path: Path, found: str) -> InputError:
+    hint = "take it back from version control, or record it again: metamer report baseline"
+    return InputError("the baseline is damaged", file=path, found=found, expected="as it was recorded", hint=hint)
+
+
+def _stored(xyz: Float[np.ndarray, "H W 3"]) -> np.ndarray:
+    """In half precision where that holds the largest number."""
+    finite = xyz[np.isfinite(xyz)]
+    largest = np.abs(finite).max(initial=0.0)
+    return np.asarray(xyz, dtype=np.float16 if largest <= _LARGEST_HALF else np.float32)
+
+
+def _rounded(load: Callable[[], Pixels]) -> Pixels:
+    pixels = load()
+    stored = _stored(pixels.xyz)
+    step = HALF_STEP if stored.dtype == np.float16 else FLOAT32_STEP
+    return replace(
+        pixels,
+        xyz=stored.astype(np.float32),
+        coverage=pixels.coverage.astype(np.float32),
+        white_xyz=pixels.white_xyz.astype(np.float32).astype(np.float64),
+        relative_step=max(step, pixels.relative_step),
+    )
+
+
+def _recorded(row: Row, folder: Path) -> dict[str, Any]:
+    """Write the files of a row; what the manifest says of it."""
+    layers = {}
+    for kind, layer in row.layers.items():
+        pixels = layer.load()
+        noise = None if layer.noise is None else {"mean": layer.noise.mean, "p99": layer.noise.p99}
+        layers[kind] = {"sha256": _written(pixels, folder), "noise": noise}
+    return {
+        **row.name._asdict(),
+        "layers": layers,
+        "approximation": None if row.approximation is None else dict(row.approximation),
+        "notes": list(row.notes),
+    }
+
+
+def _written(pixels: Pixels, folder: Path) -> str:
+    """Write the pixels under the name that their bytes have; the SHA-256 of those."""
+    stored = _stored(pixels.xyz)
+    channels = {name: stored[..., index] for index, name in enumerate("XYZ")}
+    channels["A"] = pixels.coverage.astype(np.float32)
+    if pixels.mask is not None:
+        channels["judged"] = pixels.mask.astype(np.float16)
+    passing = folder / PIXELS / ".passing.exr"
+    try:
+        write_exr(passing, {"whiteXYZ": pixels.white_xyz.astype(np.float32)}, channels)
+        digest = hashlib.sha256(passing.read_bytes()).hexdigest()
+        passing.replace(pixel_file(folder, digest))
+    finally:
+        passing.unlink(missing_ok=True)
+    return digest
+
+
+def pixel_file(folder: Path, sha256: str) -> Path:
+    """The file of that hash; raises `ValueError` for what is no hash."""
+    if len(sha256) != 64 or set(sha256) - set("0123456789abcdef"):
+        raise ValueError(f"no SHA-256: {sha256[:80]!r}")
+    return folder / PIXELS / f"{sha256[:_DIGITS]}.exr"
+
+
+def _row(folder: Path, found: Mapping[str, Any]) -> Row:
+    name = RowName(*(str(found[part]) for part in RowName._fields))
+    layers: dict[LayerKind, Layer] = {}
+    for kind, held in found["layers"].items():
+        noise = None if held["noise"] is None else Noise(float(held["noise"]["mean"]), float(held["noise"]["p99"]))
+        path = pixel_file(folder, held["sha256"])
+        layers[cast(LayerKind, kind)] = Layer(partial(_read, path, held["sha256"]), path, {}, noise)
+    off = found["approximation"]
+    off = None if off is None else {key: float(value) for key, value in off.items()}
+    return Row(name, layers, off, tuple(str(note) for note in found["notes"]))
+
+
+def _read(path: Path, sha256: str) -> Pixels:
+    """The pixels, believed only by their hash."""
+    digest = hashlib.sha256(read_bytes(path, "pixels of a baseline")).hexdigest()
+    if digest != sha256:
+        raise _damaged(path, f"SHA-256 {digest[:12]}..., not {sha256[:12]}...")
+    pixels = read_xyz(path)
+    judged = read_exr(path)[1].get("judged")
+    return pixels if judged is None else replace(pixels, mask=judged > 0)

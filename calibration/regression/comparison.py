@@ -1,0 +1,261 @@
+"""A comparison in its order: rows matched, a known difference put in, each pair compared and held against criteria."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...spectral.errors import ComparisonError
+from ..statistics import SelfCheck
+from .change import Change, change
+from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, statistic
+from .injected import injected
+from .matching import matched
+from .result import Asked, Figures, Result, RowResult, SideWords, State, worst_tier
+from .row import Layer, LayerKind, Pixels, Row, Side
+
+#: ΔE94 that pictures of one scene may be apart where nothing but the order of sums in single precision is another.
+ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02
+# What picture and reference must have come apart by before a row is called better or worse.
+_NEARER = 0.01
+_94 = "CIE 1994"
+
+Progress = Callable[[int, int, str], None]
+
+
+def compare(
+    before: Side, after: Side, criteria: Criteria, progress: Progress = lambda done, total, what: None
+) -> Result:
+    """Compare two sides; the first is the reference of every ΔE. Of all pictures those of one row are in memory.
+
+    Raises
+    ------
+    ComparisonError : the sides are the same, have nothing in common, or other whites, observers or sizes.
+    InputError : a file that cannot be read.
+    """
+    found = matched(before, after)
+    rows: list[RowResult] = []
+    checks: tuple[SelfCheck, ...] = ()
+    pools: dict[tuple[int, str], list[tuple[float, float]]] = defaultdict(list)
+    for number, (a, b) in enumerate(found.pairs):
+        row, pixels = _compared(a, b, criteria, pools)
+        if not checks and pixels is not None:
+            checks = injected(pixels, criteria.formulas, str(a.name))
+        rows.append(row)
+        progress(number + 1, len(found.pairs), str(a.name))
+    rows += [RowResult(row.name, "removed", criteria.removed, {}, notes=row.notes) for row in found.removed]
+    rows += [RowResult(row.name, "added", criteria.added, {}, notes=row.notes) for row in found.added]
+    pooled = tuple(_pooled(criteria.lines[index], of, values) for (index, of), values in sorted(pools.items()))
+    words = [SideWords(one.path, one.kind, one.facts, one.chain) for one in (before, after)]
+    notes = (*found.notes, *_other_facts(before, after), *_unused(criteria, rows, pooled))
+    return Result(words[0], words[1], tuple(rows), pooled, checks, criteria.lines, notes)
+
+
+def _compared(
+    a: Row, b: Row, criteria: Criteria, pools: dict[tuple[int, str], list[tuple[float, float]]]
+) -> tuple[RowResult, Pixels | None]:
+    """One pair of rows, and the pixels of the first's first layer."""
+    layers: dict[LayerKind, Figures] = {}
+    asked: list[Asked] = []
+    notes: list[str] = []
+    first: Pixels | None = None
+    now: dict[LayerKind, Pixels] = {}
+    for kind, one in a.layers.items():
+        other = b.layers.get(kind)
+        if other is None:
+            continue
+        label = f"{a.name}, {kind}"
+        _two_files(one, other, label)
+        pixels, now[kind] = one.load(), other.load()
+        first = first or pixels
+        moved = change(pixels, now[kind], criteria.formulas, label)
+        noise = _noise(one, other)
+        layers[kind] = _figures(moved, noise, kind)
+        asked += _asked(moved, kind, a, criteria, noise, pools)
+    if any("approximation" in one.of for one in criteria.lines) and {"picture", "reference"} <= now.keys():
+        error = change(now["reference"], now["picture"], criteria.formulas, f"{b.name}, approximation")
+        asked += _asked(error, "approximation", a, criteria, _noise(b.layers["reference"]), pools)
+    only = [kind for kind in {**a.layers, **b.layers} if kind not in layers]
+    if only:
+        notes.append(f"Only one side has a {' and a '.join(only)} of this row.")
+    off = None
+    if a.approximation is not None and b.approximation is not None:
+        off = (a.approximation["p99"], b.approximation["p99"])
+    tier: Tier = worst_tier([one.tier for one in asked])
+    for kind, figures in layers.items():
+        if figures.undefined:
+            # The same bytes have not moved, whatever they hold.
+            tier = tier if figures.identical else "fail"
+            notes.append(f"{figures.undefined} compared pixels of the {kind} hold no number; they are in no figure.")
+    notes += _why(layers)
+    state = _state(layers, off)
+    notes += [
+        f"{one.criterion.label} ({one.of}): what rounding and noise of these files may come to is above the limit to "
+        f"warn, {one.criterion.warn:g}: nothing as small as that can be resolved."
+        for one in asked
+        if not one.resolved and not _untouched(layers, one.of)
+    ]
+    return RowResult(a.name, state, tier, layers, tuple(asked), off, tuple(notes)), first
+
+
+def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
+    """Whether a layer holds the same bytes, where noise has no say."""
+    return any(kind == of and found.identical for kind, found in layers.items())
+
+
+def _two_files(a: Layer, b: Layer, label: str) -> None:
+    if a.file is None or b.file is None or not (a.file.exists() and b.file.exists()):
+        # What is missing is refused where it is read.
+        return
+    if a.file.samefile(b.file):
+        raise ComparisonError(f"{label}: {a.file} is on both sides: a comparison with itself says nothing")
+
+
+def _noise(*layers: Layer) -> tuple[float, float]:
+    """Mean and p99 of the noise of all, which is independent."""
+    noises = [one.noise for one in layers if one.noise is not None]
+    return math.hypot(*(one.mean for one in noises)), math.hypot(*(one.p99 for one in noises))
+
+
+def _figures(moved: Change, noise: tuple[float, float], kind: LayerKind) -> Figures:
+    values, compared = _numbers(moved.maps[_94], None)
+    (floors, _), (bounds, _) = (_numbers(maps[_94], None) for maps in (moved.floors, moved.bounds))
+    rounding = (ROUNDING_MEAN, ROUNDING_MAX) if kind == "picture" else (0.0, 0.0)
+    floor_mean = max(math.hypot(statistic("mean", floors), noise[0]), rounding[0])
+    floor_max = max(math.hypot(statistic("max", bounds), noise[1]), rounding[1])
+    mean, largest = statistic("mean", values), statistic("max", values)
+    undefined = int(np.count_nonzero(compared)) - values.size
+    beyond = not (mean <= floor_mean and largest <= floor_max)
+    return Figures(
+        mean=mean,
+        median=statistic("median", values),
+        p95=statistic("p95", values),
+        p99=statistic("p99", values),
+        max=largest,
+        floor_mean=floor_mean,
+        floor_max=floor_max,
+        pixels=values.size,
+        undefined=undefined,
+        reshaped=moved.reshaped,
+        identical=moved.identical,
+        moved=not moved.identical and (beyond or moved.reshaped > 0),
+        shift=moved.shift,
+        worst=moved.worst,
+        before_lab=moved.before_lab,
+        after_lab=moved.after_lab,
+    )
+
+
+def _numbers(
+    delta_e: Float[np.ndarray, "H W"], part: Bool[np.ndarray, "H W"] | None
+) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, "H W"]]:
+    """ΔE of the compared pixels that hold a number, and which are compared."""
+    compared = ~np.isnan(delta_e) if part is None else ~np.isnan(delta_e) & part
+    values = delta_e[compared]
+    return values[np.isfinite(values)], compared
+
+
+def _asked(
+    moved: Change,
+    of: str,
+    row: Row,
+    criteria: Criteria,
+    noise: tuple[float, float],
+    pools: dict[tuple[int, str], list[tuple[float, float]]],
+) -> list[Asked]:
+    """The criteria that this layer of this row is held against; what is pooled goes to its pool."""
+    found = []
+    for index, one in enumerate(criteria.lines):
+        if of not in one.of or not one.applies(row.name):
+            continue
+        if one.statistic == RESHAPED:
+            if of not in ("reading", "approximation"):
+                found.append(Asked(one, of, moved.reshaped, 0.0, one.tier(moved.reshaped)))
+            continue
+        shape = moved.maps[one.formula.name].shape
+        part = None if one.region is None else _part(criteria.regions[one.region], shape)
+        values, _ = _numbers(moved.maps[one.formula.name], part)
+        rounded = moved.bounds if one.statistic == "max" else moved.floors
+        floors, _ = _numbers(rounded[one.formula.name], part)
+        if not values.size and (one.region is not None or moved.identical):
+            # Nothing of the material is in that part of the picture; or no number, which is said of the row.
+            continue
+        name = "mean" if one.pooled else one.statistic
+        by_chance = noise[0] if name in ("mean", "median") else noise[1]
+        share = name.startswith("share")
+        floor = statistic(name, floors) if share else math.hypot(statistic(name, floors), by_chance)
+        value = statistic(name, values)
+        if one.pooled:
+            pools[index, of].append((value, floor))
+        else:
+            found.append(_held(one, of, value, floor))
+    return found
+
+
+def _held(one: Criterion, of: str, value: float, floor: float) -> Asked:
+    """A figure beyond a limit that could be rounding or noise alone is a warning, and no failure."""
+    tier = one.tier(value)
+    return Asked(one, of, value, floor, "warn" if tier == "fail" and value <= floor else tier)
+
+
+def _pooled(one: Criterion, of: str, values: Sequence[tuple[float, float]]) -> Asked:
+    figures, floors = (np.array(column) for column in zip(*values, strict=True))
+    return _held(one, of, statistic(one.statistic, figures), statistic(one.statistic, floors))
+
+
+def _part(region: Region, shape: tuple[int, ...]) -> Bool[np.ndarray, "H W"]:
+    left, top, right, bottom = region
+    y, x = ((np.arange(size) + 0.5) / size for size in shape)
+    return ((y >= top) & (y < bottom))[:, None] & ((x >= left) & (x < right))[None, :]
+
+
+def _state(layers: Mapping[LayerKind, Figures], off: tuple[float, float] | None) -> State:
+    if layers and all(one.identical for one in layers.values()):
+        return "identical"
+    if not any(one.moved or one.undefined for one in layers.values()):
+        return "same"
+    # Against a reference that has moved too, nearer is no merit of the picture's.
+    still = "reference" in layers and layers["reference"].identical
+    if off is None or not still or abs(off[1] - off[0]) <= _NEARER:
+        return "changed"
+    return "worse" if off[1] > off[0] else "better"
+
+
+def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
+    """The approximation's part and the material's part, in words."""
+    if not {"picture", "reference"} <= layers.keys():
+        return []
+    picture, reference = layers["picture"], layers["reference"]
+    if reference.moved:
+        return ["The reference moved: material, light or scene is another."]
+    if not picture.moved:
+        return []
+    if reference.identical:
+        return ["Only the picture moved: fit, plan or renderer is another; material, light and scene are not."]
+    return [
+        f"The picture moved; whether the reference did cannot be told: its mean of {reference.mean:.2g} lies within "
+        f"the {reference.floor_mean:.2g} of rounding and noise."
+    ]
+
+
+def _other_facts(before: Side, after: Side) -> list[str]:
+    """What made the two sides, where it is not the same."""
+    labels = [label for label in {**before.facts, **after.facts} if before.facts.get(label) != after.facts.get(label)]
+    return [
+        f"Another {label}: {before.facts.get(label, 'not stated')}; now {after.facts.get(label, 'not stated')}."
+        for label in labels
+    ]
+
+
+def _unused(criteria: Criteria, rows: Sequence[RowResult], pooled: Sequence[Asked]) -> list[str]:
+    """A criterion that no row is held against must not be taken for one that passed."""
+    used = {id(one.criterion) for row in rows for one in row.asked} | {id(one.criterion) for one in pooled}
+    return [
+        f'The criterion "{one.label}" applies to no row ({", ".join(one.of)}).'
+        for one in criteria.lines
+        if id(one) not in used
+    ]

@@ -1,0 +1,99 @@
+"""PNG pictures whose display is stated, as layers: codes back to XYZ."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.files import existing_file
+from ...spectral.upsampling import xyz_from_rgb
+from .row import Layer, Pixels, Row, RowName
+
+#: Displays whose codes are known to stand for a colour: IEC 61966-2-1.
+DISPLAYS = ("sRGB",)
+
+
+def png_rows(path: Path, material: str | None, display: str | None) -> list[Row]:
+    """The row of a PNG.
+
+    Parameters
+    ----------
+    material : name of the row; None takes what the picture says of itself.
+    display : that the codes are for; None leaves it to the file.
+
+    Raises
+    ------
+    InputError : no PNG, or no display that is stated.
+    """
+    path = existing_file(path)
+    if display is not None and display not in DISPLAYS:
+        raise UnknownNameError("display", display, DISPLAYS, field="--display")
+    with _opened(path) as picture:
+        said, tagged = _said(picture), "srgb" in picture.info
+    if display is None and not tagged:
+        raise InputError(
+            "the picture does not say which display its numbers are for",
+            file=path,
+            expected="an sRGB chunk",
+            hint="state it: --display sRGB",
+        )
+    name = RowName(material or said.get("material", ""), said.get("illuminant", ""), said.get("observer", ""))
+    if material is None:
+        name = name._replace(scene=said.get("scene", ""), view=said.get("camera", ""))
+    return [Row(name, {"picture": Layer(partial(_pixels, path), path, said)})]
+
+
+def _opened(path: Path) -> Any:
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        return Image.open(path, formats=("PNG",))
+    except (OSError, UnidentifiedImageError, SyntaxError, ValueError) as reason:
+        raise _damaged(path, reason) from None
+
+
+def _damaged(path: Path, reason: Exception) -> InputError:
+    return InputError("the PNG cannot be read", file=path, found=str(reason)[:160], expected="a whole picture")
+
+
+def _said(picture: Any) -> dict[str, str]:
+    """Lines such as "observer: CIE 1931 2 Degree Standard Observer" of its description."""
+    lines = [line.partition(": ") for line in str(picture.info.get("Description", "")).splitlines()]
+    return {label: text for label, sep, text in lines if sep}
+
+
+def _pixels(path: Path) -> Pixels:
+    with _opened(path) as picture:
+        if picture.mode not in ("RGB", "RGBA", "L"):
+            expected = "RGB, RGBA or L"
+            raise InputError("not 8 bits a channel", file=path, field="mode", found=picture.mode, expected=expected)
+        try:
+            codes = np.asarray(picture.convert("RGBA"))
+        except (OSError, SyntaxError, ValueError) as reason:
+            raise _damaged(path, reason) from None
+    # A code stands for all that is rounded to it.
+    matrix, half = xyz_from_rgb(), 0.5 / 255.0
+    encoded = codes[..., :3] / 255.0
+    coverage = (codes[..., 3] / 255.0).astype(np.float32)
+    nudged = partial(_moved, encoded, matrix, half)
+    return Pixels(_linear(encoded) @ matrix.T, coverage, matrix.sum(axis=1), nudged=nudged)
+
+
+def _moved(
+    encoded: Float[np.ndarray, "H W 3"],
+    matrix: Float[np.ndarray, "3 3"],
+    half: float,
+    rows: slice,
+    steps: Float[np.ndarray, "h W 3"],
+) -> Float[np.ndarray, "h W 3"]:
+    return _linear(np.maximum(encoded[rows] + half * steps, 0.0)) @ matrix.T
+
+
+def _linear(encoded: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:
+    """The curve of IEC 61966-2-1."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)

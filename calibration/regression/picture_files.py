@@ -1,0 +1,178 @@
+"""Pictures in files as layers: linear XYZ and spectra in OpenEXR."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.files import existing_file
+from ...spectral.formats.exr import MOST_SAMPLES, channel_names, check_size, read_picture
+from ...spectral.formats.spectral_exr import RELATIVE_UNITS, read_spectral_exr
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from .row import FLOAT32_STEP, HALF_STEP, Layer, Pixels, Row, RowName
+
+# What a header says of a picture that is a part of its name or worth a line.
+_SAID = ("scene", "camera", "material", "illuminant", "observer", "renderer", "software", "picture")
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Under which lights, and by which observer, spectra become colours."""
+
+    lights: tuple[str, ...] = ("D65", "A", "FL11")
+    observer: str = "1931_2"
+
+    @property
+    def words(self) -> str:
+        """The same as a sentence."""
+        return f"Spectra are seen under {', '.join(self.lights)} by the {observer(self.observer).name}."
+
+
+def header(path: Path) -> dict[str, str]:
+    """The texts of an OpenEXR's header that say what it shows.
+
+    Raises
+    ------
+    InputError : no OpenEXR picture, or damaged.
+    """
+    attributes = check_size(path, MOST_SAMPLES)[0].attributes
+    return {key: text for key in _SAID if isinstance(text := attributes.get(key), str)}
+
+
+def xyz_layer(path: Path) -> Layer:
+    """A picture in XYZ; its header is read now, its pixels when they are asked for."""
+    path = existing_file(path)
+    return Layer(partial(read_xyz, path), path, header(path))
+
+
+def read_xyz(path: Path) -> Pixels:
+    """An OpenEXR picture with channels X, Y, Z, a white in `whiteXYZ`, and coverage A where it has one.
+
+    Raises
+    ------
+    InputError : no whole picture, other channels, or no white.
+    """
+    picture = read_picture(path, MOST_SAMPLES)
+    planes = [picture.channels.get(name) for name in "XYZ"]
+    if any(plane is None for plane in planes):
+        raise InputError(
+            "not a picture in XYZ",
+            file=path,
+            field="channels",
+            found=", ".join(list(picture.channels)[:6]),
+            expected="X, Y and Z",
+            hint="write it with `metamer render -o picture.exr`",
+        )
+    half = any(plane.dtype == np.float16 for plane in planes if plane is not None)
+    xyz = np.stack([np.asarray(plane, dtype=np.float32) for plane in planes], axis=-1)
+    coverage = picture.channels.get("A")
+    coverage = np.ones(xyz.shape[:2], np.float32) if coverage is None else coverage.astype(np.float32)
+    step = float(picture.attributes.get("relativeStep", HALF_STEP if half else FLOAT32_STEP))
+    return Pixels(xyz, coverage, _white(path, picture.attributes), step)
+
+
+def _white(path: Path, attributes: Mapping[str, Any]) -> Float[np.ndarray, "3"]:
+    found = np.asarray(attributes.get("whiteXYZ", ()), dtype=np.float64).ravel()
+    if found.shape != (3,) or not (np.isfinite(found).all() and (found > 0).all()):
+        raise InputError(
+            "the picture does not say its white",
+            file=path,
+            field="whiteXYZ",
+            found=attributes.get("whiteXYZ", "nothing"),
+            expected="X, Y and Z of the perfect diffuser, as an attribute of the header",
+            hint="colour differences are relative to a white: write the picture with one",
+        )
+    return found
+
+
+def is_spectral(path: Path) -> bool:
+    """Whether an OpenEXR picture holds spectra and no XYZ."""
+    with path.open("rb") as file:
+        names = channel_names(path, file.read(16))
+    return not {"X", "Y", "Z"} <= set(names) and any(name.split(".")[0] in ("T", "S0") for name in names)
+
+
+def picture_rows(path: Path, material: str | None, seen: Seen) -> list[Row]:
+    """The rows of one picture: one of XYZ; of reflectances one a light; of emission one, relative to its own light.
+
+    Parameters
+    ----------
+    material : the name of its rows; None takes that of the header.
+
+    Raises
+    ------
+    InputError : the header cannot be read, or an emission without a light that is known.
+    """
+    path = existing_file(path)
+    said = header(path)
+    scene, view = (said.get("scene", ""), said.get("camera", "")) if material is None else ("", "")
+    name = RowName(material or said.get("material", ""), said.get("illuminant", ""), said.get("observer", ""))
+    name = name._replace(scene=scene, view=view)
+    if not is_spectral(path):
+        return [Row(name, {"picture": xyz_layer(path)})]
+    eye = observer(seen.observer).name
+    if any(channel.startswith("T.") for channel in _names(path)):
+        return [
+            Row(
+                name._replace(light=light, observer=eye),
+                {"picture": Layer(partial(_reflected, path, light, seen.observer), path, said)},
+            )
+            for light in seen.lights
+        ]
+    name = name._replace(observer=eye)
+    return [Row(name, {"picture": Layer(partial(_emitted, path, name.light, seen.observer), path, said)})]
+
+
+def _names(path: Path) -> Sequence[str]:
+    with path.open("rb") as file:
+        return channel_names(path, file.read(16))
+
+
+def _reflected(path: Path, light: str, eye: str) -> Pixels:
+    """A picture of reflectances under one light."""
+    image = read_spectral_exr(path)
+    if image.reradiation is not None:
+        raise InputError(
+            "a fluorescent picture is more than one spectrum a pixel",
+            file=path,
+            found="re-radiation channels",
+            expected="reflectances alone",
+            hint="import it as a material, and compare catalogues",
+        )
+    weights = observer(eye).weights(illuminant(light), image.spectrum.wavelengths_nm)
+    return _folded(image.spectrum.samples @ weights.T, weights.sum(axis=1))
+
+
+def _emitted(path: Path, light: str, eye: str) -> Pixels:
+    """A picture of radiances, relative to the perfect diffuser in the light that the header names."""
+    image = read_spectral_exr(path)
+    if image.units != RELATIVE_UNITS or not light:
+        raise InputError(
+            "radiances without a white",
+            file=path,
+            field="emissiveUnits" if light else "illuminant",
+            found=(image.units or "nothing") if light else "nothing",
+            expected=f'"{RELATIVE_UNITS}", and the name of the light',
+            hint="write it with `metamer render --spectral --illuminant NAME`",
+        )
+    seen = observer(eye)
+    try:
+        white = seen.white(illuminant(light))
+    except UnknownNameError as reason:
+        raise reason.at(file=path, field="illuminant") from None
+    # Under E the weights are the colour-matching functions: Y of radiance 1 is 1.
+    weights = seen.weights(illuminant("E"), image.spectrum.wavelengths_nm)
+    return _folded(image.spectrum.samples @ weights.T, white)
+
+
+def _folded(xyz: Float[np.ndarray, "H W 3"], white: Float[np.ndarray, "3"]) -> Pixels:
+    """Spectra in single precision: their sums are as fine at least."""
+    return Pixels(xyz, np.ones(xyz.shape[:2], np.float32), white)

@@ -1,0 +1,107 @@
+"""Files of measured spectra as a side: each reading under each light."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.formats.colours_only import read_colours
+from ...spectral.formats.reading import StatedColour, read_spectra
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ...spectral.sample import Sample
+from ...spectral.spectrum import Spectrum
+from .picture_files import Seen
+from .row import Layer, Pixels, Row, RowName, Side
+
+
+def readings_side(path: Path, seen: Seen) -> Side:
+    """The reflectances of CxF, CGATS, instruments' text, CSV, ... by their names.
+
+    Of files of colours alone, the colours for the light and observer that they state, and for no other.
+
+    Raises
+    ------
+    InputError : no file of spectra or colours; one that holds a name twice, or an emission, which has no white.
+    """
+    try:
+        file = read_spectra(path)
+    except InputError as refusal:
+        # A file of colours alone is refused by readers of spectra, who say why.
+        try:
+            colours = read_colours(path)
+        except InputError:
+            raise refusal from None
+        return _colours_side(path, colours)
+    _check_names(path, [entry.name for entry in file.entries])
+    eye = observer(seen.observer)
+    rows = []
+    for entry in file.entries:
+        if entry.spectrum.quantity == "emission":
+            raise InputError(
+                "an emission has no white to be compared under",
+                file=path,
+                field=entry.name,
+                found="emission",
+                expected="reflectances or transmittances",
+            )
+        for light in seen.lights:
+            name = RowName(entry.name, light, eye.name)
+            rows.append(Row(name, {"reading": Layer(partial(_pixel, entry.spectrum, light, seen.observer), path)}))
+    facts = {"format": file.format, **{key: str(value) for key, value in file.details.items()}}
+    return Side(path, "readings", tuple(rows), facts, (*file.notes, seen.words))
+
+
+def _check_names(path: Path, names: Sequence[str]) -> None:
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(
+            "two readings of one name cannot be told apart",
+            file=path,
+            field="name",
+            found=", ".join(twice[:4]),
+            expected="each name once",
+            hint="name repeated readings apart, or give their mean",
+        )
+
+
+def _colours_side(path: Path, colours: Sequence[tuple[str, Sequence[StatedColour]]]) -> Side:
+    _check_names(path, [name for name, _ in colours])
+    rows = []
+    for name, stated in colours:
+        sample = Sample(name, str(path), stated=tuple(stated))
+        for colour in stated:
+            if colour.illuminant is None or colour.observer is None:
+                raise InputError(
+                    "a colour without its illuminant and observer",
+                    file=path,
+                    field=name,
+                    found=f"illuminant {colour.illuminant or 'not stated'}, observer {colour.observer or 'not stated'}",
+                    expected="both, as the instrument was set",
+                    hint="export the measurement with its spectra, or with both",
+                )
+            light, eye = colour.illuminant, colour.observer
+            row = RowName(name, light, observer(eye).name)
+            if row not in [one.name for one in rows[-len(stated) :]]:
+                rows.append(Row(row, {"reading": Layer(partial(_stated, sample, light, eye), path)}))
+    chain = ("Colours without spectra count for the light and observer that their file states.",)
+    return Side(path, "readings", tuple(rows), {}, chain)
+
+
+def _stated(sample: Sample, light: str, eye: str) -> Pixels:
+    return pixel(sample.xyz(light, eye), observer(eye).white(illuminant(light)))
+
+
+def _pixel(reading: Spectrum, light: str, eye: str) -> Pixels:
+    weights = observer(eye).weights(illuminant(light), reading.wavelengths_nm)
+    return pixel(weights @ reading.samples, weights.sum(axis=1))
+
+
+def pixel(xyz: np.ndarray, white: np.ndarray) -> Pixels:
+    """One colour (3,) as a picture of one pixel, in double precision."""
+    return Pixels(xyz.reshape(1, 1, 3), np.ones((1, 1)), white, relative_step=2.0**-53)

@@ -1,0 +1,113 @@
+"""What is compared: rows with a name, their layers of pixels, and the side that they are of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...spectral.errors import visible
+
+#: Relative step to either side of a number in single and in half precision.
+FLOAT32_STEP, HALF_STEP = 2.0**-25, 2.0**-12
+
+#: What a layer shows: the fast picture, the truth from original data, or what an instrument read.
+LayerKind = Literal["picture", "reference", "reading"]
+
+
+class RowName(NamedTuple):
+    """What makes two rows of two sides the same row; "" where a side does not say."""
+
+    material: str
+    light: str
+    observer: str
+    scene: str = ""
+    view: str = ""
+
+    def __str__(self) -> str:
+        return visible(" · ".join(part for part in self if part)) or "(unnamed)"
+
+
+@dataclass(frozen=True, eq=False)
+class Pixels:
+    """Colours with all that it takes to compare them.
+
+    Parameters
+    ----------
+    xyz : (H,W,3), Y = 1 for the white; a reading is one pixel.
+    coverage : (H,W) from 0 to 1.
+    white_xyz : (3,).
+    relative_step : how far a number may lie from what was meant, by how it was stored, as a share of itself.
+    nudged : XYZ of some rows with every stored number moved by a multiple (h,W,3) of half a step, where a step is no
+        share of the number, as of display codes.
+    mask : (H,W) of the pixels that the row is about; None: of all.
+    """
+
+    xyz: Float[np.ndarray, "H W 3"]
+    coverage: Float[np.ndarray, "H W"]
+    white_xyz: Float[np.ndarray, "3"]
+    relative_step: float = FLOAT32_STEP
+    nudged: Callable[[slice, Float[np.ndarray, "h W 3"]], Float[np.ndarray, "h W 3"]] | None = None
+    mask: Bool[np.ndarray, "H W"] | None = None
+
+    def equals(self, other: Pixels) -> bool:
+        """Whether both hold the same bytes."""
+        ours, theirs = ((one.xyz, one.coverage, one.white_xyz) for one in (self, other))
+        return all(
+            a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+            for a, b in zip(ours, theirs, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class Noise:
+    """How far a layer is off by chance, in ΔE94 over its pixels."""
+
+    mean: float
+    p99: float
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Pixels that are loaded when they are asked for.
+
+    file : that they come from, None where there is none. said : what the file says of itself.
+    """
+
+    load: Callable[[], Pixels]
+    file: Path | None = None
+    said: Mapping[str, str] = field(default_factory=dict)
+    noise: Noise | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One row of a side: its layers by kind.
+
+    approximation : how far the picture is from its reference, ΔE94 as "mean", "p95", "p99" and "max"; None where there
+        is no reference. notes : what has to be said of the row.
+    """
+
+    name: RowName
+    layers: Mapping[LayerKind, Layer]
+    approximation: Mapping[str, float] | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """All rows of a file or folder.
+
+    kind : of source, in words. facts : what made it (versions, renderer, plan), by label.
+    chain : from spectrum to numbers, a sentence each.
+    """
+
+    path: Path
+    kind: str
+    rows: tuple[Row, ...]
+    facts: Mapping[str, str] = field(default_factory=dict)
+    chain: tuple[str, ...] = ()

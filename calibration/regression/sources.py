@@ -1,0 +1,88 @@
+"""Which kind of source a path is, and the side that it makes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...spectral.errors import InputError
+from ...spectral.formats.exr import MAGIC
+from ...spectral.formats.reading import format_of
+from .baseline import MANIFEST, baseline_side
+from .display_png import png_rows
+from .picture_files import Seen, header, picture_rows
+from .readings import readings_side
+from .review_folder import FIGURES, review_side
+from .row import Row, Side
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+# What a review leaves beside its pictures, and what nobody means to compare.
+_PASSED_OVER = (".html", ".json", ".md", ".npz", ".toml")
+
+
+def side_of(path: Path, seen: Seen, display: str | None = None) -> Side:
+    """A baseline, a review's folder, a folder of pictures and readings, a picture, or a file of readings.
+
+    Raises
+    ------
+    InputError : nothing there, nothing that can be compared, or a file that is damaged.
+    """
+    if path.is_dir():
+        if (path / MANIFEST).is_file():
+            return baseline_side(path)
+        return review_side(path) if (path / FIGURES).is_file() else _folder_side(path, seen, display)
+    if not path.exists():
+        raise InputError("no such file or folder", file=path, hint="check the path")
+    rows = _rows_of(path, None, seen, display)
+    if rows is None:
+        return readings_side(path, seen)
+    facts = header(path) if _head(path).startswith(MAGIC) else {}
+    made = {key: facts[key] for key in ("renderer", "software") if key in facts}
+    return Side(path, "picture", tuple(rows), made, _chain(rows, seen))
+
+
+def _folder_side(folder: Path, seen: Seen, display: str | None) -> Side:
+    """Every file of a folder that is a picture or readings; rows are named by where they are."""
+    rows: list[Row] = []
+    other = []
+    for path in sorted(file for file in folder.rglob("*") if file.is_file() and not file.name.startswith(".")):
+        name = path.relative_to(folder).as_posix()
+        found = _rows_of(path, name, seen, display)
+        if found is not None:
+            rows += found
+        elif path.suffix.lower() not in _PASSED_OVER and format_of(path) is not None:
+            side = readings_side(path, seen)
+            rows += [
+                Row(row.name._replace(material=f"{name}: {row.name.material}"), row.layers, notes=row.notes)
+                for row in side.rows
+            ]
+        else:
+            other.append(name)
+    if not rows:
+        raise InputError(
+            "nothing in this folder can be compared",
+            file=folder,
+            found=f"{len(other)} files, such as {', '.join(other[:3])}" if other else "no files",
+            expected="a review, pictures in XYZ or spectra (EXR), PNG, CxF, CGATS, or a catalogue",
+        )
+    return Side(folder, "pictures", tuple(rows), {}, _chain(rows, seen))
+
+
+def _rows_of(path: Path, material: str | None, seen: Seen, display: str | None) -> list[Row] | None:
+    head = _head(path)
+    if head.startswith(MAGIC):
+        return picture_rows(path, material, seen)
+    return png_rows(path, material, display) if head.startswith(_PNG) else None
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_PNG))
+    except OSError as reason:
+        hint = "give yourself the right to read it"
+        raise InputError("the file cannot be read", file=path, found=reason.strerror, hint=hint) from None
+
+
+def _chain(rows: list[Row], seen: Seen) -> tuple[str, ...]:
+    spectral = any("reading" in row.layers for row in rows) or (len(rows) > 1 and rows[0].name.light in seen.lights)
+    return (seen.words,) if spectral else ()

@@ -1,0 +1,65 @@
+"""Where the result of a comparison goes: the terminal, and files for people and other programs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .catalogue_words import say as printed
+from .catalogue_words import write_text
+
+if TYPE_CHECKING:
+    from ..calibration.regression.result import Result
+    from ..calibration.regression.row import Side
+
+EXIT_CODES = (
+    "Exit code 0: pass, or identical; 1: warnings; 2: failures; 3: the two cannot be compared (the same file, other "
+    "whites, observers or sizes, nothing in common); 4: a file is unusable."
+)
+_FILES = (
+    ("html", "a page: summary and worst rows first, with pictures"),
+    ("junit", "JUnit XML, a test case a row"),
+    ("csv", "a table, a line a layer of a row"),
+    ("xlsx", "the same as a workbook (extra `xlsx`)"),
+    ("markdown", "a short summary for a merge request"),
+)
+
+
+def add_output_options(command: argparse.ArgumentParser) -> None:
+    """`--json` and the files."""
+    command.add_argument("--json", action="store_true", help="every figure on standard output, for a program")
+    for name, words in _FILES:
+        command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
+
+
+def check_outputs(args: argparse.Namespace) -> None:
+    """Refuse, before any work, files that cannot be written."""
+    from ..spectral.files import check_writable
+
+    for name, _ in _FILES:
+        if getattr(args, name) is not None:
+            check_writable(getattr(args, name))
+
+
+def said(result: Result, before: Side, after: Side, args: argparse.Namespace) -> int:
+    """Write and print what was asked for; the exit code of the result."""
+    from importlib.metadata import version
+
+    from ..calibration.regression.as_json import as_json
+    from ..calibration.regression.junit import as_junit
+    from ..calibration.regression.markdown import as_markdown
+    from ..calibration.regression.table import as_csv, write_xlsx
+    from ..calibration.regression.words import as_text
+
+    for path, form in ((args.junit, as_junit), (args.csv, as_csv), (args.markdown, as_markdown)):
+        if path is not None:
+            write_text(path, form(result))
+    if args.xlsx is not None:
+        write_xlsx(result, args.xlsx)
+    if args.html is not None:
+        from ..calibration.regression.page import render_page
+
+        write_text(args.html, render_page(result, before, after, version("metamer")))
+    printed(as_json(result, version("metamer")).rstrip("\n") if args.json else as_text(result))
+    return result.exit_code

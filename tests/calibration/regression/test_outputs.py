@@ -1,0 +1,164 @@
+"""A comparison as JSON, JUnit, CSV, a workbook, Markdown and a page."""
+
+import csv
+import io
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from metamer.calibration.regression.as_json import as_json
+from metamer.calibration.regression.comparison import compare
+from metamer.calibration.regression.criteria import default_criteria
+from metamer.calibration.regression.junit import as_junit
+from metamer.calibration.regression.markdown import as_markdown
+from metamer.calibration.regression.page import render_page
+from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
+from metamer.calibration.regression.shown import srgb
+from metamer.calibration.regression.table import HEADINGS, as_csv, write_xlsx
+from metamer.calibration.regression.words import as_text
+from metamer.spectral.errors import InputError
+
+WHITE = np.array([0.9505, 1.0, 1.089])
+SAID = {"observer": "CIE 1931", "scene": "S", "view": "front"}
+
+
+def side(path, *grey, drop=0):
+    """Rows of one grey each; the names try what outputs must escape."""
+    rows = []
+    for index, value in enumerate(grey):
+        pixels = Pixels(np.full((6, 8, 3), value) * WHITE, np.ones((6, 8)), WHITE)
+        name = RowName(("=1+1", "<b>&|red", "third\x07")[index], "D65", **SAID)
+        rows.append(Row(name, {"picture": Layer(lambda pixels=pixels: replace(pixels, xyz=pixels.xyz.copy()))}))
+    return Side(Path(path), "pictures", tuple(rows[drop:]), {}, ("A chain.",))
+
+
+@pytest.fixture(scope="module")
+def sides():
+    return side("before", 0.5, 0.3, 0.2), side("after", 0.5, 0.33)
+
+
+@pytest.fixture(scope="module")
+def result(sides):
+    found = compare(*sides, default_criteria())
+    assert [row.state for row in found.worst_first] == ["removed", "changed", "identical"]
+    return found
+
+
+def test_json_has_every_row_and_only_numbers(result):
+    document = json.loads(as_json(result, "1.2"))
+    assert document["schema"] == "metamer.regression/1" and document["status"] == "fail"
+    assert [row["state"] for row in document["results"]] == ["identical", "changed", "removed"]
+    expected = 116 * (0.33 ** (1 / 3) - 0.3 ** (1 / 3))
+    assert document["results"][1]["layers"]["picture"]["delta_e94"]["p99"] == pytest.approx(expected, abs=1e-6)
+    assert document["results"][1]["criteria"][0]["status"] == "fail"
+
+
+def test_junit_counts_its_failures(result):
+    root = ElementTree.fromstring(as_junit(result))
+    suite = root.find("testsuite")
+    cases = suite.findall("testcase")
+    assert (suite.get("tests"), suite.get("failures")) == ("4", "2") == (str(len(cases)), root.get("failures"))
+    failed = next(case for case in cases if case.get("classname") == "<b>&|red")
+    assert "mean 2.5067" in failed.find("failure").text
+
+
+def test_csv_is_a_rectangle(result):
+    lines = list(csv.reader(io.StringIO(as_csv(result))))
+    assert lines[0] == list(HEADINGS) and {len(line) for line in lines} == {len(HEADINGS)}
+    changed = dict(zip(*lines[::2], strict=True))
+    assert changed["material"] == "<b>&|red" and float(changed["mean"]) == pytest.approx(2.5067, abs=1e-3)
+
+
+def test_a_workbook_holds_names_as_text(result, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    write_xlsx(result, tmp_path / "r.xlsx")
+    sheet = openpyxl.load_workbook(tmp_path / "r.xlsx").active
+    cells = {row[0].value: row for row in sheet.iter_rows()}
+    assert cells["=1+1"][0].data_type == "s" and cells["<b>&|red"][8].data_type == "n"
+    assert [cell.value for cell in sheet[1]] == list(HEADINGS)
+
+
+def test_a_workbook_without_its_library_says_what_to_install(result, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    with pytest.raises(InputError, match=r"metamer\[xlsx\]"):
+        write_xlsx(result, tmp_path / "r.xlsx")
+
+
+def test_markdown_keeps_its_table(result):
+    lines = as_markdown(result).splitlines()
+    rows = [line for line in lines if line.startswith("|")]
+    assert {len(re.findall(r"(?<!\\)\|", line)) for line in rows} == {8}
+    assert lines[0].startswith("### ❌") and any(r"\<b\>&\|red" in line for line in rows)
+
+
+def test_text_ends_with_the_verdict(result):
+    assert as_text(result).splitlines()[-1] == "fail: 3 rows: 1 removed, 1 changed, 1 identical"
+
+
+class Page(HTMLParser):
+    """Every start tag with its attributes, and the text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.text = [], ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def test_the_page_is_self_contained_and_shows_what_moved(result, sides):
+    text = render_page(result, *sides, "1.2")
+    page = Page(text)
+    sources = [attrs["src"] for tag, attrs in page.tags if tag == "img"]
+    assert len(sources) == 5 and all(source.startswith("data:image/") for source in sources)
+    assert not [tag for tag, attrs in page.tags if tag == "link" or (tag == "script" and "src" in attrs)]
+    assert "http" not in re.sub(r"data:[^\"]*", "", text)
+    # A name is text, not a tag; the only bold ones are the counts.
+    assert [tag for tag, _ in page.tags].count("b") == 3 and "<b>&|red" in page.text
+    assert all(attrs.get("alt") for tag, attrs in page.tags if tag == "img")
+    assert page.text.index("1 removed") < page.text.index("Every row")
+    links = {attrs["href"][1:] for tag, attrs in page.tags if tag == "a"}
+    assert links <= {attrs["id"] for tag, attrs in page.tags if "id" in attrs}
+
+
+def test_pictures_on_the_page_are_srgb():
+    pixels = Pixels(np.array([[WHITE, 0.2140 * WHITE, 2 * WHITE]]), np.ones((1, 3)), WHITE)
+    codes, clipped = srgb(pixels)
+    # Half of the codes is 21.4 % of the light (IEC 61966-2-1).
+    assert codes[0, 0].tolist() == codes[0, 2].tolist() == [255] * 3
+    assert np.abs(codes[0, 1] - 127.5).max() <= 0.5
+    assert clipped == pytest.approx(1 / 3)
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+#: Types, moves the divider, and says what is seen then.
+ACTS = """
+<script>
+const find = document.getElementById("find"), slider = document.querySelector(".trio input");
+find.value = "changed RED"; find.dispatchEvent(new Event("input"));
+slider.value = 20; slider.dispatchEvent(new Event("input"));
+const seen = (kind) => document.querySelectorAll(kind + "[data-words]:not([hidden])").length;
+const at = document.querySelector(".wipe").style.getPropertyValue("--at");
+document.title = [seen("tr"), seen("article"), document.getElementById("found").textContent, at].join("; ");
+</script></body>"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here to open pages with")
+def test_the_page_finds_words_and_moves_its_divider(result, sides, tmp_path):
+    page = tmp_path / "page.html"
+    page.write_text(render_page(result, *sides, "1.2").replace("</body>", ACTS), encoding="utf-8")
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+    words = [BROWSER, *flags, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", page.as_uri()]
+    shown = subprocess.run(words, capture_output=True, encoding="utf-8", timeout=120)
+    assert "<title>1; 1; 1 line; 20%</title>" in shown.stdout, shown.stderr[-2000:]

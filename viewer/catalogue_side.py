@@ -1,0 +1,89 @@
+"""A catalogue as one side of a comparison: the original data and the fast form of each material on the sphere."""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from ..calibration.regression.picture_files import Seen
+from ..calibration.regression.readings import pixel
+from ..calibration.regression.row import FLOAT32_STEP, Layer, LayerKind, Pixels, Row, RowName, Side
+from ..materials.catalogue import Catalogue
+from ..materials.protocol import sphere_protocol
+from ..materials.records.record import MARKER, read_record
+from ..spectral.errors import InputError
+from ..spectral.folding import Folding
+from ..spectral.illuminants import illuminant
+from ..spectral.observers import observer
+
+_PIXELS = 96
+
+
+class _Shown(NamedTuple):
+    """XYZ of the sphere by light: original data and fast form."""
+
+    reference: Float[np.ndarray, "M N 3"]
+    picture: Float[np.ndarray, "M N 3"]
+
+
+def is_catalogue(path: Path) -> bool:
+    """Whether a path is a folder of materials."""
+    return (path / MARKER).is_file()
+
+
+def catalogue_side(folder: Path, seen: Seen) -> Side:
+    """Every surface and reflectance of a catalogue under each light.
+
+    Raises
+    ------
+    InputError : a file that is damaged.
+    """
+    catalogue = Catalogue.open(folder)
+    eye = observer(seen.observer).name
+    rows, lights = [], []
+    for material in catalogue.ids():
+        record = catalogue.load(material)
+        if not record.is_surface and record.quantity == "emission":
+            lights.append(material)
+            continue
+        path = catalogue.path(material)
+        for index, light in enumerate(seen.lights):
+            layers: dict[LayerKind, Layer] = {"reading": Layer(partial(_reading, path, light, seen.observer), path)}
+            if record.is_surface:
+                kinds: tuple[LayerKind, ...] = ("picture", "reference")
+                layers = {kind: Layer(partial(_sphere, path, seen, index, kind), path) for kind in kinds}
+            rows.append(Row(RowName(material, light, eye), layers))
+    chain = [seen.words, f"Materials: {sphere_protocol(_PIXELS, False).text}; references are their original data."]
+    if lights:
+        chain.append(f"Lights have no white to be compared under, and are left out: {', '.join(lights)}.")
+    return Side(folder, "catalogue", tuple(rows), {}, tuple(chain))
+
+
+def _sphere(path: Path, seen: Seen, index: int, kind: LayerKind) -> Pixels:
+    xyz = getattr(_shown(path, path.stat().st_mtime_ns, seen), kind)[index]
+    white = observer(seen.observer).white(illuminant(seen.lights[index]))
+    return Pixels(xyz[None].copy(), np.ones((1, len(xyz))), white, FLOAT32_STEP)
+
+
+# Both sides of the material that is being compared, and one that is about to be.
+@lru_cache(maxsize=3)
+def _shown(path: Path, changed: int, seen: Seen) -> _Shown:
+    """`changed`: when the file was; another file of that name is another material."""
+    del changed
+    record = read_record(path)
+    sphere = sphere_protocol(_PIXELS, False)
+    folding = Folding(observer(seen.observer), [illuminant(light) for light in seen.lights], np.pi)
+    return _Shown(sphere.original_xyz(record.surface(), folding), sphere.fast_xyz(record.drawn(), folding))
+
+
+def _reading(path: Path, light: str, eye: str) -> Pixels:
+    record = read_record(path)
+    spectrum = record.spectrum()
+    if spectrum is None or spectrum.samples.ndim != 1:
+        raise InputError("no spectrum to compare", file=path, field=record.id, expected="one reflectance")
+    weights = observer(eye).weights(illuminant(light), spectrum.wavelengths_nm)
+    return pixel(weights @ spectrum.samples, weights.sum(axis=1))

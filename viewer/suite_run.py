@@ -1,0 +1,92 @@
+"""A suite rendered: a review for each scene, observer and camera, and all of their rows as one side."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from ..calibration.regression.review_folder import review_side
+from ..calibration.regression.row import Row, Side
+from ..calibration.regression.suite import Suite
+from ..lighting.scene import Scene
+from ..lighting.scene_files import load_scene
+from ..materials.catalogue import Catalogue
+from ..spectral.observers import observer
+from .picture import Warn, unheard
+from .renderer import Renderer
+from .review import review
+from .review_files import picture_name
+
+REVIEWS = "reviews"
+Progress = Callable[[int, int, str], None]
+
+
+def run_suite(
+    suite: Suite,
+    catalogue: Catalogue,
+    out: Path,
+    renderer: Renderer,
+    *,
+    jobs: int = 1,
+    again: bool = False,
+    progress: Progress | None = None,
+    warn: Warn = unheard,
+    resumed: Callable[[int, int], None] = lambda found, total: None,
+) -> Side:
+    """Render what is not there yet into `out/reviews`; `again` renders all of it.
+
+    Raises
+    ------
+    InputError : as `review` does; a camera that a scene has not.
+    """
+    rows: list[Row] = []
+    facts: dict[str, str] = {}
+    chain: dict[str, None] = {}
+    for name, scene, camera in _views(suite, catalogue):
+        folder = out / REVIEWS / name
+        review(
+            scene,
+            catalogue,
+            folder,
+            illuminants=suite.illuminants or None,
+            materials=suite.materials or None,
+            budget=suite.budget,
+            renderer=renderer,
+            camera=camera,
+            jobs=jobs,
+            version=version("metamer"),
+            progress=progress,
+            warn=warn,
+            again=again,
+            resumed=resumed,
+        )
+        side = review_side(folder)
+        rows += side.rows
+        facts |= {f"plan of {name}" if label == "plan" else label: text for label, text in side.facts.items()}
+        chain |= dict.fromkeys(side.chain)
+    return Side(out, "suite", tuple(rows), facts, tuple(chain))
+
+
+def environment() -> dict[str, str]:
+    """What of this machine may move a colour in its last digits."""
+    return {
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "system": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def _views(suite: Suite, catalogue: Catalogue) -> Iterator[tuple[str, Scene, str | None]]:
+    """Each scene as each observer sees it through each camera, and what its folder is called."""
+    for path in suite.scenes:
+        scene = load_scene(path, catalogue)
+        for eye in suite.observers:
+            seen = scene if eye is None else replace(scene, observer=observer(eye))
+            for camera in suite.cameras:
+                view = scene.camera(camera).name
+                yield picture_name(f"{path.stem}/{seen.observer.name}", view), seen, camera
