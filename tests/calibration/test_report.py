@@ -155,7 +155,8 @@ def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
         assert link[1:] in page.ids if link.startswith("#") else not link.startswith("/"), link
     words = " ".join("".join(page.text).split())
     for part in (
-        "Over the budget",
+        "The renderer's error is over its budget",
+        "approves of no colour",
         "1 of 3 rows are within the budget",
         "Bradford, once.",
         "CIE 1931 2°",

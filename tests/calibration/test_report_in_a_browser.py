@@ -199,8 +199,8 @@ def test_few_tab_stops_and_arrows_between_them(told):
     assert found["first"] == "#overview"
     assert found["seen"] == [[["paint/blue", 4]], [["paint/red", 4]], [["paint/red", 4]]]
     assert found["name"] == "paint/red"
-    # Skip link, the six worst, five controls, a name, a card and its four links, review.json.
-    assert found["stops"] == 1 + 6 + 5 + 1 + 5 + 1
+    # Skip link, the six worst, six controls, a name, a card and its four links, review.json.
+    assert found["stops"] == 1 + 6 + 6 + 1 + 5 + 1
 
 
 def test_shift_and_the_check_box_show_the_reference(told):
