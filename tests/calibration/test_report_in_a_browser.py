@@ -1,31 +1,10 @@
-"""What the report's scripts do, in Chromium, on a page read from a file: search, order, keyboard, values of maps."""
-
-import json
-import os
-import select
-import shutil
-import subprocess
+"""The review page in a real browser: search, orders, keys, comparison, maps, paper, and what axe-core finds."""
 
 import numpy as np
 import pytest
 from metamer.calibration.report import write_report
 from metamer.calibration.row import review_row
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
-
-fcntl = pytest.importorskip("fcntl")
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--remote-debugging-pipe",
-)
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium here to open pages with")
 
 #: ΔE94 of the map of the first row.
 DELTA_E = np.array([[0.0, 0.5, 1.0, 1.001], [3.0, 40.0, np.inf, np.nan], [0.004, 0.25, 0.26, 2.0]])
@@ -44,103 +23,80 @@ class Plan:
     reasons = ("One light, no bounce: 3 coefficients are exact.",)
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    """Address of a page of three materials under two lights."""
+def written(folder, figures):
+    """A page of rows, each a material, a light and a p99."""
     rows = []
-    for material, light, p99 in ROWS:
+    for material, light, p99 in figures:
         picture = np.full((3, 4, 3), 90, dtype=np.uint8)
         statistics = DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 12)
         rows.append(
             review_row(
                 material, light, "1931_2", statistics=statistics, picture=picture, reference=picture + 9,
-                delta_e=DELTA_E, budget=1.0, rows=len(ROWS), image="a.png", files={"XYZ EXR": "a.exr"},
+                delta_e=DELTA_E, budget=1.0, rows=len(figures), image="a.png", files={"XYZ EXR": "a.exr"},
             )
         )  # fmt: skip
     checks = (SelfCheck("L*", 1.0, 1.0),)
-    path, _ = write_report(tmp_path_factory.mktemp("page"), rows, Plan(), "numpy", 1.0, [], "0", checks=checks)
-    return path.as_uri()
-
-
-class Browser:
-    """Chromium without a window, spoken to through two pipes in its DevTools protocol."""
-
-    def __init__(self, folder):
-        # Out of the way of the descriptors 3 and 4, which the browser reads from and writes to.
-        heard, self._to = (fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in os.pipe())
-        self._from, told = (fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in os.pipe())
-        self.process = subprocess.Popen(
-            [BROWSER, *FLAGS, f"--user-data-dir={folder}"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            preexec_fn=lambda: (os.dup2(heard, 3), os.dup2(told, 4)), pass_fds=(3, 4),
-        )  # fmt: skip
-        os.close(heard)
-        os.close(told)
-        self._rest, self._number, self._page = b"", 0, {}
-
-    def start(self):
-        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
-        self._page = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
-        self.ask("Page.enable")
-        self.ask("Emulation.setFocusEmulationEnabled", enabled=True)
-
-    def close(self):
-        self.process.terminate()
-        self.process.wait(60)
-        os.close(self._to)
-        os.close(self._from)
-
-    def ask(self, method, **parameters):
-        self._number += 1
-        message = {"id": self._number, "method": method, "params": parameters, **self._page}
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        answer = self.wait(lambda heard: heard.get("id") == self._number)
-        assert "error" not in answer, answer
-        return answer["result"]
-
-    def wait(self, wanted):
-        while True:
-            while b"\0" not in self._rest:
-                assert select.select([self._from], [], [], 60)[0], "the browser says nothing"
-                self._rest += os.read(self._from, 2**20)
-            line, _, self._rest = self._rest.partition(b"\0")
-            if wanted(heard := json.loads(line)):
-                return heard
-
-    def open(self, address):
-        self._number += 1
-        message = {"id": self._number, "method": "Page.navigate", "params": {"url": address}, **self._page}
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        self.wait(lambda heard: heard.get("method") == "Page.loadEventFired")
+    return write_report(folder, rows, Plan(), "numpy", 1.0, [], "0", checks=checks)[0]
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    found = Browser(tmp_path_factory.mktemp("browser"))
-    try:
-        found.start()
-        yield found
-    finally:
-        found.close()
+def page(tmp_path_factory):
+    """A page of three materials under two lights."""
+    return written(tmp_path_factory.mktemp("page"), ROWS)
 
 
 @pytest.fixture
-def told(page, browser):
+def told(page, opened):
     """Runs a script on a page that has just been opened, and gives what it returns."""
 
     def run(script):
-        browser.open(page)
-        wrapped = (
-            "(async () => { const $ = (id) => document.getElementById(id);"
+        return opened(page).evaluate(
+            "async () => { const $ = (id) => document.getElementById(id);"
             "const set = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('input')); };"
             "const cards = () => [...document.querySelectorAll('.card')].filter((card) => !card.hidden)"
-            f".map((card) => card.dataset.name); {script} }})()"
+            f".map((card) => card.dataset.name); {script} }}"
         )
-        found = browser.ask("Runtime.evaluate", expression=wrapped, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in found, found
-        return found["result"]["value"]
 
     return run
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"color_scheme": "light"}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}],
+    ids=["light", "dark", "narrow"],
+)
+def test_anyone_can_read_it_and_it_needs_no_network(page, opened, options):
+    """No fault that axe-core knows, WCAG AA contrast among them; nothing wider than the window."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    found = opened(page, **options)
+    faults = axe.run(found).response["violations"]
+    assert not faults, [(fault["id"], [node["html"] for node in fault["nodes"]]) for fault in faults]
+    assert found.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert found.faults == []
+
+
+def test_paper_has_summary_and_table_and_cards_where_asked_for(page, opened):
+    found = opened(page)
+    found.emulate_media(media="print")
+    assert not found.locator("#cards").is_visible() and found.locator(".matrix").is_visible()
+    assert found.locator(".cards-out").is_visible()
+    # On paper the box is not seen, and still counts.
+    found.evaluate("document.getElementById('print-cards').checked = true")
+    assert found.locator("#cards").is_visible() and not found.locator(".cards-out").is_visible()
+    assert found.locator(".card").first.evaluate("card => getComputedStyle(card).breakInside") == "avoid"
+
+
+def test_many_materials_are_few_sheets_and_all_of_them_with_cards(tmp_path, opened):
+    """One sheet sums up, one is for trust in the figures, then some forty materials a sheet."""
+    many = [(f"paint/{number:02}", light, 0.3) for number in range(82) for light in ("D65", "A", "FL11")]
+    found = opened(written(tmp_path, many))
+
+    def sheets():
+        return found.pdf(format="A4").count(b"/Type /Page\n")
+
+    assert 3 < sheets() <= 5
+    found.evaluate("document.getElementById('print-cards').checked = true")
+    assert sheets() > 20
 
 
 def test_all_words_of_a_search_must_match(told):
