@@ -5,7 +5,7 @@
   const START = "data:image/png;base64,", PALETTE = 41, PIXELS = 813;
   const images = Array.from(document.querySelectorAll("img.coded"), function (image) {
     const scale = image.parentNode.querySelector(".scale");
-    return { image: image, own: image.src, scale: scale, ticks: scale.innerHTML, here: image.parentNode.querySelector(".here"), read: null };
+    return { image: image, own: image.src, scale: scale, ticks: scale.innerHTML, says: scale.getAttribute("aria-label"), fitted: false, here: image.parentNode.querySelector(".here"), read: null };
   });
 
   function value(code) {
@@ -35,23 +35,36 @@
     return START + btoa(String.fromCharCode.apply(null, head)) + source.slice(end);
   }
 
-  maps.addEventListener("input", function () {
-    images.forEach(function (one) {
-      const top = Number(one.image.dataset.p99), fitted = maps.value === "fitted" && top > 0;
-      one.image.src = fitted ? recoloured(one.own, top) : one.own;
-      one.scale.classList.toggle("fitted", fitted);
-      one.scale.innerHTML = one.ticks;
-      if (!fitted) return;
-      const ticks = one.scale.querySelectorAll("span");
-      ticks.forEach(function (tick, index) {
-        tick.className = index === 2 ? "top" : "";
-        tick.style.left = index === 2 ? "" : 45 * index + "%";
-        tick.textContent = ["0", shortly(top / 2), "p99 " + shortly(top)][index];
-        tick.hidden = index > 2;
-      });
-      one.scale.setAttribute("aria-label", "Colour scale of the map: ΔE94 from 0 to its p99, " + shortly(top));
+  function show(one) {
+    const top = Number(one.image.dataset.p99), fitted = maps.value === "fitted" && top > 0;
+    if (one.fitted === fitted) return;
+    one.fitted = fitted;
+    one.image.src = fitted ? recoloured(one.own, top) : one.own;
+    one.scale.classList.toggle("fitted", fitted);
+    one.scale.innerHTML = one.ticks;
+    one.scale.setAttribute("aria-label", fitted ? "Colour scale of the map: ΔE94 from 0 to its p99, " + shortly(top) : one.says);
+    if (!fitted) return;
+    const ticks = one.scale.querySelectorAll("span");
+    ticks.forEach(function (tick, index) {
+      tick.className = index === 2 ? "top" : "";
+      tick.style.left = index === 2 ? "" : 45 * index + "%";
+      tick.textContent = ["0", shortly(top / 2), "p99 " + shortly(top)][index];
+      tick.hidden = index > 2;
+    });
+  }
+
+  // At once what is on the screen, the others when they come there, or onto paper: a page may have hundreds.
+  const near = new Set();
+  const watcher = new IntersectionObserver(function (entries) {
+    entries.forEach(function (entry) {
+      const one = images.find(function (each) { return each.image === entry.target; });
+      if (entry.isIntersecting) near.add(one); else near.delete(one);
+      if (entry.isIntersecting) show(one);
     });
   });
+  images.forEach(function (one) { watcher.observe(one.image); });
+  maps.addEventListener("input", function () { near.forEach(show); });
+  window.addEventListener("beforeprint", function () { images.forEach(show); });
 
   // The codes of a picture, row by row: it is unpacked here, since what a canvas gives back may be blurred on purpose.
   async function unpacked(source) {

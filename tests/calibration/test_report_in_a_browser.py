@@ -221,11 +221,17 @@ def test_a_fitted_map_is_the_same_map_in_other_colours(told):
         };
         const before = [map.src, await colours()];
         set("maps", "fitted");
+        const late = map.src === before[0];
+        map.scrollIntoView({ behavior: "instant" });
+        for (let tries = 0; tries < 100 && map.src === before[0]; tries += 1) {
+          await new Promise((done) => setTimeout(done, 20));
+        }
         const fitted = [map.src, await colours()], ticks = map.parentNode.querySelector(".scale").textContent.trim();
         set("maps", "");
-        return { changed: before[1] !== fitted[1], ticks, pixels: before[0].slice(1106) === fitted[0].slice(1106),
+        return { late, changed: before[1] !== fitted[1], ticks, pixels: before[0].slice(1106) === fitted[0].slice(1106),
           back: map.src === before[0], map: fitted[1].split(",").map(Number) };"""
     )
+    assert found["late"], "what is not on the screen waits until it is"
     assert found["changed"] and found["pixels"] and found["back"]
     assert found["ticks"] == "04.5p99 9"
     rgb = np.array(found["map"]).reshape(3, 4, 4)[..., :3]
