@@ -93,7 +93,11 @@
     return value(code - 1).toPrecision(3) + " to " + upTo;
   }
 
-  function span(at, reduced) { return reduced > 1 ? at * reduced + "–" + ((at + 1) * reduced - 1) : String(at); }
+  // Which of `full` pixels one of the map's touches.
+  function span(at, shown, full) {
+    const first = Math.floor(at * full / shown), last = Math.ceil((at + 1) * full / shown) - 1;
+    return last > first ? first + "–" + last : String(first);
+  }
 
   if (typeof DecompressionStream === "undefined") {
     document.getElementById("pointing").hidden = true;
@@ -106,11 +110,12 @@
       one.read = one.read || unpacked(one.own);
       const map = await one.read;
       if (last !== event) return;
-      const box = one.image.getBoundingClientRect(), reduced = Number(one.image.dataset.reduced);
+      const box = one.image.getBoundingClientRect(), full = one.image.dataset.full.split(" ").map(Number);
       const x = Math.floor((event.clientX - box.left) / box.width * map.width);
       const y = Math.floor((event.clientY - box.top) / box.height * map.height);
       if (x < 0 || y < 0 || x >= map.width || y >= map.height) return;
-      const where = (reduced > 1 ? " · largest of " : " · pixel ") + span(x, reduced) + ", " + span(y, reduced);
+      const kind = full[0] > map.height || full[1] > map.width ? " · largest of " : " · pixel ";
+      const where = kind + span(x, map.width, full[1]) + ", " + span(y, map.height, full[0]);
       one.here.textContent = words(map.codes[y * map.width + x]) + where;
     }
     one.image.addEventListener("pointermove", tell);
