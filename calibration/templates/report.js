@@ -90,7 +90,7 @@
 
   function open(group, one, tabIndex) {
     group.of(one).tabIndex = tabIndex;
-    if (group === pages) one.card.querySelectorAll("a").forEach(function (link) { link.tabIndex = tabIndex; });
+    if (group === pages) one.card.querySelectorAll("a, button").forEach(function (each) { each.tabIndex = tabIndex; });
   }
 
   function arrows(group, place, back, forth) {
@@ -111,6 +111,20 @@
   all.forEach(function (one) {
     open(links, one, -1);
     open(pages, one, -1);
+  });
+
+  function compare(row) {
+    const picture = row.querySelector("img.hold"), hold = figures.find(function (one) { return one.picture === picture; });
+    const name = row.closest(".card").dataset.name + " under " + row.dataset.light;
+    window.comparePictures(name, { src: hold.own[0], alt: hold.own[1], name: "Picture" }, { src: hold.other[0], alt: hold.other[1], name: "Reference" });
+  }
+  cards.addEventListener("click", function (event) {
+    if (event.target.classList.contains("compare-open")) compare(event.target.closest(".row"));
+  });
+  cards.addEventListener("keydown", function (event) {
+    if (event.key.toLowerCase() !== "c" || event.ctrlKey || event.metaKey || event.altKey) return;
+    const row = event.target.closest(".row") || event.target.querySelector(".row:not([hidden])");
+    if (row) compare(row);
   });
   arrows(links, table, "ArrowUp", "ArrowDown");
   arrows(pages, cards, "ArrowLeft", "ArrowRight");

@@ -139,13 +139,13 @@ def test_orders(told):
 def test_few_tab_stops_and_arrows_between_them(told):
     """One stop for the names of all materials and one card, whose links it opens; the arrows go to the next."""
     found = told(
-        """const stops = () => [...document.querySelectorAll("a[href], input, select, [tabindex]")]
-          .filter((element) => element.tabIndex >= 0 && !element.closest("[hidden]"));
+        """const stops = () => [...document.querySelectorAll("a[href], button, input, select, [tabindex]")]
+          .filter((element) => element.tabIndex >= 0 && !element.closest("[hidden], dialog:not([open])"));
         const press = (key) =>
           document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
         const first = stops()[0].getAttribute("href");
         const open = () => [...document.querySelectorAll(".card")].filter((card) => card.tabIndex === 0).map((card) =>
-          [card.dataset.name, [...card.querySelectorAll("a")].filter((link) => link.tabIndex === 0).length]);
+          [card.dataset.name, [...card.querySelectorAll("a, button")].filter((link) => link.tabIndex === 0).length]);
         const seen = [open()];
         document.querySelector(".card").focus(); press("ArrowRight"); seen.push(open());
         press("ArrowRight"); press("ArrowRight"); press("ArrowLeft"); seen.push(open());
@@ -153,10 +153,10 @@ def test_few_tab_stops_and_arrows_between_them(told):
         return { first, seen, stops: stops().length, name: document.activeElement.textContent };"""
     )
     assert found["first"] == "#overview"
-    assert found["seen"] == [[["paint/blue", 4]], [["paint/red", 4]], [["paint/red", 4]]]
+    assert found["seen"] == [[["paint/blue", 6]], [["paint/red", 6]], [["paint/red", 6]]]
     assert found["name"] == "paint/red"
-    # Skip link, the six worst, six controls, a name, a card and its four links, review.json.
-    assert found["stops"] == 1 + 6 + 6 + 1 + 5 + 1
+    # Skip link, the six worst, six controls, a name, a card and its four links and two sliders, review.json.
+    assert found["stops"] == 1 + 6 + 6 + 1 + 7 + 1
 
 
 def test_shift_and_the_check_box_show_the_reference(told):
@@ -176,6 +176,37 @@ def test_shift_and_the_check_box_show_the_reference(told):
         return seen;"""
     )
     assert found == [False, True, "paint/blue under D65, reference", False, True]
+
+
+def test_a_slider_goes_from_picture_to_reference_by_key_and_by_pointer(page, opened):
+    """C on a card opens it on the first of its rows that a search leaves; Escape leads back to the card."""
+    found = opened(page)
+    box, stack = found.locator("#compare"), found.locator("#compare .stack")
+
+    def place():
+        return found.evaluate("document.querySelector('#compare .stack').style.getPropertyValue('--at')")
+
+    assert not box.is_visible()
+    found.fill("#find", "blue a")
+    found.locator(".card:visible").first.focus()
+    found.keyboard.press("c")
+    assert box.is_visible() and found.locator("#compare-title").inner_text() == "paint/blue under A"
+    sources = found.evaluate("[...document.querySelectorAll('#compare img')].map((one) => one.src)")
+    shots = found.evaluate(
+        "[...document.querySelectorAll('#cards > :first-child .row:not([hidden]) .shot img')].map((one) => one.src)"
+    )
+    assert sources == shots[:2] and sources[0] != sources[1]
+    assert place() == "50%"
+    found.keyboard.press("ArrowRight")
+    assert place() == "51%"
+    bounds = stack.bounding_box()
+    found.mouse.move(bounds["x"] + 0.25 * bounds["width"], bounds["y"] + 5)
+    assert place() == "25%"
+    found.keyboard.press("Escape")
+    assert not box.is_visible()
+    assert found.evaluate("document.activeElement.dataset.name") == "paint/blue"
+    found.locator(".compare-open:visible").first.click()
+    assert box.is_visible() and found.faults == []
 
 
 def test_the_value_under_the_pointer_is_that_of_the_data(told):
