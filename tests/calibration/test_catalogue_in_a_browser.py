@@ -1,7 +1,8 @@
-"""The page of a catalogue in a real browser: search in any order of words, orders, the skip link, what axe-core finds."""
+"""Pages of a catalogue and of a material in a real browser: search, orders, the skip link, what axe-core finds."""
 
 import numpy as np
 import pytest
+from metamer.calibration.material_page import MaterialFacts, render_material_page
 from metamer.calibration.preview_page import PreviewCard, render_preview_page
 
 CARDS = (
@@ -25,14 +26,29 @@ def path(tmp_path_factory):
     return found
 
 
+@pytest.fixture(scope="module")
+def material(tmp_path_factory):
+    """A page with all that it may hold."""
+    facts = MaterialFacts(
+        "paint/red", {"Kind": "analytic"}, {"Source": "measured"}, (np.arange(400.0, 701.0, 10.0), np.full(31, 0.4)),
+        "Reflectance", np.full((4, 4, 3), 90, dtype=np.uint8), "Sphere under D65.", [{"Pack": "1", "Terms": "3"}],
+        ["terms", "p99"], [["3", "0.4"]], {"packs": [(3.0, 0.4), (6.0, 0.2)]},
+        [{"conditions": "D65", "space": "Lab", "stated": "1", "recomputed": "1", "delta_e94": "0"}],
+    )  # fmt: skip
+    found = tmp_path_factory.mktemp("material") / "material.html"
+    found.write_text(render_material_page(facts), encoding="utf-8")
+    return found
+
+
+@pytest.mark.parametrize("kind", ["path", "material"])
 @pytest.mark.parametrize(
     "options",
     [{"color_scheme": "light"}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}],
     ids=["light", "dark", "narrow"],
 )
-def test_anyone_can_read_it_and_it_needs_no_network(path, opened, options):
+def test_anyone_can_read_it_and_it_needs_no_network(request, opened, kind, options):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    found = opened(path, **options)
+    found = opened(request.getfixturevalue(kind), **options)
     found.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
     faults = axe.run(found).response["violations"]
     assert not faults, [(fault["id"], [node["html"] for node in fault["nodes"]]) for fault in faults]
