@@ -22,11 +22,18 @@ TEMPLATES = Path(__file__).with_name("templates")
 SHOWN_WORST = 6
 
 _PLOT_SIZE = (262.0, 132.0)
+# Never the words and signs of a colour's verdict: a small error of the renderer approves of no colour.
 _VERDICTS = {
-    "pass": ("Within the budget", "✓"),
-    "near": ("Near the budget", "▲"),
-    "over": ("Over the budget", "✕"),
-    "invalid": ("Not valid", "✕"),
+    "pass": ("error within budget", "●"),
+    "near": ("error near budget", "▲"),
+    "over": ("error over budget", "■"),
+    "invalid": ("not valid", "✕"),
+}
+_HEADINGS = {
+    "pass": "The renderer's error is within its budget",
+    "near": "The renderer's error is near its budget",
+    "over": "The renderer's error is over its budget",
+    "invalid": "Not valid",
 }
 
 
@@ -62,6 +69,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         total=len(views),
         headline=_headline(document, counts, len(views)),
         verdicts=_VERDICTS,
+        headings=_HEADINGS,
         worst=sorted(views, key=_badness, reverse=True)[:SHOWN_WORST],
         largest=max(views, key=_p99),
         illuminants=_unique(row.illuminant for row in rows),

@@ -59,7 +59,7 @@ class ReviewRow:
     image : picture file, relative to the report's folder.
     picture, reference : lossless WebP files, as shown on the page, of `width` x `height` pixels.
     delta_e_map : PNG of the same size, as of `coded_map`.
-    reduced : how many pixels in a row became one of these.
+    full_size : height and width of the pictures before they were reduced to be shown.
     seconds : how long each step took, by its name.
     files : further files beside the page by their label, relative to its folder.
     wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
@@ -80,7 +80,7 @@ class ReviewRow:
     delta_e_map: bytes
     width: int
     height: int
-    reduced: int = 1
+    full_size: tuple[int, int]
     seconds: Mapping[str, float] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     wavelengths_nm: Float[np.ndarray, "L"] | None = None
@@ -111,7 +111,8 @@ def review_row(
     """A row from display-encoded pictures and a ΔE map (NaN: not compared, infinite: no number).
 
     `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick
-    to open (linear light for pictures, the largest value for maps) and a note says so. `more` goes to `ReviewRow`.
+    to open (the mean in linear light for pictures, the largest value for maps) and a note says so. `more` goes to
+    `ReviewRow`.
 
     Raises
     ------
@@ -119,7 +120,8 @@ def review_row(
     """
     if np.may_share_memory(picture, reference):
         raise ComparisonError(f"{material} under {illuminant}: picture and reference are the same array")
-    factor = plots.reduction(max(delta_e.shape), plots.embedded_side(rows))
+    full = (delta_e.shape[0], delta_e.shape[1])
+    size = plots.fitted_size(full, plots.embedded_side(rows))
     notes = [*more.pop("notes", ())]
     noise = more.get("noise")
     if noise is not None and noise.limited:
@@ -127,25 +129,25 @@ def review_row(
             f"The reference is uncertain by ΔE94 {noise.mean:.2g} (mean), with as many directions as are allowed; "
             f"{noise.aimed:.2g} was aimed at."
         )
-    if factor > 1:
-        notes.append(f"Shown at 1/{factor} of its size; the figures are those of the full picture.")
+    if size != full:
+        notes.append(f"Shown in {size[1]} x {size[0]} pixels; the figures are those of all {full[1]} x {full[0]}.")
     if statistics.max == 0.0:
         notes.append("Every compared pixel is exactly equal: make sure that the reference is computed independently.")
     if statistics.undefined:
         notes.append(f"{statistics.undefined} compared pixels hold no number; they are in none of the figures.")
-    reduced = plots.reduce_map(delta_e, factor)
+    reduced = plots.reduce_map(delta_e, size)
     return ReviewRow(
         material=material,
         illuminant=illuminant,
         observer=observer,
         statistics=statistics,
         image=image,
-        picture=plots.lossless(plots.reduce_picture(picture, factor)),
-        reference=plots.lossless(plots.reduce_picture(reference, factor)),
+        picture=plots.lossless(plots.reduce_picture(picture, size)),
+        reference=plots.lossless(plots.reduce_picture(reference, size)),
         delta_e_map=coded_map.map_png(reduced, budget),
         width=reduced.shape[1],
         height=reduced.shape[0],
-        reduced=factor,
+        full_size=full,
         notes=tuple(notes),
         **more,
     )

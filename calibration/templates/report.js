@@ -8,7 +8,9 @@
   const leftOut = document.getElementById("left-out"), table = document.querySelector(".matrix tbody");
   const all = Array.from(cards.querySelectorAll(".card")).map(function (card) {
     const line = table.querySelector('[data-card="' + card.id + '"]');
-    return { card: card, line: line, link: line.querySelector("a"), rows: Array.from(card.querySelectorAll(".row")) };
+    const rows = Array.from(card.querySelectorAll(".row"));
+    const cells = rows.map(function (row) { return line.querySelector('td[data-light="' + CSS.escape(row.dataset.light) + '"]'); });
+    return { card: card, line: line, link: line.querySelector("a"), rows: rows, cells: cells };
   });
   const lights = new Set(Array.from(cards.querySelectorAll(".row"), function (row) { return row.dataset.light.toLowerCase(); }));
   let order = all.slice();
@@ -36,24 +38,32 @@
     return b.bad[0] - a.bad[0] || b.bad[1] - a.bad[1] || one;
   }
 
+  // Whatever stands where it should is left alone: each element that moves has to be laid out again.
+  function arrange(wanted) {
+    let card = null, line = null;
+    wanted.forEach(function (one) {
+      const [nextCard, nextLine] = [card ? card.nextElementSibling : cards.firstElementChild, line ? line.nextElementSibling : table.firstElementChild];
+      if (nextCard !== one.card) cards.insertBefore(one.card, nextCard);
+      if (nextLine !== one.line) table.insertBefore(one.line, nextLine);
+      [card, line] = [one.card, one.line];
+    });
+    order = wanted;
+  }
+
   function update() {
     const words = find.value.toLowerCase().split(/\s+/).filter(Boolean);
     let rows = 0, left = 0;
     all.forEach(function (one) {
-      one.rows.forEach(function (row) {
+      one.rows.forEach(function (row, index) {
         row.hidden = !fits(one, row, words);
-        one.line.querySelector('td[data-light="' + CSS.escape(row.dataset.light) + '"]').classList.toggle("out", row.hidden);
+        one.cells[index].classList.toggle("out", row.hidden);
         left += !row.hidden;
         rows += 1;
       });
       one.card.hidden = one.line.hidden = one.rows.every(function (row) { return row.hidden; });
       one.bad = badness(one);
     });
-    order = all.slice().sort(before);
-    order.forEach(function (one) {
-      cards.appendChild(one.card);
-      table.appendChild(one.line);
-    });
+    arrange(all.slice().sort(before));
     order = order.filter(function (one) { return !one.card.hidden; });
     const says = order.length + " of " + all.length + " materials, " + left + " of " + rows + " rows";
     shown.textContent = left === rows ? all.length + " materials, " + rows + " rows" : left ? says : "Nothing fits.";
@@ -80,7 +90,7 @@
 
   function open(group, one, tabIndex) {
     group.of(one).tabIndex = tabIndex;
-    if (group === pages) one.card.querySelectorAll("a").forEach(function (link) { link.tabIndex = tabIndex; });
+    if (group === pages) one.card.querySelectorAll("a, button").forEach(function (each) { each.tabIndex = tabIndex; });
   }
 
   function arrows(group, place, back, forth) {
@@ -101,6 +111,20 @@
   all.forEach(function (one) {
     open(links, one, -1);
     open(pages, one, -1);
+  });
+
+  function compare(row) {
+    const picture = row.querySelector("img.hold"), hold = figures.find(function (one) { return one.picture === picture; });
+    const name = row.closest(".card").dataset.name + " under " + row.dataset.light;
+    window.comparePictures(name, { src: hold.own[0], alt: hold.own[1], name: "Picture" }, { src: hold.other[0], alt: hold.other[1], name: "Reference" });
+  }
+  cards.addEventListener("click", function (event) {
+    if (event.target.classList.contains("compare-open")) compare(event.target.closest(".row"));
+  });
+  cards.addEventListener("keydown", function (event) {
+    if (event.key.toLowerCase() !== "c" || event.ctrlKey || event.metaKey || event.altKey) return;
+    const row = event.target.closest(".row") || event.target.querySelector(".row:not([hidden])");
+    if (row) compare(row);
   });
   arrows(links, table, "ArrowUp", "ArrowDown");
   arrows(pages, cards, "ArrowLeft", "ArrowRight");

@@ -5,7 +5,7 @@
   const START = "data:image/png;base64,", PALETTE = 41, PIXELS = 813;
   const images = Array.from(document.querySelectorAll("img.coded"), function (image) {
     const scale = image.parentNode.querySelector(".scale");
-    return { image: image, own: image.src, scale: scale, ticks: scale.innerHTML, here: image.parentNode.querySelector(".here"), read: null };
+    return { image: image, own: image.src, scale: scale, ticks: scale.innerHTML, says: scale.getAttribute("aria-label"), fitted: false, here: image.parentNode.querySelector(".here"), read: null };
   });
 
   function value(code) {
@@ -35,23 +35,36 @@
     return START + btoa(String.fromCharCode.apply(null, head)) + source.slice(end);
   }
 
-  maps.addEventListener("input", function () {
-    images.forEach(function (one) {
-      const top = Number(one.image.dataset.p99), fitted = maps.value === "fitted" && top > 0;
-      one.image.src = fitted ? recoloured(one.own, top) : one.own;
-      one.scale.classList.toggle("fitted", fitted);
-      one.scale.innerHTML = one.ticks;
-      if (!fitted) return;
-      const ticks = one.scale.querySelectorAll("span");
-      ticks.forEach(function (tick, index) {
-        tick.className = index === 2 ? "top" : "";
-        tick.style.left = index === 2 ? "" : 45 * index + "%";
-        tick.textContent = ["0", shortly(top / 2), "p99 " + shortly(top)][index];
-        tick.hidden = index > 2;
-      });
-      one.scale.setAttribute("aria-label", "Colour scale of the map: ΔE94 from 0 to its p99, " + shortly(top));
+  function show(one) {
+    const top = Number(one.image.dataset.p99), fitted = maps.value === "fitted" && top > 0;
+    if (one.fitted === fitted) return;
+    one.fitted = fitted;
+    one.image.src = fitted ? recoloured(one.own, top) : one.own;
+    one.scale.classList.toggle("fitted", fitted);
+    one.scale.innerHTML = one.ticks;
+    one.scale.setAttribute("aria-label", fitted ? "Colour scale of the map: ΔE94 from 0 to its p99, " + shortly(top) : one.says);
+    if (!fitted) return;
+    const ticks = one.scale.querySelectorAll("span");
+    ticks.forEach(function (tick, index) {
+      tick.className = index === 2 ? "top" : "";
+      tick.style.left = index === 2 ? "" : 45 * index + "%";
+      tick.textContent = ["0", shortly(top / 2), "p99 " + shortly(top)][index];
+      tick.hidden = index > 2;
+    });
+  }
+
+  // At once what is on the screen, the others when they come there, or onto paper: a page may have hundreds.
+  const near = new Set();
+  const watcher = new IntersectionObserver(function (entries) {
+    entries.forEach(function (entry) {
+      const one = images.find(function (each) { return each.image === entry.target; });
+      if (entry.isIntersecting) near.add(one); else near.delete(one);
+      if (entry.isIntersecting) show(one);
     });
   });
+  images.forEach(function (one) { watcher.observe(one.image); });
+  maps.addEventListener("input", function () { near.forEach(show); });
+  window.addEventListener("beforeprint", function () { images.forEach(show); });
 
   // The codes of a picture, row by row: it is unpacked here, since what a canvas gives back may be blurred on purpose.
   async function unpacked(source) {
@@ -80,7 +93,11 @@
     return value(code - 1).toPrecision(3) + " to " + upTo;
   }
 
-  function span(at, reduced) { return reduced > 1 ? at * reduced + "–" + ((at + 1) * reduced - 1) : String(at); }
+  // Which of `full` pixels one of the map's touches.
+  function span(at, shown, full) {
+    const first = Math.floor(at * full / shown), last = Math.ceil((at + 1) * full / shown) - 1;
+    return last > first ? first + "–" + last : String(first);
+  }
 
   if (typeof DecompressionStream === "undefined") {
     document.getElementById("pointing").hidden = true;
@@ -93,11 +110,12 @@
       one.read = one.read || unpacked(one.own);
       const map = await one.read;
       if (last !== event) return;
-      const box = one.image.getBoundingClientRect(), reduced = Number(one.image.dataset.reduced);
+      const box = one.image.getBoundingClientRect(), full = one.image.dataset.full.split(" ").map(Number);
       const x = Math.floor((event.clientX - box.left) / box.width * map.width);
       const y = Math.floor((event.clientY - box.top) / box.height * map.height);
       if (x < 0 || y < 0 || x >= map.width || y >= map.height) return;
-      const where = (reduced > 1 ? " · largest of " : " · pixel ") + span(x, reduced) + ", " + span(y, reduced);
+      const kind = full[0] > map.height || full[1] > map.width ? " · largest of " : " · pixel ";
+      const where = kind + span(x, map.width, full[1]) + ", " + span(y, map.height, full[0]);
       one.here.textContent = words(map.codes[y * map.width + x]) + where;
     }
     one.image.addEventListener("pointermove", tell);

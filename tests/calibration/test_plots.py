@@ -45,28 +45,42 @@ def test_the_scale_follows_the_budget():
 def test_reduction_keeps_uniform_colours(size):
     for code in (0, 1, 10, 11, 127, 254, 255):
         rgb = np.full((*size, 3), code, dtype=np.uint8)
-        assert (plots.reduce_picture(rgb, 4) == code).all(), code
+        for wanted in ((2, 2), (5, 7)):
+            found = plots.reduce_picture(rgb, wanted)
+            assert found.shape == (*wanted, 3) and (found == code).all(), (code, wanted)
 
 
 def test_reduction_averages_light_not_codes():
     rgb = np.zeros((2, 2, 3), dtype=np.uint8)
     rgb[0] = 255
-    assert plots.reduce_picture(rgb, 2)[0, 0].tolist() == [188, 188, 188]
+    assert plots.reduce_picture(rgb, (1, 1))[0, 0].tolist() == [188, 188, 188]
 
 
 def test_reduced_map_keeps_its_worst_pixels():
     delta_e = np.full((6, 6), 0.1)
     delta_e[1, 1], delta_e[2, 2], delta_e[4:, 4:], delta_e[0, 5] = 7.0, np.inf, np.nan, np.nan
-    found = plots.reduce_map(delta_e, 2)
+    found = plots.reduce_map(delta_e, (3, 3))
     assert found[0, 0] == 7.0 and np.isinf(found[1, 1]) and np.isnan(found[2, 2]) and found[0, 2] == 0.1
 
 
 def test_many_rows_are_embedded_smaller():
     assert plots.embedded_side(3) == 512
-    assert 200 < plots.embedded_side(240) < 320
+    assert 96 < plots.embedded_side(246) < 128
     assert plots.embedded_side(10**6) == 96
-    assert plots.reduction(512, 256) == 2
-    assert plots.reduction(300, 512) == 1
+    assert plots.fitted_size((256, 512), 106) == (53, 106)
+    assert plots.fitted_size((300, 200), 512) == (300, 200)
+    assert plots.fitted_size((1, 400), 100) == (1, 100)
+
+
+def test_a_pixel_that_is_shared_is_seen_in_both_of_the_reduced_map():
+    """Five columns as three: the second is part of the first two, and neither may hide it."""
+    delta_e = np.array([[0.1, 9.0, 0.2, 0.3, np.nan]])
+    np.testing.assert_array_equal(plots.reduce_map(delta_e, (1, 3)), [[9.0, 9.0, 0.3]])
+    rgb = np.zeros((1, 5, 3), dtype=np.uint8)
+    rgb[0, 1] = 255
+    light = np.array([2 / 5, 1 / 5, 0.0])  # 2/3 and 1/3 of a pixel in parts of 5/3 pixels
+    encoded = np.where(light > 0, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055, 0.0)
+    np.testing.assert_array_equal(plots.reduce_picture(rgb, (1, 3))[0, :, 0], np.rint(255 * encoded))
 
 
 def test_curve_breaks_where_a_value_is_missing():

@@ -1,31 +1,10 @@
-"""What the report's scripts do, in Chromium, on a page read from a file: search, order, keyboard, values of maps."""
-
-import json
-import os
-import select
-import shutil
-import subprocess
+"""The review page in a real browser: search, orders, keys, comparison, maps, paper, and what axe-core finds."""
 
 import numpy as np
 import pytest
 from metamer.calibration.report import write_report
 from metamer.calibration.row import review_row
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
-
-fcntl = pytest.importorskip("fcntl")
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--remote-debugging-pipe",
-)
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium here to open pages with")
 
 #: ΔE94 of the map of the first row.
 DELTA_E = np.array([[0.0, 0.5, 1.0, 1.001], [3.0, 40.0, np.inf, np.nan], [0.004, 0.25, 0.26, 2.0]])
@@ -44,103 +23,80 @@ class Plan:
     reasons = ("One light, no bounce: 3 coefficients are exact.",)
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    """Address of a page of three materials under two lights."""
+def written(folder, figures):
+    """A page of rows, each a material, a light and a p99."""
     rows = []
-    for material, light, p99 in ROWS:
+    for material, light, p99 in figures:
         picture = np.full((3, 4, 3), 90, dtype=np.uint8)
         statistics = DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 12)
         rows.append(
             review_row(
                 material, light, "1931_2", statistics=statistics, picture=picture, reference=picture + 9,
-                delta_e=DELTA_E, budget=1.0, rows=len(ROWS), image="a.png", files={"XYZ EXR": "a.exr"},
+                delta_e=DELTA_E, budget=1.0, rows=len(figures), image="a.png", files={"XYZ EXR": "a.exr"},
             )
         )  # fmt: skip
     checks = (SelfCheck("L*", 1.0, 1.0),)
-    path, _ = write_report(tmp_path_factory.mktemp("page"), rows, Plan(), "numpy", 1.0, [], "0", checks=checks)
-    return path.as_uri()
-
-
-class Browser:
-    """Chromium without a window, spoken to through two pipes in its DevTools protocol."""
-
-    def __init__(self, folder):
-        # Out of the way of the descriptors 3 and 4, which the browser reads from and writes to.
-        heard, self._to = (fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in os.pipe())
-        self._from, told = (fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 20) for end in os.pipe())
-        self.process = subprocess.Popen(
-            [BROWSER, *FLAGS, f"--user-data-dir={folder}"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            preexec_fn=lambda: (os.dup2(heard, 3), os.dup2(told, 4)), pass_fds=(3, 4),
-        )  # fmt: skip
-        os.close(heard)
-        os.close(told)
-        self._rest, self._number, self._page = b"", 0, {}
-
-    def start(self):
-        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
-        self._page = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
-        self.ask("Page.enable")
-        self.ask("Emulation.setFocusEmulationEnabled", enabled=True)
-
-    def close(self):
-        self.process.terminate()
-        self.process.wait(60)
-        os.close(self._to)
-        os.close(self._from)
-
-    def ask(self, method, **parameters):
-        self._number += 1
-        message = {"id": self._number, "method": method, "params": parameters, **self._page}
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        answer = self.wait(lambda heard: heard.get("id") == self._number)
-        assert "error" not in answer, answer
-        return answer["result"]
-
-    def wait(self, wanted):
-        while True:
-            while b"\0" not in self._rest:
-                assert select.select([self._from], [], [], 60)[0], "the browser says nothing"
-                self._rest += os.read(self._from, 2**20)
-            line, _, self._rest = self._rest.partition(b"\0")
-            if wanted(heard := json.loads(line)):
-                return heard
-
-    def open(self, address):
-        self._number += 1
-        message = {"id": self._number, "method": "Page.navigate", "params": {"url": address}, **self._page}
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        self.wait(lambda heard: heard.get("method") == "Page.loadEventFired")
+    return write_report(folder, rows, Plan(), "numpy", 1.0, [], "0", checks=checks)[0]
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    found = Browser(tmp_path_factory.mktemp("browser"))
-    try:
-        found.start()
-        yield found
-    finally:
-        found.close()
+def page(tmp_path_factory):
+    """A page of three materials under two lights."""
+    return written(tmp_path_factory.mktemp("page"), ROWS)
 
 
 @pytest.fixture
-def told(page, browser):
+def told(page, opened):
     """Runs a script on a page that has just been opened, and gives what it returns."""
 
     def run(script):
-        browser.open(page)
-        wrapped = (
-            "(async () => { const $ = (id) => document.getElementById(id);"
+        return opened(page).evaluate(
+            "async () => { const $ = (id) => document.getElementById(id);"
             "const set = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('input')); };"
             "const cards = () => [...document.querySelectorAll('.card')].filter((card) => !card.hidden)"
-            f".map((card) => card.dataset.name); {script} }})()"
+            f".map((card) => card.dataset.name); {script} }}"
         )
-        found = browser.ask("Runtime.evaluate", expression=wrapped, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in found, found
-        return found["result"]["value"]
 
     return run
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"color_scheme": "light"}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}],
+    ids=["light", "dark", "narrow"],
+)
+def test_anyone_can_read_it_and_it_needs_no_network(page, opened, options):
+    """No fault that axe-core knows, WCAG AA contrast among them; nothing wider than the window."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    found = opened(page, **options)
+    faults = axe.run(found).response["violations"]
+    assert not faults, [(fault["id"], [node["html"] for node in fault["nodes"]]) for fault in faults]
+    assert found.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert found.faults == []
+
+
+def test_paper_has_summary_and_table_and_cards_where_asked_for(page, opened):
+    found = opened(page)
+    found.emulate_media(media="print")
+    assert not found.locator("#cards").is_visible() and found.locator(".matrix").is_visible()
+    assert found.locator(".cards-out").is_visible()
+    # On paper the box is not seen, and still counts.
+    found.evaluate("document.getElementById('print-cards').checked = true")
+    assert found.locator("#cards").is_visible() and not found.locator(".cards-out").is_visible()
+    assert found.locator(".card").first.evaluate("card => getComputedStyle(card).breakInside") == "avoid"
+
+
+def test_many_materials_are_few_sheets_and_all_of_them_with_cards(tmp_path, opened):
+    """One sheet sums up, one is for trust in the figures, then some forty materials a sheet."""
+    many = [(f"paint/{number:02}", light, 0.3) for number in range(82) for light in ("D65", "A", "FL11")]
+    found = opened(written(tmp_path, many))
+
+    def sheets():
+        return found.pdf(format="A4").count(b"/Type /Page\n")
+
+    assert 3 < sheets() <= 5
+    found.evaluate("document.getElementById('print-cards').checked = true")
+    assert sheets() > 20
 
 
 def test_all_words_of_a_search_must_match(told):
@@ -183,13 +139,13 @@ def test_orders(told):
 def test_few_tab_stops_and_arrows_between_them(told):
     """One stop for the names of all materials and one card, whose links it opens; the arrows go to the next."""
     found = told(
-        """const stops = () => [...document.querySelectorAll("a[href], input, select, [tabindex]")]
-          .filter((element) => element.tabIndex >= 0 && !element.closest("[hidden]"));
+        """const stops = () => [...document.querySelectorAll("a[href], button, input, select, [tabindex]")]
+          .filter((element) => element.tabIndex >= 0 && !element.closest("[hidden], dialog:not([open])"));
         const press = (key) =>
           document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
         const first = stops()[0].getAttribute("href");
         const open = () => [...document.querySelectorAll(".card")].filter((card) => card.tabIndex === 0).map((card) =>
-          [card.dataset.name, [...card.querySelectorAll("a")].filter((link) => link.tabIndex === 0).length]);
+          [card.dataset.name, [...card.querySelectorAll("a, button")].filter((link) => link.tabIndex === 0).length]);
         const seen = [open()];
         document.querySelector(".card").focus(); press("ArrowRight"); seen.push(open());
         press("ArrowRight"); press("ArrowRight"); press("ArrowLeft"); seen.push(open());
@@ -197,10 +153,10 @@ def test_few_tab_stops_and_arrows_between_them(told):
         return { first, seen, stops: stops().length, name: document.activeElement.textContent };"""
     )
     assert found["first"] == "#overview"
-    assert found["seen"] == [[["paint/blue", 4]], [["paint/red", 4]], [["paint/red", 4]]]
+    assert found["seen"] == [[["paint/blue", 6]], [["paint/red", 6]], [["paint/red", 6]]]
     assert found["name"] == "paint/red"
-    # Skip link, the six worst, five controls, a name, a card and its four links, review.json.
-    assert found["stops"] == 1 + 6 + 5 + 1 + 5 + 1
+    # Skip link, the six worst, six controls, a name, a card and its four links and two sliders, review.json.
+    assert found["stops"] == 1 + 6 + 6 + 1 + 7 + 1
 
 
 def test_shift_and_the_check_box_show_the_reference(told):
@@ -220,6 +176,37 @@ def test_shift_and_the_check_box_show_the_reference(told):
         return seen;"""
     )
     assert found == [False, True, "paint/blue under D65, reference", False, True]
+
+
+def test_a_slider_goes_from_picture_to_reference_by_key_and_by_pointer(page, opened):
+    """C on a card opens it on the first of its rows that a search leaves; Escape leads back to the card."""
+    found = opened(page)
+    box, stack = found.locator("#compare"), found.locator("#compare .stack")
+
+    def place():
+        return found.evaluate("document.querySelector('#compare .stack').style.getPropertyValue('--at')")
+
+    assert not box.is_visible()
+    found.fill("#find", "blue a")
+    found.locator(".card:visible").first.focus()
+    found.keyboard.press("c")
+    assert box.is_visible() and found.locator("#compare-title").inner_text() == "paint/blue under A"
+    sources = found.evaluate("[...document.querySelectorAll('#compare img')].map((one) => one.src)")
+    shots = found.evaluate(
+        "[...document.querySelectorAll('#cards > :first-child .row:not([hidden]) .shot img')].map((one) => one.src)"
+    )
+    assert sources == shots[:2] and sources[0] != sources[1]
+    assert place() == "50%"
+    found.keyboard.press("ArrowRight")
+    assert place() == "51%"
+    bounds = stack.bounding_box()
+    found.mouse.move(bounds["x"] + 0.25 * bounds["width"], bounds["y"] + 5)
+    assert place() == "25%"
+    found.keyboard.press("Escape")
+    assert not box.is_visible()
+    assert found.evaluate("document.activeElement.dataset.name") == "paint/blue"
+    found.locator(".compare-open:visible").first.click()
+    assert box.is_visible() and found.faults == []
 
 
 def test_the_value_under_the_pointer_is_that_of_the_data(told):
@@ -265,11 +252,17 @@ def test_a_fitted_map_is_the_same_map_in_other_colours(told):
         };
         const before = [map.src, await colours()];
         set("maps", "fitted");
+        const late = map.src === before[0];
+        map.scrollIntoView({ behavior: "instant" });
+        for (let tries = 0; tries < 100 && map.src === before[0]; tries += 1) {
+          await new Promise((done) => setTimeout(done, 20));
+        }
         const fitted = [map.src, await colours()], ticks = map.parentNode.querySelector(".scale").textContent.trim();
         set("maps", "");
-        return { changed: before[1] !== fitted[1], ticks, pixels: before[0].slice(1106) === fitted[0].slice(1106),
+        return { late, changed: before[1] !== fitted[1], ticks, pixels: before[0].slice(1106) === fitted[0].slice(1106),
           back: map.src === before[0], map: fitted[1].split(",").map(Number) };"""
     )
+    assert found["late"], "what is not on the screen waits until it is"
     assert found["changed"] and found["pixels"] and found["back"]
     assert found["ticks"] == "04.5p99 9"
     rgb = np.array(found["map"]).reshape(3, 4, 4)[..., :3]

@@ -215,7 +215,7 @@ def test_rows_come_back_from_a_file_as_they_were(tmp_path):
     row = ReviewRow(
         material="a/b", illuminant="D65", observer="it", statistics=DeltaEStatistics(0.1, 0.2, 0.3, float("inf"), 4),
         image="pictures/a.png", picture=b"\0one", reference=b"", delta_e_map=b"three", width=2, height=3,
-        seconds={"render": 1.5}, files={"XYZ EXR": "a.exr"}, wavelengths_nm=np.array([400.0, 500.0]),
+        full_size=(6, 4), seconds={"render": 1.5}, files={"XYZ EXR": "a.exr"}, wavelengths_nm=np.array([400.0, 500.0]),
         swatch=(1, 2, 3), colour=RowColour(np.ones(3), np.zeros(3), "45a:0"),
         white_xyz=np.array([0.9, 1.0, 1.1]), notes=("said",), provenance={"Source": "a ‘test’"},
     )  # fmt: skip
