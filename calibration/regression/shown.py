@@ -38,13 +38,13 @@ def shown(a: Row, b: Row, kind: LayerKind, limit: float, side: int) -> Shown:
     """One layer of a pair of rows; the map's scale is made for a ΔE94 of `limit`, `side` is the longest in pixels."""
     before, after = a.layers[kind].load(), b.layers[kind].load()
     delta_e = change(before, after, (Formula("CIE 1994"),), str(a.name), rounding=False).maps["CIE 1994"]
-    factor = plots.reduction(max(delta_e.shape), side)
+    size = plots.fitted_size(delta_e.shape, side)
     pictures, clipped = [], []
     for one in (before, after):
         rgb, share = srgb(one)
-        pictures.append(_patch(plots.reduce_picture(rgb, factor)))
+        pictures.append(_patch(plots.reduce_picture(rgb, size)))
         clipped.append(share)
-    reduced = _patch(plots.reduce_map(delta_e, factor))
+    reduced = _patch(plots.reduce_map(delta_e, size))
     return Shown(
         kind,
         plots.data_uri(plots.lossless(pictures[0])),
