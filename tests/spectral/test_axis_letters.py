@@ -47,7 +47,7 @@ def test_every_module_of_ours_came_through_the_hook():
         for name in ours
         if not name.startswith("metamer.catalogs") and "jaxtyping" not in type(sys.modules[name].__loader__).__module__
     ]
-    # A package's own __init__ comes through the finder of the editable install; ours are empty or nearly so. pytest loads
-    # its plug-ins before any conftest.
+    # A package's own __init__ comes through the finder of the editable install; ours are empty or nearly so.
+    # pytest loads its plug-ins before any conftest.
     plugin = "metamer.calibration.regression.pytest_plugin"
     assert all(sys.modules[name].__file__.endswith("__init__.py") or name == plugin for name in plain), plain
