@@ -1,5 +1,6 @@
-# Two commands: `make review` (a reviewed catalogue with its ΔE94; fails where a row is over the budget) and `make test`.
-# Both make .venv and install Metamer, pinned by constraints.txt; nothing outside this folder is touched.
+# Three commands: `make review` (a reviewed catalogue with its ΔE94; fails where a row is over the budget), `make test`,
+# and `make view` (the review window; WHAT=my-scene.toml names something else than the shipped example).
+# All make .venv and install Metamer, pinned by constraints.txt; nothing outside this folder is touched.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -8,7 +9,7 @@ OUT    ?= review
 CATALOGUE ?= metamer-catalogue
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: review test bench lint clean
+.PHONY: review test view bench lint clean
 
 review: $(VENV)/.installed
 	@$(BIN)/metamer doctor --brief
@@ -19,7 +20,11 @@ review: $(VENV)/.installed
 
 test: $(VENV)/.installed-for-tests
 	@$(BIN)/metamer doctor --brief
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+# Tests start hundreds of commands; without byte code on disk each would compile all of Metamer again.
+	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+
+view: $(VENV)/.installed-for-windows
+	METAMER_CATALOGUE=$(CATALOGUE) $(BIN)/metamer view $(WHAT)
 
 bench: $(VENV)/.installed
 	$(BIN)/metamer bench all
@@ -41,6 +46,11 @@ $(BIN)/python:
 $(VENV)/.installed: $(BIN)/python pyproject.toml constraints.txt
 	@echo "Installing Metamer into $(VENV) ..."
 	@$(PIP) -e .
+	@touch $@
+
+$(VENV)/.installed-for-windows: $(VENV)/.installed
+	@echo "Installing what the window needs ..."
+	@$(PIP) -e '.[window]'
 	@touch $@
 
 $(VENV)/.installed-for-tests: $(VENV)/.installed

@@ -11,7 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import coded_map, plots
-from .row import ReviewRow
+from .histogram import histogram_plot
+from .history import Run, earlier_figures, trend_plot
+from .rating import MOST, VERDICTS
+from .row import ReviewRow, WorstPixel
+from .shift_plot import Shift, shift_plots
 from .statistics import beside, verdict
 
 if TYPE_CHECKING:
@@ -22,6 +26,7 @@ TEMPLATES = Path(__file__).with_name("templates")
 SHOWN_WORST = 6
 
 _PLOT_SIZE = (262.0, 132.0)
+_PAIR_SIZE = (168.0, 62.0)
 # Never the words and signs of a colour's verdict: a small error of the renderer approves of no colour.
 _VERDICTS = {
     "pass": ("error within budget", "●"),
@@ -52,13 +57,16 @@ def html_environment(*folders: Path, **filters: Callable[..., Any]) -> jinja2.En
     return environment
 
 
-def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str) -> str:
-    """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from."""
+def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str, history: Sequence[Run] = ()) -> str:
+    """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from.
+
+    `history` : runs, this one the last.
+    """
     budget = document["budget_delta_e94"]
     # A figure over the budget is not written as the budget.
     figure = partial(_figure, limits=(budget, 1.5 * budget))
-    environment = html_environment(de=figure, seconds=_seconds, uri=plots.data_uri, breakable=_breakable)
-    cards = _cards(rows, budget)
+    environment = html_environment(de=figure, seconds=_seconds, uri=plots.data_uri, breakable=breakable)
+    cards = _cards(rows, budget, history)
     views = [view for card in cards for view in card["rows"]]
     counts = {word: sum(view["status"] == word for view in views) for word in ("pass", "near", "over")}
     return environment.get_template("report.html").render(
@@ -79,9 +87,20 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str)
         scale=plots.scale_words(budget),
         codes=coded_map.code_words(budget),
         step=100.0 * coded_map.STEP_SHARE,
+        shifts=_shifts(rows, budget),
+        trend=trend_plot(history, "ΔE94 p99"),
+        pair=_PAIR_SIZE,
         budget=budget,
+        most=MOST,
+        said=_said(document["protocol"]),
         uncertain=max((row.noise.mean for row in rows if row.noise is not None), default=None),
     )
+
+
+def _said(protocol: Sequence[dict[str, Any]]) -> str:
+    """How many reviewers' ratings say what."""
+    counts = {word: sum(one["verdict"] == word for one in protocol) for word in VERDICTS}
+    return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
 
 
 def _headline(document: dict[str, Any], counts: dict[str, int], total: int) -> str:
@@ -94,7 +113,7 @@ def _headline(document: dict[str, Any], counts: dict[str, int], total: int) -> s
     return f"{counts['pass']} of {total} rows are within the budget of {budget}; {' and '.join(outside)} it."
 
 
-def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
+def _cards(rows: Sequence[ReviewRow], budget: float, history: Sequence[Run]) -> list[dict[str, Any]]:
     """One card a material, the worst first; `order` is its place in the review."""
     cards: list[dict[str, Any]] = []
     for order, material in enumerate(_unique(row.material for row in rows), start=1):
@@ -104,6 +123,10 @@ def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
         for view in views:
             view["observer"] = _observer(view["row"].observer)
             view["colour"] = _colour(view["row"])
+            view["id"] = row_id(view["row"].name)
+            view["histogram"] = histogram_plot(view["row"].histogram, budget)
+            view["worst"] = _worst(view["row"].worst)
+            view["earlier"] = earlier_figures(history, view["row"].name)
         worst = max(views, key=_badness)
         cards.append(
             {
@@ -120,6 +143,42 @@ def _cards(rows: Sequence[ReviewRow], budget: float) -> list[dict[str, Any]]:
             }
         )
     return sorted(cards, key=lambda card: _badness(card["worst"]), reverse=True)
+
+
+def row_id(name: str) -> str:
+    """What a link leads to: a row's name without white space, which an address would not keep."""
+    return re.sub(r"\s", "_", name)
+
+
+def _shifts(rows: Sequence[ReviewRow], budget: float) -> list[tuple[str, dict[str, Any]]]:
+    """By light, where the pictures lie off: an arrow a material."""
+    found = []
+    for light in _unique(row.illuminant for row in rows):
+        told = [
+            Shift(row.material, row.colour.lab.tolist(), row.shift, verdict(row.statistics, budget), row_id(row.name))
+            for row in rows
+            if row.illuminant == light and row.colour is not None and row.shift is not None
+        ]
+        plots_of = shift_plots(told)
+        if plots_of is not None:
+            found.append((light, plots_of))
+    return found
+
+
+def _worst(worst: WorstPixel | None) -> dict[str, Any] | None:
+    """What is said of the worst pixel, with its spectra where there are any."""
+    if worst is None:
+        return None
+    curves = (worst.wavelengths_nm, worst.reference_factor, worst.picture_factor)
+    plot = None if any(one is None for one in curves) else plots.pair_plot(*curves, _PAIR_SIZE)  # type: ignore[arg-type]
+    off = worst.picture_lab - worst.reference_lab
+    words = " ".join(f"Δ{name} {value:+.2f}" for name, value in zip(("L*", "a*", "b*"), off, strict=True))
+    return {
+        "place": f"{worst.place[1]}, {worst.place[0]}",
+        "words": words.replace("-", "\N{MINUS SIGN}"),
+        "plot": plot,
+        "delta_e": worst.delta_e94,
+    }
 
 
 def _colour(row: ReviewRow) -> str:
@@ -169,7 +228,7 @@ def _figure(value: float, limits: tuple[float, ...] = ()) -> str:
     return beside(value, *limits)
 
 
-def _breakable(name: str) -> Markup:
+def breakable(name: str) -> Markup:
     """A long identifier that may wrap after its separators."""
     from markupsafe import Markup, escape
 

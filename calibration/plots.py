@@ -31,17 +31,22 @@ OVER_RGB = (214, 38, 60)
 UNDEFINED_RGB = (255, 0, 255)
 NOT_COMPARED_RGB = (128, 128, 128)
 
-# What a lossless row of two pictures and a coded map takes: 1.8 measured on the shipped materials in a booth, whose
-# reference is as noisy as reviews allow, and room for maps that vary more. And what is written of a row.
-_BYTES_PER_PIXEL = 2.0
-_BYTES_OF_TEXT = 3700
+# What two lossless pictures and a coded map take in a page, each pair and each of its pixels (3700 and 1.28 measured on
+# the shipped materials in the open, 48 to 97 pixels wide; a booth's reference is noisier); and what is written of each.
+_BYTES_PER_PAIR = 3700
+_BYTES_PER_PIXEL = 1.6
+_BYTES_OF_TEXT = 6400.0
 _PAGE_BYTES = 5.8e6
+_LEAST_SIDE, _LARGEST_SIDE = 56, 512
 
 
-def embedded_side(rows: int) -> int:
-    """Longest side in pixels that keeps a page of `rows` rows below 6 MB: 512 for a few rows, never under 96."""
-    pixels = (_PAGE_BYTES / max(rows, 1) - _BYTES_OF_TEXT) / _BYTES_PER_PIXEL
-    return int(np.clip(math.sqrt(max(pixels, 0.0)), 96, 512))
+def embedded_side(pairs: int, text: float = _BYTES_OF_TEXT) -> int:
+    """Longest side in pixels that keeps a page of `pairs` pairs of pictures below 6 MB: 512 for a few, never under 56.
+
+    `text` : bytes that are written of each.
+    """
+    pixels = (_PAGE_BYTES / max(pairs, 1) - text - _BYTES_PER_PAIR) / _BYTES_PER_PIXEL
+    return int(np.clip(math.sqrt(max(pixels, 0.0)), _LEAST_SIDE, _LARGEST_SIDE))
 
 
 @cache
@@ -154,6 +159,21 @@ def curve_path(
         words.append(f"{'L' if pen_down else 'M'}{across:.1f} {down:.1f}")
         pen_down = True
     return "".join(words)
+
+
+def pair_plot(
+    wavelengths_nm: Float[np.ndarray, "L"],
+    first: Float[np.ndarray, "L"],
+    second: Float[np.ndarray, "L"],
+    size: tuple[float, float],
+) -> dict[str, Any]:
+    """Two spectra on one axis, which ends at the smallest round number above both."""
+    highest = float(np.nanmax([first, second], initial=1e-6))
+    decade = 10.0 ** math.floor(math.log10(highest))
+    top = next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if highest <= step * decade)
+    low, high = float(wavelengths_nm[0]), float(wavelengths_nm[-1])
+    paths = [curve_path(wavelengths_nm, np.maximum(one, 0.0), (low, high), top, size) for one in (first, second)]
+    return {"first": paths[0], "second": paths[1], "top": f"{top:g}", "low": f"{low:g}", "high": f"{high:g}"}
 
 
 def spectrum_plot(

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from . import plots
-from .page import html_environment
+from .page import breakable, html_environment, row_id
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class PreviewCard:
 
 def render_preview_page(cards: Sequence[PreviewCard], title: str, words: str) -> str:
     """One self-contained HTML page; `words` says how the pictures were made."""
-    environment = html_environment(uri=plots.data_uri, lossless=plots.lossless)
+    environment = html_environment(uri=plots.data_uri, lossless=plots.lossless, row_id=row_id, breakable=breakable)
     return environment.get_template("preview.html").render(
         cards=cards,
         title=title,

@@ -11,8 +11,11 @@ from typing import Any, Protocol, runtime_checkable
 
 from ..spectral.errors import InputError
 from ..spectral.files import made_folder, written_whole
+from .history import HISTORY, Run, history_text, with_run
 from .page import render_page
-from .row import ReferenceNoise, ReviewRow, RowColour
+from .protocol import as_json
+from .rating import Rating
+from .row import ReferenceNoise, ReviewRow, RowColour, WorstPixel
 from .statistics import SelfCheck, verdict
 
 SCHEMA = "metamer.review/1"
@@ -47,8 +50,10 @@ def write_report(
     formula: str = "CIE 1994",
     created: str | None = None,
     warnings: Sequence[str] = (),
+    history: Sequence[Run] = (),
+    ratings: Sequence[Rating] = (),
 ) -> tuple[Path, Path]:
-    """Write `index.html` and `review.json` into `folder`; returns both paths.
+    """Write `index.html`, `review.json` and `history.json` into `folder`; returns the first two paths.
 
     Parameters
     ----------
@@ -57,6 +62,8 @@ def write_report(
     checks : from `statistics.self_check` on one of the references; the page shows them and fails without them.
     created : when, as ISO 8601; now by default.
     warnings : why pictures of this review may show nothing, a line each; they stand on top of the page.
+    history : earlier runs; this one is added to them.
+    ratings : a reviewer's protocol, which has a section of its own.
 
     Raises
     ------
@@ -81,13 +88,17 @@ def write_report(
             {"what": check.label, "expected": check.expected, "found": check.found, "passed": check.passed}
             for check in checks
         ],
+        "protocol": as_json(ratings),
         "results": [_result(row, budget) for row in rows],
     }
     folder = made_folder(folder)
     figures = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    p99 = {row.name: row.statistics.p99 for row in rows}
+    runs = with_run(history, Run(document["created"], version, document["status"], p99))
     for path, text in (
         (folder / "review.json", figures),
-        (folder / "index.html", render_page(document, rows, title)),
+        (folder / HISTORY, history_text(runs)),
+        (folder / "index.html", render_page(document, rows, title, runs)),
     ):
         with written_whole(path) as beside:
             beside.write_text(text, encoding="utf-8")
@@ -117,8 +128,25 @@ def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
         "seconds": {step: float(seconds) for step, seconds in row.seconds.items()},
         "white_xyz": None if row.white_xyz is None else row.white_xyz.tolist(),
         "colour": None if row.colour is None else _colour(row.colour),
+        "shift_lab": None if row.shift is None else list(row.shift),
+        "worst_pixel": None if row.worst is None else _worst(row.worst),
         "reference_noise": None if row.noise is None else _noise(row.noise),
         "notes": list(row.notes),
+    }
+
+
+def _worst(worst: WorstPixel) -> dict[str, Any]:
+    curves = {
+        "wavelengths_nm": worst.wavelengths_nm,
+        "reference_factor": worst.reference_factor,
+        "picture_factor": worst.picture_factor,
+    }
+    return {
+        "place": list(worst.place),
+        "delta_e94": worst.delta_e94,
+        "reference_lab": worst.reference_lab.tolist(),
+        "picture_lab": worst.picture_lab.tolist(),
+        **{name: None if values is None else values.tolist() for name, values in curves.items()},
     }
 
 

@@ -11,6 +11,7 @@ from jaxtyping import Float, UInt8
 
 from ..spectral.errors import ComparisonError
 from . import coded_map, plots
+from .histogram import histogram
 from .statistics import DeltaEStatistics
 
 
@@ -49,6 +50,24 @@ class ReferenceNoise:
 
 
 @dataclass(frozen=True, eq=False)
+class WorstPixel:
+    """The pixel of a row with the largest ΔE94: its row and column, and CIELAB (3,) of reference and picture there.
+
+    wavelengths_nm, reference_factor, picture_factor : (L,) radiance factors of the pixel, relative to the perfect
+    diffuser that receives the reference illuminance: by the original data, and by the fast form that the
+    picture is made of. None where a material fluoresces.
+    """
+
+    place: tuple[int, int]
+    delta_e94: float
+    reference_lab: Float[np.ndarray, "3"]
+    picture_lab: Float[np.ndarray, "3"]
+    wavelengths_nm: Float[np.ndarray, "L"] | None = None
+    reference_factor: Float[np.ndarray, "L"] | None = None
+    picture_factor: Float[np.ndarray, "L"] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class ReviewRow:
     """One material under one light; make it with `review_row`, which encodes the pictures and lets the arrays go.
 
@@ -65,6 +84,8 @@ class ReviewRow:
     wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
     colour : of the original data under this light, or None; `swatch` is the same, display-encoded.
     white_xyz : white of this light for this observer.
+    histogram : pixels by their ΔE94, as of `histogram`. shift : mean ΔL*, Δa*, Δb* of picture less reference.
+    worst : the pixel with the largest ΔE94; None where no pixel holds a number.
     noise : of the reference; None where nothing in it is left to chance.
     notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
     provenance : where the material comes from, as label and text.
@@ -89,9 +110,17 @@ class ReviewRow:
     swatch: tuple[int, int, int] | None = None
     colour: RowColour | None = None
     white_xyz: Float[np.ndarray, "3"] | None = None
+    histogram: tuple[int, ...] = ()
+    shift: tuple[float, float, float] | None = None
+    worst: WorstPixel | None = None
     noise: ReferenceNoise | None = None
     notes: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """What it is called on the page and in the history, and by links to it: material and light."""
+        return f"{self.material}@{self.illuminant}"
 
 
 def review_row(
@@ -148,6 +177,7 @@ def review_row(
         width=reduced.shape[1],
         height=reduced.shape[0],
         full_size=full,
+        histogram=histogram(delta_e, budget),
         notes=tuple(notes),
         **more,
     )

@@ -137,6 +137,17 @@ def delta_e_statistics(
     )
 
 
+def mean_shift(
+    delta_e: Float[np.ndarray, "H W"], reference_lab: Float[np.ndarray, "H W 3"], sample_lab: Float[np.ndarray, "_ _ 3"]
+) -> tuple[float, float, float] | None:
+    """Mean ΔL*, Δa*, Δb* of sample less reference over the pixels of a map that hold a number; None where none does."""
+    off = (sample_lab - reference_lab)[np.isfinite(delta_e)]
+    if not len(off):
+        return None
+    lightness, a, b = off.astype(np.float64).mean(axis=0).tolist()
+    return lightness, a, b
+
+
 def self_check(
     reference_xyz: Float[np.ndarray, "H W 3"],
     white_xyz: Float[np.ndarray, "3"],

@@ -1,11 +1,13 @@
-"""Tables of figures as plain text, columns under each other."""
+"""Tables of figures as plain text, columns under each other; and words as Markdown has them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 #: Title, headings, and rows of cells; the first column is text, the others are numbers.
 TextTable = tuple[str, list[str], list[list[str]]]
+_MARKED = re.compile(r"([\\`*_{}\[\]<>|#])")
 
 
 def text_tables(tables: Sequence[TextTable]) -> str:
@@ -28,3 +30,8 @@ def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 
         ]
         lines.append("  ".join(aligned).rstrip())
     return "\n".join(lines)
+
+
+def escaped(text: str) -> str:
+    """Words that mean themselves in Markdown, on one line."""
+    return _MARKED.sub(r"\\\1", text).replace("\n", " ")

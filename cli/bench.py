@@ -8,9 +8,10 @@ import os
 from pathlib import Path
 from typing import Any
 
+from ..spectral.processes import usable_cores
 from .catalogue_words import write_text
 from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import comma_separated
+from .shared import Added, comma_separated
 
 #: What there is to measure, and what it says; without one of them all of the first two.
 WHAT = {
@@ -21,6 +22,8 @@ WHAT = {
     "svbrdf": "glossy surfaces under environments, shadows and all, beside the truth: minutes",
     "btf": "BTFs in few numbers, by what was published and by ours: minutes, all of it an hour",
     "transfer": "interreflection by kept rays and by precomputed tensors, beside paths: minutes",
+    "report": "which changes `metamer report` finds, and whether it raises false alarms: a minute, all of it an hour",
+    "display": "displays measured, modelled and driven, beside what they truly show: minutes",
     "all": "basis and shading",
 }
 
@@ -48,6 +51,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
             _add_transfer_options(kind)
         if what == "btf":
             _add_btf_options(kind)
+        if what == "report":
+            _add_report_options(kind)
+        if what == "display":
+            kind.add_argument("--case", metavar="PATTERN", help="only displays called so: * and ? for anything")
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
@@ -76,6 +83,12 @@ def _add_svbrdf_options(svbrdf: argparse.ArgumentParser) -> None:
     add_catalogue_option(svbrdf)
 
 
+def _add_report_options(report: argparse.ArgumentParser) -> None:
+    report.add_argument("--full", action="store_true", help="every material, larger pictures, 24 repeats: an hour")
+    report.add_argument("--materials", metavar="PATTERN", help="only those; default: three, with --full all")
+    add_catalogue_option(report)
+
+
 def _add_btf_options(btf: argparse.ArgumentParser) -> None:
     btf.add_argument("--full", action="store_true", help="larger crops, all cases and all methods: an hour")
     btf.add_argument("--case", metavar="PATTERN", help="only BTFs called so: * and ? for anything")
@@ -86,7 +99,9 @@ def _add_btf_options(btf: argparse.ArgumentParser) -> None:
 
 def _add_factor_options(factor: argparse.ArgumentParser) -> None:
     factor.add_argument("--html", type=Path, metavar="F", help="also write a page with pictures, maps and plots")
-    factor.add_argument("--cases", type=comma_separated, metavar="A,B", help="surfaces by name; default: all there are")
+    factor.add_argument(
+        "--cases", type=comma_separated, action=Added, metavar="A,B", help="surfaces by name; default: all there are"
+    )
     factor.add_argument(
         "--data",
         type=Path,
@@ -114,10 +129,12 @@ def run(args: argparse.Namespace) -> int:
         figures["shading"] = shading.run()
         print(shading.report(figures["shading"]))
     if args.what == "interactive":
-        from ..benchmarks import edits, interactive
+        from ..benchmarks import edits, interactive, reviewing
 
         figures["interactive"] = interactive.run()
         print(interactive.report(figures["interactive"]))
+        figures["interactive"]["window"] = reviewing.run()
+        print(reviewing.report(figures["interactive"]["window"]))
         figures["interactive"]["edits"] = edits.run()
         print(edits.report(figures["interactive"]["edits"]))
     if args.what == "svbrdf":
@@ -126,6 +143,10 @@ def run(args: argparse.Namespace) -> int:
         return _btf(args)
     if args.what == "transfer":
         return _transfer(args)
+    if args.what == "report":
+        return _report(args)
+    if args.what == "display":
+        return _display(args)
     if args.json:
         _write(args.json, json.dumps(figures, indent=1) + "\n")
     return 0
@@ -149,6 +170,16 @@ def _svbrdf(args: argparse.Namespace) -> int:
     return 0
 
 
+def _display(args: argparse.Namespace) -> int:
+    from ..benchmarks.display import benchmark
+
+    measured = benchmark.run(lambda line: print(line, flush=True), args.case)
+    print(benchmark.report(measured))
+    if args.json:
+        _write(args.json, json.dumps(measured, indent=1) + "\n")
+    return 0
+
+
 def _btf(args: argparse.Namespace) -> int:
     from ..benchmarks.btf import benchmark
 
@@ -167,6 +198,21 @@ def _transfer(args: argparse.Namespace) -> int:
     print(benchmark.report(measured))
     if args.json:
         _write(args.json, json.dumps(measured, indent=1) + "\n")
+    return 0
+
+
+def _report(args: argparse.Namespace) -> int:
+    from ..benchmarks import false_alarms, injected
+
+    folder = catalogue_for(args.catalogue, jobs=usable_cores()).folder
+    pattern = args.materials or ("*" if args.full else "colorchecker/blue-*")
+    size, repeats = (64, 24) if args.full else (24, 8)
+    changed = injected.run(folder, pattern, size, usable_cores())
+    print(injected.report(changed))
+    unchanged = false_alarms.run(folder, pattern, size, repeats, say=lambda line: print(line, flush=True))
+    print(false_alarms.report(unchanged))
+    if args.json:
+        _write(args.json, json.dumps({"injected": changed, "false_alarms": unchanged}, indent=1) + "\n")
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..calibration.text_tables import columns
 from .catalogue_words import opened, print_json
-from .shared import comma_separated, positive_count, positive_delta_e, progress_bar
+from .shared import Added, comma_separated, positive_count, positive_delta_e, progress_bar
 
 if TYPE_CHECKING:
     from ..materials.compare import Comparison
@@ -32,7 +32,12 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         diff.add_argument(side.lower(), metavar=side, help="catalogue folder, material file, or id of a material")
     diff.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up (default: as for list)")
     diff.add_argument(
-        "--illuminants", type=comma_separated, default=("D65", "A", "FL11"), metavar="X,Y", help="default: D65,A,FL11"
+        "--illuminants",
+        type=comma_separated,
+        action=Added,
+        default=("D65", "A", "FL11"),
+        metavar="X,Y",
+        help="default: D65,A,FL11",
     )
     diff.add_argument("--observer", default="1931_2", metavar="NAME", help="default: 1931_2")
     diff.add_argument(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..materials.records.query import SORT_KEYS, Query
 from .catalogue_words import opened
-from .shared import comma_separated, positive_delta_e
+from .shared import Added, comma_separated, positive_delta_e
 
 if TYPE_CHECKING:
     from ..materials.catalogue import Catalogue
@@ -28,7 +28,9 @@ def add_query_options(verb: argparse.ArgumentParser) -> None:
         ("kind", "measured, analytic or uplifted"),
         ("quantity", 'such as reflectance, emission, transmittance or "radiance factor"'),
     ):
-        filters.add_argument(f"--{name}", type=comma_separated, default=(), metavar="WORD,WORD", help=example)
+        filters.add_argument(
+            f"--{name}", type=comma_separated, action=Added, default=(), metavar="WORD,WORD", help=example
+        )
     filters.add_argument("--max-error", type=positive_delta_e, metavar="D", help="ΔE94 p99 at most")
     filters.add_argument(
         "--near", type=_lab, metavar="L,A,B", help="sort by ΔE from this CIELAB (45:0, D65, 2 degrees)"

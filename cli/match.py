@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..calibration.text_tables import columns
 from .catalogue_words import print_json, write_text
-from .shared import comma_separated, progress_bar
+from .shared import Added, add_answer_options, answer_of, comma_separated, progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.match.page import MatchReport
@@ -34,6 +34,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     match.add_argument(
         "--formulas",
         type=comma_separated,
+        action=Added,
         default=("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976"),
         metavar="X,Y",
         help="ΔE by these (default: CIE 2000,CMC 2:1,CIE 1994,CIE 1976); also CMC l:c, CAM16-UCS",
@@ -41,10 +42,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     match.add_argument(
         "--illuminants",
         type=comma_separated,
+        action=Added,
         metavar="X,Y",
         help="default: D65,A,TL84; that of a standard of one colour",
     )
-    match.add_argument("--observers", type=comma_separated, metavar="X,Y", help="default: 1964_10")
+    match.add_argument("--observers", type=comma_separated, action=Added, metavar="X,Y", help="default: 1964_10")
     match.add_argument(
         "--repeatability",
         type=float,
@@ -54,30 +56,44 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     match.add_argument(
         "--repeated", metavar="FILE", help="readings of one thing, which tell what the instrument's readings scatter by"
     )
+    add_answer_options(match)
     match.add_argument(
-        "--as",
-        dest="quantity",
-        choices=("reflectance", "radiance factor", "transmittance"),
-        help="what files hold that do not say it",
+        "--whiteness",
+        action="append",
+        nargs="?",
+        const="CIE 2004",
+        choices=("CIE 2004", "ASTM E313", "ASTM E313-73"),
+        help="whiteness, with tint, of each; default CIE 2004",
     )
-    match.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")
+    match.add_argument("--yellowness", action="store_true", help="yellowness of each by ASTM E313")
     match.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up")
     for name in _FILLED_IN:
         match.add_argument(f"--{name}", default="", metavar="WORDS", help=argparse.SUPPRESS)
     match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign: --project, --part, "
                        "--supplier and --instrument fill in what it says")  # fmt: skip
     match.add_argument("--json", type=Path, metavar="FILE", help="every figure, for a program; - for standard output")
+    match.add_argument("--csv", type=Path, metavar="FILE", help="a table, a line a sample and condition")
+    match.add_argument("--xlsx", type=Path, metavar="FILE", help="the same as a workbook (extra `xlsx`)")
+    match.add_argument("--junit", type=Path, metavar="FILE", help="JUnit XML, a test case a sample")
+    match.add_argument("--markdown", type=Path, metavar="FILE", help="a short summary for a merge request")
     match.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Compare; the exit code is in the command's description."""
     from ..calibration.match.figures import figures
+    from ..calibration.match.junit import as_junit
+    from ..calibration.match.markdown import as_markdown
+    from ..calibration.match.table import as_csv, write_xlsx
+    from ..calibration.sheets import check_workbook
     from ..spectral.files import check_writable
 
-    outputs = [path for path in (args.html, args.json) if path is not None and str(path) != "-"]
+    asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)
+    outputs = [path for path in asked if path is not None and str(path) != "-"]
     for path in outputs:
         check_writable(path)
+    if args.xlsx is not None:
+        check_workbook(args.xlsx)
     report = _report(args)
     quiet = args.json is not None and str(args.json) == "-"
     if quiet:
@@ -90,13 +106,17 @@ def run(args: argparse.Namespace) -> int:
         import json
 
         write_text(args.json, json.dumps(figures(report), ensure_ascii=False, indent=1) + "\n")
+    for path, form in ((args.csv, as_csv), (args.junit, as_junit), (args.markdown, as_markdown)):
+        if path is not None:
+            write_text(path, form(report))
+    if args.xlsx is not None:
+        write_xlsx(report, args.xlsx)
     for path in outputs if not quiet else ():
         print(f"Written: {path}")
     return max(_CODES[one.verdict] for one in report.samples)
 
 
 def _report(args: argparse.Namespace) -> MatchReport:
-    from ..spectral.formats.answer import Answer
     from ..viewer.match import match
 
     with progress_bar("Reading", after=1.0) as progress:
@@ -110,7 +130,8 @@ def _report(args: argparse.Namespace) -> MatchReport:
             repeatability=args.repeatability,
             repeated=args.repeated,
             catalogue=args.catalogue,
-            answer=Answer(args.quantity, args.scale),
+            whites=[*(args.whiteness or ()), *(["yellowness"] if args.yellowness else [])],
+            answer=answer_of(args),
             signed={name: getattr(args, name) for name in _FILLED_IN},
             progress=progress,
         )
@@ -137,9 +158,12 @@ def _print(report: MatchReport) -> None:
     print(columns(headings, rows, left=2, words=True))
     if several:
         _print_indices(report)
+    _print_whites(report)
     _print_batches(report)
     for words in report.notes:
         print(words)
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in report.counts.items())
+    print(f"{report.verdict}: {counts}")
 
 
 def _print_indices(report: MatchReport) -> None:
@@ -157,6 +181,33 @@ def _print_indices(report: MatchReport) -> None:
     print(columns(["sample", *map(str, range(1, len(heads) + 1))], rows, left=1))
     for words in dict.fromkeys(i.words for one in report.samples for i in one.indices if i.words):
         print(f"No index: {words}")
+
+
+def _print_whites(report: MatchReport) -> None:
+    """A row a sample, scale and condition."""
+    rows = []
+    for one in report.samples:
+        for at, found in enumerate(one.whites):
+            known = "" if found.uncertainty is None else f" ±{found.uncertainty:.2f}"
+            numbers = ["-" if value is None else f"{value:.2f}" for value in (found.standard, found.sample)]
+            off = "-" if found.off is None else f"{found.off:+.2f}{known}"
+            tints = ["" if value is None else f"{value:.2f}" for value in (found.standard_tint, found.sample_tint)]
+            rows.append([one.sample.name if at == 0 else "", found.name, found.conditions, *numbers, off, *tints])
+    if rows:
+        print("\nWhiteness and yellowness:")
+        headings = [
+            "sample",
+            "scale",
+            "light, observer",
+            "standard",
+            "sample",
+            "difference",
+            "tint, standard",
+            "tint, sample",
+        ]
+        print(columns(headings, rows, left=3))
+    for words in dict.fromkeys(found.words for one in report.samples for found in one.whites if found.words):
+        print(f"None: {words}")
 
 
 def _print_batches(report: MatchReport) -> None:

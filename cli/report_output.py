@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from .catalogue_words import say as printed
 from .catalogue_words import write_text
+from .shared import progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.regression.result import Result
@@ -31,21 +32,28 @@ def add_output_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="every figure on standard output, for a program")
     for name, words in _FILES:
         command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
+    command.add_argument(
+        "--history", type=Path, metavar="FILE", help="earlier results, whose trend the page shows; this one is added"
+    )
 
 
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuse, before any work, files that cannot be written."""
+    from ..calibration.sheets import check_workbook
     from ..spectral.files import check_writable
 
-    for name, _ in _FILES:
+    for name in (*(name for name, _ in _FILES), "history"):
         if getattr(args, name) is not None:
             check_writable(getattr(args, name))
+    if args.xlsx is not None:
+        check_workbook(args.xlsx)
 
 
 def said(result: Result, before: Side, after: Side, args: argparse.Namespace) -> int:
     """Write and print what was asked for; the exit code of the result."""
     from importlib.metadata import version
 
+    from ..calibration.history import history_text, read_history, with_run
     from ..calibration.regression.as_json import as_json
     from ..calibration.regression.junit import as_junit
     from ..calibration.regression.markdown import as_markdown
@@ -57,9 +65,14 @@ def said(result: Result, before: Side, after: Side, args: argparse.Namespace) ->
             write_text(path, form(result))
     if args.xlsx is not None:
         write_xlsx(result, args.xlsx)
+    runs = () if args.history is None else with_run(read_history(args.history), result.as_run(version("metamer")))
     if args.html is not None:
         from ..calibration.regression.page import render_page
 
-        write_text(args.html, render_page(result, before, after, version("metamer")))
+        with progress_bar("Writing the page", quiet=args.json, after=1.0) as progress:
+            page = render_page(result, before, after, version("metamer"), runs, progress)
+        write_text(args.html, page)
+    if args.history is not None:
+        write_text(args.history, history_text(runs))
     printed(as_json(result, version("metamer")).rstrip("\n") if args.json else as_text(result))
     return result.exit_code

@@ -29,6 +29,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 
 def run(args: argparse.Namespace) -> int:
     """Render and compare; the exit code is in the command's description."""
+    from ..calibration.history import HISTORY
     from ..calibration.regression.baseline import (
         as_recorded,
         baseline_side,
@@ -44,6 +45,7 @@ def run(args: argparse.Namespace) -> int:
 
     # Before anything is rendered.
     check_outputs(args)
+    args.history = args.history or args.out / HISTORY
     kept, before = read_kept(args.baseline), baseline_side(args.baseline)
     if args.out.exists() and args.out.samefile(args.baseline):
         raise ComparisonError(f"{args.out} is the baseline: what is rendered goes into another folder")

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .shared import comma_separated
+from .shared import Added, add_answer_options, answer_of, comma_separated
 
 if TYPE_CHECKING:
     from ..calibration.regression.picture_files import Seen
@@ -18,12 +18,14 @@ def add_side_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--illuminants",
         type=comma_separated,
+        action=Added,
         default=("D65", "A", "FL11"),
         metavar="X,Y",
         help="under which spectra, readings and catalogues are seen (default: D65,A,FL11); pictures in XYZ have theirs",
     )
     command.add_argument("--observer", default="1931_2", metavar="NAME", help="of the same (default: 1931_2)")
     command.add_argument("--display", metavar="NAME", help="that PNG pictures are for, where they do not say: sRGB")
+    add_answer_options(command)
 
 
 def seen_by(args: argparse.Namespace) -> Seen:
@@ -35,7 +37,10 @@ def seen_by(args: argparse.Namespace) -> Seen:
     for name in args.illuminants:
         illuminant(name)
     observer(args.observer)
-    return Seen(tuple(args.illuminants), args.observer)
+    if args.colours_for is not None:
+        illuminant(args.colours_for[0])
+        observer(args.colours_for[1])
+    return Seen(tuple(args.illuminants), args.observer, answer_of(args))
 
 
 def side_at(path: Path, seen: Seen, display: str | None) -> Side:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import (
+    Added,
     add_renderer_option,
     comma_separated,
     counted,
@@ -33,10 +34,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere in a light booth"
     )
     command.add_argument("--out", type=Path, default=Path("review"), metavar="DIR", help="default: review")
-    command.add_argument("--illuminants", type=comma_separated, metavar="A,B", help="default: those of the scene")
+    command.add_argument(
+        "--illuminants", type=comma_separated, action=Added, metavar="A,B", help="default: those of the scene"
+    )
     command.add_argument(
         "--materials",
         type=comma_separated,
+        action=Added,
         metavar="ID,ID",
         help="ids or patterns to sweep over the review's part, or the first",
     )
@@ -45,6 +49,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     command.add_argument("--again", action="store_true", help="also draw the rows that are in DIR already")
+    command.add_argument(
+        "--protocol",
+        type=Path,
+        metavar="FILE",
+        help="what a reviewer said in the window, as it wrote it: for the report",
+    )
     command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -55,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
     """Review; 0 where every row is within the budget, 1 where some are near it, 2 where some are over it."""
     from importlib.metadata import version
 
+    from ..calibration.protocol import read_protocol
     from ..calibration.statistics import beside
     from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.files import existing_file
@@ -68,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
     jobs = args.jobs or usable_cores()
     # Said before a missing catalogue is made, which takes minutes.
     path = existing_file(args.scene or shipped_scene("booth"))
+    ratings = () if args.protocol is None else read_protocol(args.protocol)
     catalogue = catalogue_for(args.catalogue, jobs)
     scene = load_scene(path, catalogue, say)
     view = scene.camera(args.camera)
@@ -95,6 +107,7 @@ def run(args: argparse.Namespace) -> int:
             progress=progress,
             warn=warn,
             again=args.again,
+            ratings=ratings,
             resumed=lambda found, total: print(f"resumed: {found} of {total} rows were there", flush=True),
         )
     worst = max(result.rows, key=lambda row: row.statistics.p99)

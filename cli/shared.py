@@ -9,9 +9,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
+    from ..spectral.formats.answer import Answer
     from ..viewer.renderer import Renderer
 
 
@@ -27,6 +28,22 @@ def comma_separated(text: str) -> tuple[str, ...]:
     if not words:
         raise argparse.ArgumentTypeError("names nothing")
     return words
+
+
+class Added(argparse.Action):
+    """An option with several values that adds to what it was given before, each once, in place of the default."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Called by argparse for each time that the option stands in a command."""
+        had = getattr(namespace, self.dest, self.default)
+        before = () if had is self.default else had
+        setattr(namespace, self.dest, tuple(dict.fromkeys((*before, *values))))
 
 
 def positive_count(text: str) -> int:
@@ -54,6 +71,37 @@ def counted(number: int, what: str) -> str:
     ('1 row', '2 rows')
     """
     return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def add_answer_options(command: argparse.ArgumentParser) -> None:
+    """What readings do not say of themselves: `--as`, `--scale`, `--colours-for`."""
+    command.add_argument(
+        "--as",
+        dest="quantity",
+        choices=("reflectance", "radiance-factor", "transmittance"),
+        help="what files hold that do not say it",
+    )
+    command.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")
+    command.add_argument(
+        "--colours-for",
+        type=_conditions,
+        metavar="LIGHT/OBSERVER",
+        help="what XYZ and CIELAB are for in files that do not say it, such as D50/1931_2",
+    )
+
+
+def answer_of(args: argparse.Namespace) -> Answer:
+    """What was said by `add_answer_options`."""
+    from ..spectral.formats.answer import Answer
+
+    return Answer(args.quantity and args.quantity.replace("-", " "), args.scale, colours_for=args.colours_for)
+
+
+def _conditions(text: str) -> tuple[str, str]:
+    light, slash, eye = text.partition("/")
+    if not (light and slash and eye):
+        raise argparse.ArgumentTypeError(f"{text!r} is not an illuminant and an observer, such as D50/1931_2")
+    return light, eye
 
 
 def add_renderer_option(command: argparse.ArgumentParser) -> None:

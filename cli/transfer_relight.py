@@ -13,6 +13,8 @@ from ..spectral.errors import UsageError
 from .catalogue_words import write_text
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import add_renderer_option, counted, positive_count, progress_bar, renderer_for, say, warn
+from .transfer_build import add_kept_options
+from .transfer_changes import add_change_options, by_part, given_materials, relit_lights
 from .transfer_wishes import Changes, add_wish_options, check_wishes, with_wishes, write_steps
 
 if TYPE_CHECKING:
@@ -31,16 +33,8 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         "rays between surfaces are those of `transfer build`; what is not there is traced once, and kept.",
     )
     relight.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
-    relight.add_argument(
-        "--material",
-        action="append",
-        default=[],
-        type=_material_of_part,
-        metavar="PART=ID",
-        help="a material of the catalogue for a part; may be given again for other parts",
-    )
+    add_change_options(relight)
     add_wish_options(relight)
-    relight.add_argument("--illuminant", metavar="NAME", help="after: in place of every light's own spectrum")
     relight.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     relight.add_argument("--out", type=Path, default=Path("relit"), metavar="DIR", help="default: relit")
     relight.add_argument("--spectral", action="store_true", help="also a spectral EXR of what is after")
@@ -51,26 +45,16 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         help="also N pictures of what is after, from all around, and one that moves (WebP)",
     )
     relight.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    relight.add_argument(
-        "--processes", type=positive_count, metavar="N", help="that trace and fit (default: one a core)"
-    )
-    relight.add_argument("--kept", type=Path, metavar="DIR", help="folder of `transfer build` (default: the cache)")
+    add_kept_options(relight, "--kept", "folder of `transfer build` that has the rays (default: the user's cache)")
     add_catalogue_option(relight)
     add_renderer_option(relight)
     relight.set_defaults(run=run)
 
 
-def _material_of_part(text: str) -> tuple[str, str]:
-    part, equals, material = text.partition("=")
-    if not (part and equals and material):
-        raise argparse.ArgumentTypeError(f"{text!r} is not PART=ID")
-    return part, material
-
-
 def run(args: argparse.Namespace) -> int:
     """Draw, compare, write and print; 0."""
     from ..lighting.scene_files import load_scene
-    from ..lighting.transfer.indirect import needs_none
+    from ..lighting.transfer.indirect import LEAST_RAYS, needs_none
     from ..lighting.transfer.kept import build_rays
     from ..lighting.visibility.keeping import most_bytes, transfer_folder
     from ..spectral.files import check_writable, existing_file, made_folder
@@ -79,36 +63,43 @@ def run(args: argparse.Namespace) -> int:
     from ..viewer.relit import dressed, relit
     from ..viewer.turntable import turntable, write_animated
 
-    if not (args.material or args.like or args.set) and args.illuminant is None:
-        raise UsageError("nothing is changed: add --material PART=ID, --like, --set or --illuminant NAME")
+    if not (args.material or args.like or args.set or args.light) and args.illuminant is None:
+        raise UsageError("nothing is changed: add --material PART=MATERIAL, --like, --set, --light or --illuminant")
     check_wishes(args)
-    materials = dict(args.material)
-    if len(materials) < len(args.material):
+    if len(dict(args.material)) < len(args.material):
         raise UsageError("--material: a part is given two materials, leave one out")
+    if args.rays < LEAST_RAYS:
+        raise UsageError(f"--rays: a picture needs {LEAST_RAYS} or more of each vertex, not {args.rays}")
     existing_file(args.scene)
     if args.json is not None:
         check_writable(args.json)
     catalogue = catalogue_for(args.catalogue, 1)
     before = load_scene(args.scene, catalogue, say)
     before = replace(before, bounces=before.bounces or "auto")
-    dressed_so = dressed(before, materials)
     before.camera(args.camera)
-    for name in dressed_so.material_ids:
+    worn = by_part("--material", before, args.material)
+    lit = relit_lights(lit_by(before, args.illuminant), args.light, catalogue)
+    for part in worn:
+        before.check_changes(part)
+    for name in before.material_ids:
         catalogue.surface(name)
-    lit_by(dressed_so, args.illuminant)
     jobs = args.processes or usable_cores()
+    catalogue, ids, notes_of_files = given_materials(catalogue, worn.values())
+    dressed_so = dressed(lit, {part: ids[word] for part, word in worn.items()})
     changes = with_wishes(dressed_so, catalogue, args, jobs)
-    after, catalogue = lit_by(changes.scene, args.illuminant), changes.catalogue
+    changes.notes[:0] = notes_of_files
+    after, catalogue = changes.scene, changes.catalogue
     out = made_folder(args.out)
     folder, most = args.kept or transfer_folder(), most_bytes()
     built = None
     begun = time.monotonic()
     if most and not needs_none(before):
         with progress_bar("Tracing") as progress:
-            built = build_rays(before, folder, jobs=jobs, progress=progress, say=say, most=most)
+            built = build_rays(before, folder, args.rays, jobs, progress, say=say, most=most)
     tracing = time.monotonic() - begun
     with renderer_for(args.renderer) as renderer, progress_bar("Relighting", after=2.0) as progress:
         renderer.rays_folder, renderer.jobs, renderer.say, renderer.progress = folder, jobs, say, progress
+        renderer.rays = args.rays
         found = relit(before, after, catalogue, renderer, args.camera, warn)
         notes = [*bounces_notes(after, renderer)]
         files = [out / f"{name}{kind}" for name in ("before", "after") for kind in (".png", ".exr")]

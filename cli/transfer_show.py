@@ -70,7 +70,12 @@ def _words(scene: Scene, found: Influence) -> str:
     names = [part.name for part in scene.parts]
     needs = f"this scene needs {counted(found.bounces, 'bounce') if found.bounces else 'no bounce'}"
     size = f"{found.sites:,} vertices of {found.rays} rays, {found.nbytes / 1e6:.1f} MB"
-    lines = [f"{scene.name}: {needs}; further ones change no colour by more than ΔE94 {found.left:.2g} ({size})"]
+    between = found.between
+    lines = [
+        f"{scene.name}: {needs}; further ones change no colour by more than ΔE94 {found.left:.2g} ({size})",
+        f"between vertices, of which {found.added:,} were added where light is not linear, colours are off by ΔE94 "
+        f"{between.mean:.2f} on average, p95 {between.p95:.2f}, max {between.maximum:.1f}",
+    ]
     rows = [
         [name, part.material, f"{y:.2f}", *_numbers(shown)]
         for name, part, y, shown in zip(names, scene.parts, found.albedo_y, found.all, strict=True)
@@ -113,7 +118,13 @@ def _figures(scene: Scene, found: Influence) -> dict[str, Any]:
         for on, row in enumerate(found.of)
         for by, shown in enumerate(row)
     ]
-    size = {"vertices": found.sites, "rays": found.rays, "bytes": found.nbytes}
+    size = {
+        "vertices": found.sites,
+        "added_vertices": found.added,
+        "rays": found.rays,
+        "bytes": found.nbytes,
+        "between_vertices_delta_e94": numbers(found.between),
+    }
     return {
         "scene": scene.name,
         "bounces": found.bounces,

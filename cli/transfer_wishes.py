@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..spectral.errors import InputError, UsageError
 from .shared import progress_bar
+from .transfer_changes import by_part
 from .wish_words import amounts
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ def add_wish_options(command: argparse.ArgumentParser) -> None:
         default=[],
         type=_wish_of_part,
         metavar="PART=WORD:N,...",
-        help="the neighbour in the catalogue that is nearest to the wish, such as seat=warmer:10,glossier:1",
+        help="the neighbour in the catalogue that is nearest to the wish, such as seat=warmer:10,glossier:1; PART may "
+        "be a pattern",
     )
     command.add_argument(
         "--set",
@@ -38,7 +40,8 @@ def add_wish_options(command: argparse.ArgumentParser) -> None:
         default=[],
         type=_value_of_part,
         metavar="PART.NAME=X",
-        help="a parameter of the part's material, such as trim.roughness=0.3; with --steps a range, such as 0.1..0.5",
+        help="a parameter of the part's material, such as trim.roughness=0.3; with --steps a range, such as 0.1..0.5; "
+        "PART may be a pattern",
     )
     command.add_argument(
         "--steps",
@@ -79,7 +82,8 @@ def _steps(text: str) -> int:
 class Changes:
     """What the options come to: the scene, a catalogue that has its materials, and what is to be said.
 
-    part, materials : of the steps; None where there are none.
+    part, materials : of the steps; None where there are none. varied : ids of what was fitted anew, by material and
+    values: parts of one material share it.
     """
 
     scene: Scene
@@ -87,6 +91,7 @@ class Changes:
     notes: list[str] = field(default_factory=list)
     part: str | None = None
     materials: tuple[Material, ...] = ()
+    varied: dict[tuple[str, Any], str] = field(default_factory=dict)
 
 
 def check_wishes(args: argparse.Namespace) -> None:
@@ -110,14 +115,26 @@ def with_wishes(scene: Scene, catalogue: Catalogue, args: argparse.Namespace, jo
 
     Raises
     ------
-    UnknownNameError : no such part, parameter or word. InputError : no neighbour is nearer to a wish than the material
-        itself, a value out of its domain, what `like` and `varied` raise.
+    UnknownNameError : no such part, parameter or word. UsageError : options that say two things of a part.
+    InputError : no neighbour is nearer to a wish than the material itself, a value out of its domain, a static part,
+        what `like` and `varied` raise.
     """
     found = Changes(scene, catalogue)
-    for part, wish in args.like:
+    liked = by_part("--like", scene, args.like)
+    names = dict.fromkeys(name for _, name, _ in args.set)
+    varied: dict[str, dict[str, tuple[float, ...]]] = {}
+    for name in names:
+        for part, ends in by_part("--set", scene, [(p, ends) for p, n, ends in args.set if n == name]).items():
+            varied.setdefault(part, {})[name] = ends
+    if both := set(liked) & set(varied):
+        raise UsageError(f"{min(both)}: --like looks for another material, --set changes this one: leave one out")
+    stepping = [*liked, *(part for part, values in varied.items() if any(len(ends) == 2 for ends in values.values()))]
+    if args.steps is not None and len(stepping) > 1:
+        raise UsageError(f"--steps needs one part, not {', '.join(stepping)}")
+    for part, wish in liked.items():
         _find(found, part, wish, args.steps)
-    for part in dict.fromkeys(part for part, _, _ in args.set):
-        _vary(found, part, {name: ends for one, name, ends in args.set if one == part}, args.steps, jobs)
+    for part, values in varied.items():
+        _vary(found, part, values, args.steps, jobs)
     return found
 
 
@@ -159,6 +176,10 @@ def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], ste
 
     material = changes.catalogue.surface(changes.scene.part(part).material)
     last = {name: ends[-1] for name, ends in values.items()}
+    known = changes.varied.get((material.id, tuple(last.items()))) if steps is None else None
+    if known is not None:
+        changes.scene = changes.scene.with_material(part, known)
+        return
     # What is refused is refused before anything is fitted.
     changed(material.surface(), last, material.id)
     ranged = steps is not None and any(len(ends) == 2 for ends in values.values())
@@ -176,6 +197,7 @@ def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], ste
     said = f"ΔE94 p99 {made.error.p99:.2f}" if made.error else "nobody measured how far off"
     changes.notes.append(f"{part}: {made.id}, fitted anew ({said})")
     changes.catalogue = VariedCatalogue.of(changes.catalogue, [made])
+    changes.varied[material.id, tuple(last.items())] = made.id
     changes.scene = changes.scene.with_material(part, made.id)
 
 

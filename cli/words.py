@@ -10,7 +10,20 @@ from collections.abc import Iterable
 from typing import Any, NoReturn
 
 # One small module a subcommand; its `add_parser(subparsers)` sets the `run(args) -> int` of what it adds.
-COMMANDS = ("review", "report", "match", "render", "transfer", "fit", "catalogue", "names", "bench", "doctor")
+COMMANDS = (
+    "review",
+    "view",
+    "report",
+    "match",
+    "render",
+    "transfer",
+    "fit",
+    "catalogue",
+    "display",
+    "names",
+    "bench",
+    "doctor",
+)
 
 
 class _Parser(argparse.ArgumentParser):

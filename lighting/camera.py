@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float
@@ -29,6 +29,8 @@ class Camera:
     near, far : distances of the clip planes along the viewing direction; without them they are guessed from the
         distance to the target. `fitted` sets them to a box. They scale the depth of `clip_from_world` and cut nothing
         from a picture.
+    part_of : (left, top, width, height) where the picture is a part of a larger one (`cropped`): its first column and
+        row there, and the size of the whole, whose view `vertical_fov_deg` or `height` spans.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class Camera:
     samples: int = 3
     near: Number | None = None
     far: Number | None = None
+    part_of: tuple[int, int, int, int] | None = None
 
     def __post_init__(self) -> None:
         put = partial(object.__setattr__, self)
@@ -73,6 +76,11 @@ class Camera:
             if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
                 raise InputError("not a usable count", field=field, found=value, expected=f"a number, 1 to {most}")
             put(field, int(value))
+        left, top, whole_width, whole_height = self.part_of or (0, 0, self.width, self.height_px)
+        if min(left, top) < 0 or left + self.width > whole_width or top + self.height_px > whole_height:
+            found = f"{self.width} x {self.height_px} pixels at {left}, {top}"
+            expected = f"within {whole_width} x {whole_height}"
+            raise InputError("beyond the picture", field="part_of", found=found, expected=expected)
         for field in ("near", "far"):
             if getattr(self, field) is not None:
                 put(field, float(getattr(self, field)))
@@ -95,7 +103,7 @@ class Camera:
                 expected="a direction across the view, such as [0, 0, -1] where the camera looks straight down",
             )
 
-    @property
+    @cached_property
     def axes(self) -> Float[np.ndarray, "3 3"]:
         """Rows: right, up and backward (against the view) in world coordinates, orthonormal and right-handed."""
         back = self.position - self.target
@@ -106,12 +114,41 @@ class Camera:
 
     @property
     def half_extent(self) -> tuple[float, float]:
-        """Half the width and height of the view: at unit distance (perspective) or in world units (orthographic)."""
+        """Half the width and height of the whole view: at unit distance (perspective) or in world units
+        (orthographic).
+        """
         if self.projection == "perspective":
             half = float(np.tan(np.deg2rad(self.vertical_fov_deg or 0.0) / 2))
         else:
             half = (self.height or 0.0) / 2
-        return half * self.width / self.height_px, half
+        _, _, width, height = self._place
+        return half * width / height, half
+
+    @property
+    def sample_size(self) -> tuple[float, float]:
+        """Width and height that a sample point stands for, in the units of `half_extent`."""
+        (half_width, half_height), (_, _, width, height) = self.half_extent, self._place
+        return 2.0 * half_width / (width * self.samples), 2.0 * half_height / (height * self.samples)
+
+    @property
+    def _place(self) -> tuple[int, int, int, int]:
+        return self.part_of or (0, 0, self.width, self.height_px)
+
+    def cropped(self, rows: slice, columns: slice) -> Camera:
+        """The camera of a part of the picture, whose pixels are those of the whole.
+
+        Raises
+        ------
+        InputError : no pixel, or some beyond the picture.
+        """
+        (top, bottom, _), (left, right, _) = rows.indices(self.height_px), columns.indices(self.width)
+        if not (top < bottom and left < right):
+            found = f"rows {top} to {bottom}, columns {left} to {right}"
+            expected = f"some of {self.width} x {self.height_px} pixels"
+            raise InputError("no pixel of the picture", field="rows, columns", found=found, expected=expected)
+        over, above, *whole = self._place
+        part_of = (over + left, above + top, whole[0], whole[1])
+        return replace(self, width=right - left, height_px=bottom - top, part_of=part_of)
 
     @property
     def clip_planes(self) -> tuple[float, float]:
@@ -151,6 +188,12 @@ class Camera:
         half_width, half_height = self.half_extent
         clip_from_view = np.zeros((4, 4))
         clip_from_view[0, 0], clip_from_view[1, 1] = 1.0 / half_width, 1.0 / half_height
+        part = np.eye(4)
+        if self.part_of is not None:
+            left, top, width, height = self.part_of
+            part[0, 0], part[1, 1] = width / self.width, height / self.height_px
+            part[0, 3] = (width - 2.0 * left) / self.width - 1.0
+            part[1, 3] = 1.0 - (height - 2.0 * top) / self.height_px
         if self.projection == "perspective":
             clip_from_view[2, 2] = (far + near) / (near - far)
             clip_from_view[2, 3] = 2.0 * far * near / (near - far)
@@ -159,7 +202,7 @@ class Camera:
             clip_from_view[2, 2] = 2.0 / (near - far)
             clip_from_view[2, 3] = (far + near) / (near - far)
             clip_from_view[3, 3] = 1.0
-        return clip_from_view @ self.view_from_world()
+        return part @ clip_from_view @ self.view_from_world()
 
     def rays(
         self, rows: slice = slice(None)
@@ -174,8 +217,10 @@ class Camera:
         if step != 1:
             raise InputError("bands of rows are contiguous", field="rows", found=rows, expected="a slice with step 1")
         half_width, half_height = self.half_extent
-        x = (2.0 * (np.arange(self.width * s) + 0.5) / (self.width * s) - 1.0) * half_width
-        y = (1.0 - 2.0 * (np.arange(first * s, max(last, first) * s) + 0.5) / (self.height_px * s)) * half_height
+        left, top, width, height = self._place
+        x = (2.0 * (np.arange(left * s, (left + self.width) * s) + 0.5) / (width * s) - 1.0) * half_width
+        line = np.arange((top + first) * s, (top + max(last, first)) * s)
+        y = (1.0 - 2.0 * (line + 0.5) / (height * s)) * half_height
         right, up, back = self.axes
         plane = x[None, :, None] * right + y[:, None, None] * up
         if self.projection == "perspective":

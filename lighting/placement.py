@@ -170,7 +170,8 @@ def _touches(mesh: Mesh, point: np.ndarray, distance: float) -> bool:
 def _coarser(camera: Camera) -> Camera:
     """The same view in few enough points."""
     pixels = camera.width * camera.height_px
-    if pixels * camera.samples**2 <= _ENOUGH:
+    # Fewer pixels of a part of a picture would be a smaller part.
+    if camera.part_of is not None or pixels * camera.samples**2 <= _ENOUGH:
         return camera
     share = min(1.0, np.sqrt(_ENOUGH / pixels))
     size = {"width": max(1, int(camera.width * share)), "height_px": max(1, int(camera.height_px * share))}

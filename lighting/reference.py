@@ -65,6 +65,7 @@ def reference_images(
     illuminants: Sequence[Spectrum | None] = (None,),
     *,
     geometry: VisibleGeometry | None = None,
+    tracer: Tracer | None = None,
     band_samples: int = BAND_SAMPLES,
     block: int = BLOCK,
     budget: float = 1.0,
@@ -88,6 +89,7 @@ def reference_images(
     geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials; with uv where one of
         them needs them (`Scene.needs_uv`). Without it the picture is traced in bands of rows of at most about
         `band_samples` sample points; so it is where materials have holes that the geometry does not.
+    tracer : of the same meshes and holes, where somebody has one; only with `geometry`.
     budget : ΔE94 that the picture is to be judged by: lights that spread may leave noise of `NOISE_SHARE` of it, as
         the mean of the pixels of each band.
     most_directions : drawn for a pixel of each kind and half at the most; `ReferencePictures.noise` says when reached.
@@ -123,7 +125,8 @@ def reference_images(
     if geometry is not None:
         xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)
         if spread.wanted:
-            xyz = spread.added(xyz, geometry, partial(Tracer, scene), 0, partial(say, 0, geometry.rows))
+            rays = partial(Tracer, scene) if tracer is None else lambda: tracer
+            xyz = spread.added(xyz, geometry, rays, 0, partial(say, 0, geometry.rows))
         return ReferencePictures(xyz, geometry.coverage, spread.noise)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
@@ -209,7 +212,7 @@ def _shade(
             step = max(block * usual // max(surface.wavelengths_nm.size, usual), 1)
             for start in range(0, len(mine), step):
                 rows = mine[start : start + step]
-                values[start : start + step] = surface.xyz(_points(geometry, lit, rows), folding)
+                values[start : start + step] = surface.xyz(lit_points(geometry, lit, rows), folding)
             scale = np.pi * lit.wi[mine, 2] * lit.illuminance_lux[mine] / scene.viewing.reference_illuminance_lux
             values *= scale[:, None]
             pixel = geometry.pixel[lit.sample[mine]]
@@ -219,7 +222,7 @@ def _shade(
     return total.reshape(geometry.rows, geometry.width, count, 3).transpose(2, 0, 1, 3)
 
 
-def _points(geometry: VisibleGeometry, lit: LitSamples, rows: Int[np.ndarray, " K"]) -> Points:
+def lit_points(geometry: VisibleGeometry, lit: LitSamples, rows: Int[np.ndarray, " K"]) -> Points:
     """Some of the samples that a light reaches."""
     sample = lit.sample[rows]
     uv, footprint = (None if one is None else one[sample] for one in (geometry.uv, geometry.footprint))

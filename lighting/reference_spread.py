@@ -42,6 +42,7 @@ from .convexity import is_convex
 from .environment.softbox import SoftboxLight
 from .geometry import Tracer, VisibleGeometry
 from .lights import SpreadLight
+from .mesh import Mesh
 from .reference_drawing import Drawn, drawn_pool, is_even
 from .scene import Scene
 from .vectors import dot
@@ -297,15 +298,16 @@ def _nothing_hides(scene: Scene, geometry: VisibleGeometry) -> bool:
     """Whether all that is seen is one convex body from outside: no ray from it meets it again."""
     if len(scene.parts) != 1 or geometry.geometric is None:
         return False
-    if geometry not in _hides_nothing:
-        middle = scene.parts[0].mesh.vertices.mean(axis=0)
-        outside = bool((dot(geometry.geometric, geometry.position - middle) > 0.0).all())
-        _hides_nothing[geometry] = outside and is_convex(scene.parts[0].mesh)
-    return _hides_nothing[geometry]
+    mesh = scene.parts[0].mesh
+    if not (dot(geometry.geometric, geometry.position - mesh.vertices.mean(axis=0)) > 0.0).all():
+        return False
+    if mesh not in _convex:
+        _convex[mesh] = is_convex(mesh)
+    return _convex[mesh]
 
 
-# A geometry is kept for many materials.
-_hides_nothing: WeakKeyDictionary[VisibleGeometry, bool] = WeakKeyDictionary()
+# A mesh is seen in many materials, and pixel by pixel.
+_convex: WeakKeyDictionary[Mesh, bool] = WeakKeyDictionary()
 
 
 def _pairs(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -72,12 +73,15 @@ class Review:
 class Part:
     """A mesh in world coordinates (`Mesh.placed` puts it there), the id of its material, and where that has holes: None
     until `Scene.cut` has asked the materials.
+
+    static : its material is not going to change, and to change it is refused.
     """
 
     name: str
     mesh: Mesh
     material: str
     cutout: Cutout | None = None
+    static: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -149,6 +153,18 @@ class Scene:
                 return part
         raise UnknownNameError("part", name, [part.name for part in self.parts], file=self.path)
 
+    def parts_like(self, pattern: str) -> tuple[str, ...]:
+        """The part of that name, or all whose names fit a pattern with `*` and `?`; `UnknownNameError` without any."""
+        names = [part.name for part in self.parts]
+        found = tuple(names[number] for number in _like(pattern, names))
+        if not found:
+            raise UnknownNameError("part", pattern, names, file=self.path)
+        return found
+
+    def lights_like(self, pattern: str) -> tuple[int, ...]:
+        """Numbers of the lights of that name, or of all whose names fit a pattern with `*` and `?`."""
+        return _like(pattern, [light.name for light in self.lights])
+
     def camera(self, name: str | None = None) -> Camera:
         """The camera called `name`, or the first."""
         if name is None:
@@ -219,10 +235,27 @@ class Scene:
         return bounds_of(part.mesh for part in self.parts)
 
     def with_material(self, part: str, material_id: str) -> Scene:
-        """The scene with another material on one part; meshes are shared, so geometry caches stay good."""
-        self.part(part)
+        """The scene with another material on one part; meshes are shared, so geometry caches stay good.
+
+        Raises
+        ------
+        UnknownNameError : no such part. InputError : it is static.
+        """
+        self.check_changes(part)
         parts = tuple(replace(p, material=material_id) if p.name == part else p for p in self.parts)
         return replace(self, parts=parts)
+
+    def check_changes(self, part: str) -> None:
+        """Raises `UnknownNameError` where there is no such part, `InputError` where its material is not to change."""
+        if self.part(part).static:
+            raise InputError(
+                "a static part keeps its material",
+                file=self.path,
+                field=part,
+                found="another material for it",
+                expected="a part without `static = true`",
+                hint="take `static = true` from that [[part]], or leave its material as it is",
+            )
 
     def with_illuminant(self, spectrum: Spectrum, name: str = "") -> Scene:
         """The scene with every light's spectrum replaced; strengths and places stay."""
@@ -240,6 +273,12 @@ class Scene:
     def adopted_white(self) -> Float[np.ndarray, "3"]:
         """XYZ, Y = 1, of a perfect diffuser in the mixture (`mixed`) of all lights; adaptation refers to it."""
         return self.mixed(np.stack([self.observer.white(light.spectrum) for light in self.lights]))
+
+
+def _like(pattern: str, names: Sequence[str]) -> tuple[int, ...]:
+    """Numbers of what is called so, or fits."""
+    whole = pattern in names
+    return tuple(n for n, name in enumerate(names) if (name == pattern if whole else fnmatchcase(name, pattern)))
 
 
 def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:

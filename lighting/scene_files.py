@@ -210,7 +210,7 @@ def _parts(
             sized = {"uv_scale", "uv_size_mm"}
             rest = {key: value for key, value in place.items() if not (sized & own.keys() and key in sized)}
             there = mesh.placed(**(rest | own))
-        yield Part(part_name, there, material)
+        yield Part(part_name, there, material, static=bool(got.get("static", False)))
 
 
 def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None] | None) -> None:

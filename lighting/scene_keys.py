@@ -29,6 +29,7 @@ PART = {
     "crease_deg": "number",
     "material": "text",
     "materials": "materials",
+    "static": "flag",
     "translate": "vector",
     "rotate_deg": "vector",
     "scale": "scale",

@@ -40,12 +40,9 @@ def uv_footprints(
     """Footprints of samples whose rays, with unit `directions`, meet triangles with these normals and `uv_gradients` at
     `distance`.
     """
-    half_width, half_height = camera.half_extent
+    width, height = camera.sample_size
     right, up, back = camera.axes
-    steps = (
-        2.0 * half_width / (camera.width * camera.samples) * right,
-        -2.0 * half_height / (camera.height_px * camera.samples) * up,
-    )
+    steps = width * right, -height * up
     # Where the step is one of the ray's direction, it is at unit depth; a parallel view's is one of place.
     scale = -distance * (directions @ back) if camera.projection == "perspective" else np.ones_like(distance)
     # What a step leaves of the plane is made up for along the ray.

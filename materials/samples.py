@@ -10,7 +10,7 @@ import numpy as np
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
-from ..spectral.formats.reading import format_of, read_with
+from ..spectral.formats.reading import read_spectra
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import Quantity, Spectrum
 from .catalogue import Catalogue
@@ -85,20 +85,17 @@ def sample_of(material: Material) -> Sample:
 def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
     if path.suffix == ".h5":
         return (sample_of(Material(**vars(read_record(path)))),)
-    reader = format_of(path)
     try:
-        if reader is None:
-            raise InputError("not a file of spectra", file=path)
-        file = read_with(reader, path, answer)
+        file = read_spectra(path, answer)
     except InputError as refusal:
         # A file of colours alone is refused by readers of spectra, who say why.
         try:
-            colours = read_colours(path)
+            colours = read_colours(path, answer)
         except InputError:
             raise refusal from None
         return tuple(Sample(name, str(path), stated=stated) for name, stated in colours)
     if not file.entries:
-        raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path)
+        raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
     by_name: dict[str, list[Sample]] = {}
     for entry in file.entries:
         by_name.setdefault(entry.name, []).append(Sample.of_entry(entry, str(path)))

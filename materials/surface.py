@@ -55,6 +55,10 @@ class Surface(abc.ABC):
         """What it is from afar: a surface that is alike everywhere."""
         return self
 
+    def from_afar(self) -> Surface:
+        """`average`, also of forms that have none of their own kind."""
+        return self.average()
+
     @abc.abstractmethod
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
         """f_r in 1/sr at each point, without the cosine; zero where either direction is on or below the horizon."""

@@ -21,14 +21,22 @@ CONE_FROM_XYZ = {
 }
 
 
-def adaptation_matrix(white_from_xyz: White, white_to_xyz: White, method: Method = "Bradford") -> Matrix3:
-    """Matrix M (3,3) that moves one white to another, full adaptation: adapted = M @ xyz, or xyz @ M.T for images.
+def adaptation_matrix(
+    white_from_xyz: White, white_to_xyz: White, method: Method = "Bradford", degree: float = 1.0
+) -> Matrix3:
+    """Matrix M (3,3) that moves one white to another: adapted = M @ xyz, or xyz @ M.T for images.
+
+    degree : 1 is full adaptation, which puts one white onto the other; 0 is none, which changes nothing; between, D of
+        CIECAM02 (CIE 159:2004), in any of the cone spaces, both whites having the same Y.
 
     Raises
     ------
     InputError
-        A white whose response in some cone channel is not positive: there is nothing to scale by.
+        A white whose response in some cone channel is not positive: there is nothing to scale by. A degree that is not
+        from 0 to 1.
     """
+    if not 0.0 <= degree <= 1.0:
+        raise InputError("not a degree of adaptation", field="degree", found=degree, expected="0 (none) to 1 (full)")
     if method not in get_args(Method):
         raise UnknownNameError("chromatic adaptation", method, get_args(Method))
     cones = CONE_FROM_XYZ[method]
@@ -46,4 +54,21 @@ def adaptation_matrix(white_from_xyz: White, white_to_xyz: White, method: Method
                 expected="positive response in every cone channel",
                 hint="the light is too narrow in spectrum to adapt to; adapt to a broader one",
             )
-    return np.linalg.solve(cones, (response_to / response_from)[:, None] * cones)
+    # Full adaptation to the bit as without a degree.
+    scale = response_to / response_from
+    scale = scale if degree == 1.0 else degree * scale + (1.0 - degree)
+    return np.linalg.solve(cones, scale[:, None] * cones)
+
+
+def degree_of_adaptation(adapting_luminance: float, surround: float = 1.0) -> float:
+    """D of CIECAM02 (CIE 159:2004), held within 0 and 1: how far an eye adapts in a field of so many cd/m^2.
+
+    surround : F, 1 for an average surround, 0.9 for a dim one, 0.8 in the dark.
+
+    >>> round(degree_of_adaptation(1000.0 / np.pi * 0.2), 3)
+    0.912
+    """
+    if not adapting_luminance >= 0.0:
+        expected = "0 or more cd/m^2"
+        raise InputError("not a luminance", field="adapting_luminance", found=adapting_luminance, expected=expected)
+    return float(np.clip(surround * (1.0 - np.exp(-(adapting_luminance + 42.0) / 92.0) / 3.6), 0.0, 1.0))

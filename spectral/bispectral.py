@@ -17,7 +17,7 @@ arrives over other surfaces, see `radiance_basis`, whose coefficients are of rad
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -30,6 +30,8 @@ from .wavelengths import interpolation_matrix, validated_wavelengths
 
 #: Largest emission at a wavelength shorter than the absorbed one that passes for noise of the measurement.
 ANTI_STOKES_TOLERANCE = 1e-3
+# Matrices on other grids that are kept: some 2 MB each of a surface that fluoresces.
+_KEPT = 64
 # Gauss-Legendre nodes of an interval from 0 to 1: two are exact for the product of two straight lines.
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
 
@@ -158,6 +160,11 @@ class Bispectral:
         found[self._own_column] += self._diagonal
         return found
 
+    @cached_property
+    def keeps_wavelengths(self) -> bool:
+        """Whether nothing changes its wavelength: an ordinary surface."""
+        return not self.reradiation.any()
+
     def without_emission(self) -> Bispectral:
         """The same surface with its fluorescence taken away: the diagonal alone."""
         return Bispectral.diagonal(self.reflectance)
@@ -186,8 +193,11 @@ class Bispectral:
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
         """D s: all that leaves, pi times the radiance of a diffuse surface, in the light's own unit."""
-        kept = interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm) @ self._diagonal
-        return kept * light.averaged(wavelengths_nm).samples + self.emission(light, wavelengths_nm)
+        kept = self._kept(wavelengths_nm) * light.averaged(wavelengths_nm).samples
+        return kept if self.keeps_wavelengths else kept + self.emission(light, wavelengths_nm)
+
+    def _kept(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
+        return interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm) @ self._diagonal
 
     def fold_emission(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
         """XYZ of the part that changes its wavelength; Y of the perfect diffuser under `light` is 1."""
@@ -207,13 +217,24 @@ class Bispectral:
         into, out = self.wavelengths_in_nm, self.wavelengths_out_nm
         if np.array_equal(wavelengths_nm, into) and np.array_equal(wavelengths_nm, out):
             return self.matrix.copy()
-        kept = interpolation_matrix(out, wavelengths_nm) @ self._diagonal
         low, high = _outer_edges(into)
         share = np.where((wavelengths_nm < low) | (wavelengths_nm > high), 0.0, band_widths(wavelengths_nm))
         share[(wavelengths_nm == low) | (wavelengths_nm == high)] *= 0.5
         tents = interpolation_matrix(into, wavelengths_nm, "hold", "linear") * share[:, None] / band_widths(into)
         spread = interpolation_matrix(out, wavelengths_nm, "zero", "linear")
-        return np.diag(kept) + spread @ self.reradiation @ tents.T
+        return np.diag(self._kept(wavelengths_nm)) + spread @ self.reradiation @ tents.T
+
+    def narrow(self, wavelengths_nm: Wavelengths) -> np.ndarray:
+        """`on` (L,L), or of a surface that keeps wavelengths the diagonal of it alone (L,); read-only."""
+        return _narrow(self, wavelengths_nm.tobytes())
+
+
+@lru_cache(maxsize=_KEPT)
+def _narrow(surface: Bispectral, wavelengths_nm: bytes) -> np.ndarray:
+    nm = np.frombuffer(wavelengths_nm)
+    found = surface._kept(nm) if surface.keeps_wavelengths else surface.on(nm)
+    found.flags.writeable = False
+    return found
 
 
 def fluorophore(

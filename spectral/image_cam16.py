@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -21,6 +22,41 @@ _STEEP, _STEEP_IN_DARK = _C_2 * np.float32(100.0), _C_2 * np.float32(10.0)
 _COS, _SIN = np.float32(np.cos(2.0)), np.float32(np.sin(2.0))
 
 
+class Cam16(NamedTuple):
+    """What CAM16 asks for of a white and the viewing conditions, once (Li et al. 2017, step 0).
+
+    cones_from_share (3, 3) : from shares of the white to what the response is a power of. brightest : the white's own
+    achromatic response. exponent : of lightness. colourful : of chroma, M by C included. induction : of chroma, a
+    quarter for the eccentricity.
+    """
+
+    cones_from_share: Float[np.ndarray, "3 3"]
+    brightest: float
+    exponent: float
+    colourful: float
+    induction: float
+
+
+def cam16_constants(white_xyz: White) -> Cam16:
+    """Of a white (3,) of any scale, in the viewing conditions of `formula`."""
+    white = 100.0 * np.asarray(white_xyz, dtype=np.float64) / white_xyz[1]
+    cone_from_xyz = CONE_FROM_XYZ["CAT16"]
+    k = 1.0 / (5.0 * ADAPTING_LUMINANCE + 1.0)
+    level = 0.2 * k**4 * 5.0 * ADAPTING_LUMINANCE + 0.1 * (1.0 - k**4) ** 2 * (5.0 * ADAPTING_LUMINANCE) ** (1.0 / 3.0)
+    n = BACKGROUND / 100.0
+    adapted = np.clip(_F * (1.0 - np.exp((-ADAPTING_LUMINANCE - 42.0) / 92.0) / 3.6), 0.0, 1.0)
+    gain = adapted * 100.0 / (cone_from_xyz @ white) + 1.0 - adapted
+    cones_from_share = gain[:, None] * cone_from_xyz * white * (level / 100.0)
+    brightest = _achromatic(_responses(cones_from_share.astype(np.float32).sum(axis=1)[:, None]))[0]
+    return Cam16(
+        cones_from_share,
+        float(brightest),
+        _C * (1.48 + np.sqrt(n)),
+        (1.64 - 0.29**n) ** 0.73 * level**0.25,
+        50000.0 / 13.0 * _N_C * 0.725 * n**-0.2 / 4.0,
+    )
+
+
 def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Float[np.ndarray, " n"]]:
     """The formula for one white: ΔE (n) of planes of CIELAB, reference and sample, which it writes over.
 
@@ -28,21 +64,10 @@ def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Floa
     nothing. Elsewhere ΔE is some 1e-4 from double precision, and at most 0.02 where it was measured. The viewing
     conditions, and signed powers of what lies outside the spectral locus, are those of `formula`.
     """
-    white = 100.0 * np.asarray(white_xyz, dtype=np.float64) / white_xyz[1]
-    cone_from_xyz = CONE_FROM_XYZ["CAT16"]
-    # Li et al. 2017, step 0.
-    k = 1.0 / (5.0 * ADAPTING_LUMINANCE + 1.0)
-    level = 0.2 * k**4 * 5.0 * ADAPTING_LUMINANCE + 0.1 * (1.0 - k**4) ** 2 * (5.0 * ADAPTING_LUMINANCE) ** (1.0 / 3.0)
-    n = BACKGROUND / 100.0
-    induction, exponent = 0.725 * n**-0.2, _C * (1.48 + np.sqrt(n))
-    adapted = np.clip(_F * (1.0 - np.exp((-ADAPTING_LUMINANCE - 42.0) / 92.0) / 3.6), 0.0, 1.0)
-    gain = adapted * 100.0 / (cone_from_xyz @ white) + 1.0 - adapted
-    # From shares of the white to what the response is a power of, in one matrix.
-    from_share = (gain[:, None] * cone_from_xyz * white * (level / 100.0)).astype(np.float32)
-    brightest = _achromatic(_responses(from_share.sum(axis=1)[:, None]))[0]
-    colourful = np.float32((1.64 - 0.29**n) ** 0.73 * level**0.25)
-    # The quarter is of the eccentricity.
-    by_induction = np.float32(50000.0 / 13.0 * _N_C * induction / 4.0)
+    of_white = cam16_constants(white_xyz)
+    from_share = of_white.cones_from_share.astype(np.float32)
+    brightest, exponent, colourful = of_white.brightest, of_white.exponent, np.float32(of_white.colourful)
+    by_induction = np.float32(of_white.induction)
 
     def appearance(lab: Float[np.ndarray, "3 n"]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """J', a', b', and whether they are beyond single precision."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +20,8 @@ OBSERVERS = {
     "2015_2": "CIE 2015 2 Degree Standard Observer",
     "2015_10": "CIE 2015 10 Degree Standard Observer",
 }
+# Lights and wavelengths whose weights are kept: whatever is lit again and again asks for the same few.
+_KEPT = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +77,8 @@ class Observer:
                 found=f"{low:g} to {high:g} nm",
                 expected=f"some of {self.wavelengths_nm[0]:g} to {self.wavelengths_nm[-1]:g} nm",
             )
-        # Relative to its peak, which cancels below: neither very large nor very small units leave float64.
-        grid, folded = self._folded(light, max(float(light.samples.max()), np.finfo(np.float64).tiny))
-        luminous = folded[:, 1].sum()
-        if not luminous > 0:
-            raise InputError(
-                "the light has zero power",
-                field="light",
-                found=f"Y = {luminous:g} for {self.name}",
-                expected="some power between 360 and 830 nm",
-                hint="switch the light off in the scene instead",
-            )
-        if is_finer(wavelengths_nm, self.wavelengths_nm):
-            grid, folded = _refined(grid, folded, wavelengths_nm)
-        return times_interpolation((folded / luminous).T, wavelengths_nm, grid)
+        values = (light.samples, light.wavelengths_nm, wavelengths_nm)
+        return _weights(self, *(np.asarray(each, dtype=np.float64).tobytes() for each in values)).copy()
 
     def luminous(self, light: Spectrum) -> float:
         """Integral of y-bar times `light`, which `weights` divides by: in the light's unit times nm, not lm."""
@@ -110,6 +100,26 @@ class Observer:
     def white(self, light: Spectrum) -> White:
         """XYZ (3,) of the perfect diffuser under `light`, Y = 1."""
         return self.weights(light, light.wavelengths_nm).sum(axis=1)
+
+
+@lru_cache(maxsize=_KEPT)
+def _weights(seen_by: Observer, samples: bytes, light_nm: bytes, to_nm: bytes) -> np.ndarray:
+    """`Observer.weights`, kept by the light's values: one that is changed in place is another one."""
+    light, wavelengths_nm = Spectrum(np.frombuffer(samples), np.frombuffer(light_nm), "emission"), np.frombuffer(to_nm)
+    # Relative to its peak, which cancels below: neither very large nor very small units leave float64.
+    grid, folded = seen_by._folded(light, max(float(light.samples.max()), np.finfo(np.float64).tiny))
+    luminous = folded[:, 1].sum()
+    if not luminous > 0:
+        raise InputError(
+            "the light has zero power",
+            field="light",
+            found=f"Y = {luminous:g} for {seen_by.name}",
+            expected="some power between 360 and 830 nm",
+            hint="switch the light off in the scene instead",
+        )
+    if is_finer(wavelengths_nm, seen_by.wavelengths_nm):
+        grid, folded = _refined(grid, folded, wavelengths_nm)
+    return times_interpolation((folded / luminous).T, wavelengths_nm, grid)
 
 
 def _refined(grid: np.ndarray, folded: np.ndarray, finer_nm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

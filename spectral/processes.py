@@ -36,7 +36,8 @@ Start = tuple[Callable[..., Any], tuple]
 
 # The processes are the parallelism; threads of their own would only contend.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-_CONTEXT = multiprocessing.get_context("spawn")
+#: How processes of ours are started: a fresh Python each.
+SPAWNING = multiprocessing.get_context("spawn")
 
 
 @dataclass(frozen=True)
@@ -201,8 +202,8 @@ class _Worker:
     """A process, our end of its pipe, and the task that it has."""
 
     def __init__(self, work: Callable[..., Any], says: bool, start: Start | None) -> None:
-        self.connection, self._theirs = _CONTEXT.Pipe()
-        self.process = _CONTEXT.Process(
+        self.connection, self._theirs = SPAWNING.Pipe()
+        self.process = SPAWNING.Process(
             target=_serve, args=(self._theirs, work, says, str(temporary_folder())), daemon=True
         )
         self.task: Task | None = None
@@ -237,7 +238,9 @@ class _Worker:
             self.task = None
             self.process.join(timeout=5)
             self.connection.close()
-            return task, Lost(f"the process that worked on it ended abruptly ({_ending(self.process.exitcode)})")
+            how = ending_words(self.process.exitcode)
+            hint = "; try --jobs 1" if self.process.exitcode == -9 else ""
+            return task, Lost(f"the process that worked on it ended abruptly ({how}{hint})")
 
     def kill(self) -> None:
         """End the process now; it writes nothing that could be left half-written."""
@@ -250,9 +253,10 @@ class _Worker:
         self.connection.close()
 
 
-def _ending(code: int | None) -> str:
+def ending_words(code: int | None) -> str:
+    """How a process ended, by its exit code."""
     if code == -9:
-        return "signal 9, as when memory runs out; try --jobs 1"
+        return "signal 9, as when memory runs out"
     return f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
 
 
@@ -260,7 +264,7 @@ def _serve(connection: Connection, work: Callable[..., Any], says: bool, tempora
     """What a process does: a task, its result, the next; until the pipe or the parent is gone."""
     # Known, it is not tried with a file, which would stay where this process is ended in between.
     tempfile.tempdir = temporary
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    threading.Thread(target=end_with_the_parent, daemon=True).start()
     words: dict[str, Any] = {"say": lambda what: connection.send(_Said(what))} if says else {}
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
@@ -276,7 +280,7 @@ def _serve(connection: Connection, work: Callable[..., Any], says: bool, tempora
                 connection.send(_Raised(reason))
 
 
-def _end_with_the_parent() -> None:
+def end_with_the_parent() -> None:
     """A parent that is killed cannot end its children: in the middle of a task they would go on for nobody."""
     parent = multiprocessing.parent_process()
     if parent is not None:

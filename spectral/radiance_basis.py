@@ -9,6 +9,8 @@ cmf^T B c. A light enters once, at its own resolution, and a diagonal D is an or
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -19,8 +21,12 @@ from .basis import SpectralBasis
 _MOST = 4096
 
 
+#: Donaldson matrices [out, in] (L,L), or of surfaces where nothing changes its wavelength the diagonal (L,) alone.
+Matrices = Sequence[np.ndarray] | np.ndarray
+
+
 def radiance_basis(
-    surfaces: Float[np.ndarray, "n L L"],
+    surfaces: Matrices,
     lights: Float[np.ndarray, "m L"],
     sensitivity: Float[np.ndarray, "3 L"],
     wavelengths_nm: Wavelengths,
@@ -38,7 +44,7 @@ def radiance_basis(
 
     Parameters
     ----------
-    surfaces : Donaldson matrices [out, in] on `wavelengths_nm` (`Bispectral.on`); ordinary ones are diagonal.
+    surfaces : on `wavelengths_nm` (`Bispectral.on`).
     lights : spectral power on `wavelengths_nm`, of any scale; steps fine enough for their lines, such as 1 nm.
     sensitivity : `Observer.sensitivity(wavelengths_nm)`.
     bounces : surfaces on a path, 1 or more.
@@ -47,17 +53,23 @@ def radiance_basis(
     powers = lights / (lights @ sensitivity[1])[:, None]
     generator = np.random.default_rng(1)
     been = _paths(powers, surfaces, bounces, generator)[1:]
-    to_come = _paths(sensitivity, np.swapaxes(surfaces, 1, 2), bounces - 1, generator)
+    to_come = _paths(sensitivity, [surface.T for surface in surfaces], bounces - 1, generator)
     rows, columns = np.concatenate(been), np.concatenate(to_come)
     return SpectralBasis.balanced(rows, columns.T, size, wavelengths_nm)
 
 
-def radiance_operators(basis: SpectralBasis, surfaces: Float[np.ndarray, "n L L"]) -> Float[np.ndarray, "n J J"]:
+def radiance_operators(basis: SpectralBasis, surfaces: Matrices) -> Float[np.ndarray, "n J J"]:
     """A^T D B of each surface: what one more bounce does to coefficients of radiance."""
-    return np.stack([basis.bispectral_operator(surface) for surface in surfaces])
+    kinds = {1: basis.operator, 2: basis.bispectral_operator}
+    return np.stack([kinds[surface.ndim](surface) for surface in surfaces])
 
 
-def _paths(start: np.ndarray, surfaces: np.ndarray, bounces: int, generator: np.random.Generator) -> list[np.ndarray]:
+def sent_by(surface: np.ndarray, radiances: Float[np.ndarray, "*n L"]) -> Float[np.ndarray, "*n L"]:
+    """D v of each radiance v."""
+    return radiances * surface if surface.ndim == 1 else radiances @ surface.T
+
+
+def _paths(start: np.ndarray, surfaces: Matrices, bounces: int, generator: np.random.Generator) -> list[np.ndarray]:
     """What becomes of the rows of `start` after 0, 1, ..., `bounces` surfaces; at most `_MOST` rows of each."""
     steps = [start]
     for _ in range(bounces):
@@ -67,5 +79,5 @@ def _paths(start: np.ndarray, surfaces: np.ndarray, bounces: int, generator: np.
             if (len(last) * len(surfaces) > _MOST)
             else last
         )
-        steps.append(np.concatenate([chosen @ surface.T for surface in surfaces]))
+        steps.append(np.concatenate([sent_by(surface, chosen) for surface in surfaces]))
     return steps

@@ -112,10 +112,23 @@ class Sample:
                 if colour.space == "XYZ":
                     return colour.values / 100.0
                 return xyz_from_lab(colour.values, seer.white(power))
-        known = ", ".join(dict.fromkeys(f"{c.illuminant or '?'} and {c.observer or '?'}" for c in self.stated))
-        raise ComparisonError(
-            f"{self.name} has no spectrum: its colour is stated for {known or 'nothing'}, not for {light} and {eye}; "
-            "another light or observer cannot be had from it"
+        raise ComparisonError(self._not_known(light, eye))
+
+    def _not_known(self, light: str, eye: str) -> str:
+        """Why there is no colour under a light for an observer, and what to do."""
+        head = f"{self.name} of {self.source} has no spectrum: "
+        pairs = dict.fromkeys((one.illuminant, one.observer) for one in self.stated)
+        if pairs and not all(pair[0] and pair[1] for pair in pairs):
+            return (
+                f"{head}its colour is stated without its illuminant or its observer\n"
+                "  try: look up which they are, and say it, such as --colours-for D50/1931_2"
+            )
+        known = ", ".join(f"{one} and {other}" for one, other in pairs) or "nothing"
+        said = next(iter(pairs), None)
+        ask = "" if said is None else f"\n  try: --illuminants {said[0]} --observers {said[1]}"
+        return (
+            f"{head}its colour is stated for {known}, not for {light} and {eye}; another light or observer cannot be "
+            f"had from it{ask}"
         )
 
     def labs(self, light: str, eye: str) -> Float[np.ndarray, "n 3"]:

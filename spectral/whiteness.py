@@ -75,20 +75,14 @@ def whiteness(sample: Sample, conditions: Conditions = _DAYLIGHT, method: Whiten
     """
     if method not in get_args(WhitenessMethod):
         raise UnknownNameError("whiteness", method, get_args(WhitenessMethod))
-    light, eye = key = _key(f"whiteness {method}", conditions, _DEFINED[method])
+    key = _key(f"whiteness {method}", conditions, _DEFINED[method])
     xyz = _seen(sample, conditions)
-    if method == "ASTM E313-73":
-        _check_bright(sample, xyz, method)
-        return Whiteness(float(3.388 * xyz[2] - 3.0 * xyz[1]))
-    if method == "ASTM E313":
-        _check_bright(sample, xyz, method)
-        white = _DIFFUSER[key]
-    else:
-        white = _chromaticity(observer(eye).white(illuminant(light)))
-    x, y = np.subtract(white, _chromaticity(xyz))
-    found = Whiteness(float(xyz[1] + 800.0 * x + 1700.0 * y), float(_TINT[eye] * x - 650.0 * y))
+    index, tint = _equations(xyz, key, method)
+    found = Whiteness(float(index), None if tint is None else float(tint))
     if method == "CIE 2004":
         _check_limits(sample, found, float(xyz[1]))
+    else:
+        _check_bright(sample, xyz, method)
     return found
 
 
@@ -101,9 +95,46 @@ def yellowness(sample: Sample, conditions: Conditions = _DAYLIGHT) -> float:
     ------
     ComparisonError : another illuminant or observer; a black sample; or its colour under them is not known.
     """
-    along_x, along_z = _YELLOW[_key("yellowness ASTM E313", conditions, _YELLOW)]
-    x, y, z = _seen(sample, conditions)
-    return float(100.0 * (along_x * x - along_z * z) / y)
+    key = _key("yellowness ASTM E313", conditions, _YELLOW)
+    return float(_yellowness(_seen(sample, conditions), key))
+
+
+def index_of_xyz(
+    xyz: Float[np.ndarray, "*batch 3"], conditions: Conditions, method: WhitenessMethod | None
+) -> Float[np.ndarray, "*batch"]:
+    """Whiteness by a method, or yellowness where it is None, of XYZ whose perfect diffuser has Y = 1; the equations
+    alone, without their limits: how an index scatters with XYZ.
+
+    Raises
+    ------
+    ComparisonError : another illuminant or observer.
+    """
+    if method is None:
+        return _yellowness(100.0 * xyz, _key("yellowness ASTM E313", conditions, _YELLOW))
+    return _equations(100.0 * xyz, _key(f"whiteness {method}", conditions, _DEFINED[method]), method)[0]
+
+
+def defined_for(conditions: Conditions, method: WhitenessMethod | None) -> bool:
+    """Whether there is such a whiteness, or yellowness where the method is None, for an illuminant and observer."""
+    defined = _YELLOW if method is None else _DEFINED[method]
+    return any(same_conditions(key, (conditions.illuminant, conditions.observer)) for key in defined)
+
+
+def _equations(
+    xyz: Float[np.ndarray, "*batch 3"], key: tuple[str, str], method: WhitenessMethod
+) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"] | None]:
+    """Index and tint; Y of the perfect diffuser is 100."""
+    if method == "ASTM E313-73":
+        return np.asarray(3.388 * xyz[..., 2] - 3.0 * xyz[..., 1]), None
+    light, eye = key
+    white = _DIFFUSER[key] if method == "ASTM E313" else _chromaticity(observer(eye).white(illuminant(light)))
+    off = np.subtract(white, _chromaticity(xyz))
+    return np.asarray(xyz[..., 1] + off @ [800.0, 1700.0]), np.asarray(off @ [_TINT[eye], -650.0])
+
+
+def _yellowness(xyz: Float[np.ndarray, "*batch 3"], key: tuple[str, str]) -> Float[np.ndarray, "*batch"]:
+    along_x, along_z = _YELLOW[key]
+    return np.asarray(100.0 * (along_x * xyz[..., 0] - along_z * xyz[..., 2]) / xyz[..., 1])
 
 
 def _key(what: str, conditions: Conditions, defined: Iterable[tuple[str, str]]) -> tuple[str, str]:
@@ -125,8 +156,8 @@ def _seen(sample: Sample, conditions: Conditions) -> Float[np.ndarray, "3"]:
     return xyz
 
 
-def _chromaticity(xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "2"]:
-    return xyz[:2] / xyz.sum()
+def _chromaticity(xyz: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 2"]:
+    return xyz[..., :2] / xyz.sum(axis=-1, keepdims=True)
 
 
 def _check_bright(sample: Sample, xyz: Float[np.ndarray, "3"], method: str) -> None:

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LIGHTS = ("D65", "A", "FL11")
 IN_THE_BOOTH = ("colorchecker/blue-matte", "colorchecker/red-satin", "metal/copper")
 MOST_P99, MOST_MEAN = 1.0, 0.3
-MOST_PAGE_BYTES = 25_000_000
+MOST_PAGE_BYTES = 6_000_000
 
 pytestmark = pytest.mark.slow
 

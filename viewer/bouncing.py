@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from jaxtyping import Float
 
 from ..lighting.camera import Camera
 from ..lighting.scene import Scene
+from ..lighting.transfer.hits import RAYS
 from ..lighting.transfer.indirect import IndirectLight, indirect_light, needs_none
 from ..lighting.transfer.transport import Transport
 from ..lighting.visibility.keeping import transfer_folder
@@ -25,15 +27,33 @@ Progress = Callable[[int, int, str], None]
 
 
 class Bouncing:
-    """Keeps the rays of the last scene while its meshes are the same, and its indirect light while all of it is."""
+    """Keeps the rays of the last scene while its meshes are the same, and its last few states' indirect light.
 
-    def __init__(self) -> None:
+    keeps : states. Good for several renderers and threads: who works something out holds `lock`.
+    """
+
+    def __init__(self, keeps: int = 1) -> None:
+        self.keeps, self.lock = keeps, threading.RLock()
         self._transport: tuple[tuple[object, ...], Transport] | None = None
-        self._light: tuple[tuple[object, ...], IndirectLight] | None = None
+        # Newest last.
+        self._lights: list[tuple[tuple[object, ...], IndirectLight]] = []
 
     def release(self) -> None:
         """Forget both."""
-        self._transport = self._light = None
+        with self.lock:
+            self._transport = None
+            self._lights.clear()
+
+    def knows(self, scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> bool:
+        """Whether `light` has nothing to work out."""
+        if scene.bounces == 0:
+            return True
+        if not self.lock.acquire(blocking=False):
+            return False
+        try:
+            return self._kept(_key(scene, surfaces, shown_in), scene) is not None or needs_none(scene)
+        finally:
+            self.lock.release()
 
     def light(
         self,
@@ -44,11 +64,12 @@ class Bouncing:
         folder: Path | None = None,
         jobs: int = 1,
         say: Callable[[str], object] = lambda words: None,
+        rays: int = RAYS,
     ) -> IndirectLight | None:
         """The scene's indirect light; None where it is not asked for, or where nothing of it could be seen.
 
         folder : rays of the geometry are taken from there, or traced and kept there; None keeps them in memory alone.
-        jobs, say : see `kept_hits`.
+        jobs, say : see `kept_hits`. rays : of each site.
 
         Raises
         ------
@@ -56,17 +77,24 @@ class Bouncing:
         """
         if scene.bounces == 0 or needs_none(scene):
             return None
-        meshes = tuple(part.mesh for part in scene.parts)
-        worn = tuple(surfaces[part.material] for part in scene.parts)
-        # Objects, not their numbers: what is kept keeps them alive.
-        key = (*meshes, *worn, *scene.lights, scene.observer, scene.viewing, *shown_in)
-        known = self._light
-        if known is None or not _same(known[0], key) or known[1].asked != scene.bounces:
-            if self._transport is None or not _same(self._transport[0], meshes):
-                traced = Transport.of(scene, progress=progress, folder=folder, jobs=jobs, say=say)
-                self._transport = meshes, traced
-            known = self._light = key, indirect_light(scene, surfaces, self._transport[1], shown_in)
-        return known[1] if known[1].bounces else None
+        meshes, key = tuple(part.mesh for part in scene.parts), _key(scene, surfaces, shown_in)
+        with self.lock:
+            if self._transport is not None and self._transport[1].hits.rays != rays:
+                self.release()
+            known = self._kept(key, scene)
+            if known is None:
+                if self._transport is None or not _same(self._transport[0], meshes):
+                    traced = Transport.of(scene, rays, progress=progress, folder=folder, jobs=jobs, say=say)
+                    self._transport = meshes, traced
+                known = indirect_light(scene, surfaces, self._transport[1], shown_in)
+                self._lights = [*self._lights, (key, known)][-self.keeps :]
+        return known if known.bounces else None
+
+    def _kept(self, key: tuple[object, ...], scene: Scene) -> IndirectLight | None:
+        for of, light in self._lights:
+            if _same(of, key) and light.asked == scene.bounces:
+                return light
+        return None
 
 
 def counted(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> Scene:
@@ -99,6 +127,12 @@ def indirect_layers(
             fields = slice(start, min(start + _MOST_FIELDS, light.fields))
             rounded = np.concatenate(each[fields])[None]
             yield SpreadLayer(number, light, fields, form, light, np.eye(3), scale, rounded)
+
+
+def _key(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum]) -> tuple[object, ...]:
+    """Objects, not their numbers: what is kept keeps them alive."""
+    meshes, worn = (part.mesh for part in scene.parts), (surfaces[part.material] for part in scene.parts)
+    return (*meshes, *worn, *scene.lights, scene.observer, scene.viewing, *shown_in)
 
 
 def _same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:

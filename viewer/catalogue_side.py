@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ..calibration.regression.picture_files import Seen
 from ..calibration.regression.readings import pixel
-from ..calibration.regression.row import FLOAT32_STEP, Layer, LayerKind, Pixels, Row, RowName, Side
+from ..calibration.regression.row import FLOAT32_ROUNDOFF, Layer, LayerKind, Pixels, Row, RowName, Side
 from ..materials.catalogue import Catalogue
 from ..materials.protocol import sphere_protocol
 from ..materials.records.record import MARKER, read_record
@@ -66,7 +66,7 @@ def catalogue_side(folder: Path, seen: Seen) -> Side:
 def _sphere(path: Path, seen: Seen, index: int, kind: LayerKind) -> Pixels:
     xyz = getattr(_shown(path, path.stat().st_mtime_ns, seen), kind)[index]
     white = observer(seen.observer).white(illuminant(seen.lights[index]))
-    return Pixels(xyz[None].copy(), np.ones((1, len(xyz))), white, FLOAT32_STEP)
+    return Pixels(xyz[None].copy(), np.ones((1, len(xyz))), white, FLOAT32_ROUNDOFF)
 
 
 # Both sides of the material that is being compared, and one that is about to be.

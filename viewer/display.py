@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..calibration.display.aim import PICTURE_WHITE_XYZ
 from ..spectral.adaptation import Method, adaptation_matrix
+from ..spectral.difference import delta_e_xyz
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.image import ColourImage
 
@@ -27,9 +29,10 @@ INTERCHANGE_ROLE = "cie_xyz_d65_interchange"
 DEFAULT_DISPLAY = "sRGB - Display"
 DEFAULT_VIEW = "Un-tone-mapped"
 
-# White of the interchange space: CIE daylight of 6504 K by its rounded chromaticity, as IEC 61966-2-1 and OCIO have it.
-# The white computed from the D65 table differs from it by 3e-5, enough to miss (1, 1, 1).
-DISPLAY_WHITE_XYZ = np.array([0.3127 / 0.3290, 1.0, (1.0 - 0.3127 - 0.3290) / 0.3290])
+# White of the interchange space.
+DISPLAY_WHITE_XYZ = PICTURE_WHITE_XYZ
+# ΔE94 of white by what the display shows for its code, from which on a view is not colorimetric: a step of eight bits.
+WHITE_TOLERANCE = 0.5
 
 # Encoded values this far outside [0, 1] count as clipped: a quarter of an 8-bit step, well above float32 rounding.
 CLIP_TOLERANCE = 1e-3
@@ -107,14 +110,30 @@ class DisplayTransform:
     @cached_property
     def processor(self) -> Any:
         """The OCIO processor from XYZ-D65 to the encoded display; both the CPU and the GPU path are made from it."""
+        return self._processor(back=False)
+
+    @cached_property
+    def inverse(self) -> Any:
+        """The OCIO processor from codes of the display back to XYZ-D65.
+
+        Raises
+        ------
+        InputError : the transform cannot be turned round.
+        """
+        return self._processor(back=True)
+
+    def _processor(self, back: bool) -> Any:
         import PyOpenColorIO as ocio
 
-        transform = ocio.DisplayViewTransform(src=INTERCHANGE_ROLE, display=self.display, view=self.view)
+        direction = ocio.TRANSFORM_DIR_INVERSE if back else ocio.TRANSFORM_DIR_FORWARD
+        transform = ocio.DisplayViewTransform(
+            src=INTERCHANGE_ROLE, display=self.display, view=self.view, direction=direction
+        )
         try:
             return self._config.getProcessor(transform)
         except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
             raise InputError(
-                "the display transform cannot be built",
+                f"the display transform cannot be {'turned round' if back else 'built'}",
                 file=self._named_by,
                 field=f"{self.display} / {self.view}",
                 found=str(reason).strip(),
@@ -133,6 +152,20 @@ class DisplayTransform:
         """Encode XYZ that already has the display's white; float32, not clipped."""
         values = np.array(xyz_d65, dtype=np.float32, order="C")
         self._cpu.applyRGB(values.reshape(-1, 3))
+        return values
+
+    def decode(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """XYZ with the display's white that codes stand for; float32.
+
+        Raises
+        ------
+        InputError : the transform cannot be turned round.
+        """
+        import PyOpenColorIO as ocio
+
+        depth, values = ocio.BIT_DEPTH_F32, np.array(rgb, dtype=np.float32, order="C")
+        back = self.inverse.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
+        back.applyRGB(values.reshape(-1, 3))
         return values
 
     def adaptation_from(self, white_xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
@@ -210,11 +243,40 @@ class DisplayTransform:
             words.append("This view limits values above white itself: clipped pixels cannot all be counted.")
         else:
             words.append("No tone mapping by Metamer: what the display cannot show is clipped and counted per picture.")
-        if np.ptp(white) > 2e-3 or abs(float(white.mean()) - 1.0) > 2e-3:
+        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(white), DISPLAY_WHITE_XYZ))
+        if not off <= WHITE_TOLERANCE:
             words.append(
-                "This view changes white: it is not colorimetric, and pictures do not show colours as computed."
+                f"This view changes white, by ΔE94 {off:.1f}: it is not colorimetric, and pictures do not show "
+                "colours as computed."
             )
+        elif white.min() < 1.0 - 2e-3:
+            words.append("These codes show the white that was asked for: full code is not white on this display.")
         return words
+
+    def shown(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """XYZ-D65 that the display shows for codes, as the configuration has its colour space; codes are cut to [0, 1].
+
+        Raises
+        ------
+        InputError : the configuration cannot tell what codes show.
+        """
+        import PyOpenColorIO as ocio
+
+        name = self._config.getDisplayViewColorSpaceName(self.display, self.view)
+        name = self.display if name == "<USE_DISPLAY_NAME>" else name
+        values = np.clip(np.array(rgb, dtype=np.float32, order="C"), 0.0, 1.0)
+        try:
+            processor = self._config.getProcessor(name, INTERCHANGE_ROLE).getDefaultCPUProcessor()
+        except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
+            raise InputError(
+                "what codes show is not known",
+                file=self._named_by,
+                field=name,
+                found=str(reason).strip(),
+                expected="a display colour space that can be inverted",
+            ) from None
+        processor.applyRGB(values.reshape(-1, 3))
+        return values
 
 
 def composite(

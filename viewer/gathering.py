@@ -12,12 +12,14 @@ from ..lighting.environment.gathering import GatheredLight, turned
 from ..lighting.environment.panel import GatheredPanel
 from ..lighting.transfer.indirect import IndirectLight, light_at, under_lobes
 from ..lighting.visibility.compression import straight
+from ..lighting.visibility.cut_lobe import cut_lobe
 from ..lighting.visibility.free_share import free_share
 from ..lighting.visibility.own_horizon import share_above
 from ..materials.environment_form import Lobes, bends
 from ..materials.points import Points
 from ..materials.terms import Terms
-from .keeping import Shadows, SpreadLayer
+from .keeping import SpreadLayer
+from .kept_light import Shadows
 
 # Samples at once: their lobes and what those see take some 30 MB.
 _BLOCK = 1 << 13
@@ -164,11 +166,12 @@ def _left(
     """What is left of `lux` and `seen` where the scene stands in the light's way.
 
     What lobes see: of each bright part the share that is free about the axis of their product (Wang et al. 2009,
-    eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else the share about their
-    own. What surfaces receive: of each narrow bright part the share that is free about its axis; of all else what the
-    vertices around lose, as a share of what they would have, since pixels may have other normals. Of all bright parts
-    what the triangle's own plane hides is taken off too (`own_horizon`).
+    eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else what lies where the
+    lobe is free (`cut_lobe`). What surfaces receive: of each narrow bright part the share that is free about its axis;
+    of all else what the vertices around lose, as a share of what they would have, since pixels may have other normals.
+    Of all bright parts what the triangle's own plane hides is taken off too (`own_horizon`).
     """
+    assert isinstance(layer.gathered, GatheredLight)
     visibility, frame = shadows.visibility, samples.frame
     hidden, narrow, count = shadows.hidden, bright.narrow, lobes.sharpness.shape[1]
     vertices, weights = visibility.located(samples.face, samples.weights)
@@ -199,11 +202,18 @@ def _left(
         return lux, seen
 
     to_world = np.einsum("nqi,nij->nqj", lobes.directions, frame)
-    own = visibility.signed_distances(vertices, weights, to_world, samples.back)
+    own, slopes = visibility.boundaries(vertices, weights, to_world, samples.back)
     share = sharpness / (sharpness + lobes.sharpness[..., None])
     between = share * other[:, None] + (1.0 - share) * own[..., None]
     free = free_share(between, np.broadcast_to(sharpness + lobes.sharpness[..., None], between.shape))
-    alone = free_share(own, lobes.sharpness)[..., None]
-    bright_seen = bright.by_lobes(to_world, lobes.sharpness)
-    seen = seen * alone + (bright_seen * (free - alone)) @ amplitude
-    return lux, np.maximum(seen, 0.0)
+    parts = bright.by_lobes(to_world, lobes.sharpness)
+    rest = seen - parts @ amplitude
+    # Of all but bright parts a lobe sees what lies where it is free, about the middle of that.
+    steep = np.linalg.norm(slopes, axis=-1)
+    cut = cut_lobe(own, np.minimum(steep, 1.0), lobes.sharpness)
+    some = np.nonzero(cut.turn)
+    turn, way = cut.turn[some][:, None], slopes[some] / steep[some][:, None]
+    middle, sharper = (np.cos(turn) * to_world[some] + np.sin(turn) * way)[:, None], cut.sharpness[some][:, None]
+    there = layer.gathered.by_lobes(middle @ layer.world_from_map, sharper)[..., layer.fields]
+    rest[some] = (there - bright.by_lobes(middle, sharper) @ amplitude)[:, 0]
+    return lux, np.maximum(rest * cut.share[..., None] + (parts * free) @ amplitude, 0.0)

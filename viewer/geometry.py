@@ -83,6 +83,14 @@ class SceneGeometry:
         return _float32(np.concatenate(parts))
 
 
+def knows_geometry(scene: Scene, known: SceneGeometry | None) -> bool:
+    """Whether `scene_geometry` would give back `known`."""
+    if known is None or not _same_meshes(scene, known) or len(scene.delta_lights) != len(known.lights):
+        return False
+    pairs = zip(scene.delta_lights, known.lights, strict=True)
+    return all(_is_of(one, *_place(scene, light, known)) for light, one in pairs)
+
+
 def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeometry:
     """A scene prepared for any camera; what `known` has of the same meshes and lights is taken over, and `known` itself
     given back where nothing has changed.
@@ -93,6 +101,24 @@ def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeo
     if same and [id(light) for light in lights] == [id(light) for light in bare.lights]:
         return bare
     return replace(bare, lights=lights)
+
+
+def same_geometry(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes differ in materials without holes, spectra and observers at most."""
+    low, high = scene.bounds
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    lux = scene.viewing.reference_illuminance_lux, other.viewing.reference_illuminance_lux
+
+    def places(one: Scene) -> list[tuple]:
+        found = (light.homogeneous(centre, radius) for light in one.delta_lights)
+        return [(tuple(vector), strength) for vector, strength in found]
+
+    return (
+        lux[0] == lux[1]
+        and len(scene.parts) == len(other.parts)
+        and all(a.mesh is b.mesh and a.cutout is b.cutout for a, b in zip(scene.parts, other.parts, strict=True))
+        and places(scene) == places(other)
+    )
 
 
 def _same_meshes(scene: Scene, known: SceneGeometry) -> bool:
@@ -126,13 +152,21 @@ def _triangles(scene: Scene) -> SceneGeometry:
 
 
 def _light(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> LightGeometry:
-    vector, lux = light.homogeneous(bare.centre, bare.radius)
-    irradiance = np.pi * lux / scene.viewing.reference_illuminance_lux
+    vector, irradiance = _place(scene, light, bare)
     for one in bare.lights:
-        if np.array_equal(one.vector, vector) and one.irradiance == irradiance:
+        if _is_of(one, vector, irradiance):
             return one
     above = dot(bare.face_normals, light.arrivals(bare.corners[:, 0]).directions)
     return LightGeometry(vector, irradiance, above, shadow_grid(bare.occluders, vector))
+
+
+def _place(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> tuple[Float[np.ndarray, "4"], float]:
+    vector, lux = light.homogeneous(bare.centre, bare.radius)
+    return vector, np.pi * lux / scene.viewing.reference_illuminance_lux
+
+
+def _is_of(one: LightGeometry, vector: Float[np.ndarray, "4"], irradiance: float) -> bool:
+    return np.array_equal(one.vector, vector) and one.irradiance == irradiance
 
 
 def _float32(values: np.ndarray) -> np.ndarray:

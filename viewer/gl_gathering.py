@@ -11,7 +11,6 @@ from .keeping import SpreadLayer
 from .light_tables import (
     LightTables,
     bright_tables,
-    divisions,
     hidden_tables,
     indirect_tables,
     light_tables,
@@ -121,7 +120,6 @@ class GLGathering:
         if isinstance(gathered, IndirectLight):
             first = layer.fields.start
             lights = [self._kept(gathered, first, lambda: indirect_tables(self.context, gathered, layer.fields))]
-            given["division"] = divisions(gathered.refinement)[layer.part]
         elif isinstance(gathered, GatheredPanel):
             lights = [panel_tables(self.context, gathered)]
         else:
@@ -137,7 +135,6 @@ class GLGathering:
                 lights.append(
                     self._kept(hidden, first, lambda: hidden_tables(self.context, hidden, visibility, layer.fields))
                 )
-            given["division"] = divisions(visibility.refinement)[layer.part]
         try:
             textures = {name: scratch.texels(texels) for name, texels in made.textures.items()}
             for one in draws:

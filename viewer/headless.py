@@ -224,15 +224,9 @@ class GLRenderer(Renderer):
         return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
 
     def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        # Terms that serve one draw call are folded in it; more calls look factors up once. What mixes entries of its
-        # palette has no terms of a pixel that could be kept.
-        keep = self.keeps_terms or count > MOST_SPECTRA
-        kept = [
-            one
-            for one in layers
-            if keep and (isinstance(one, SpreadLayer) or one.summand.palette.entries == one.summand.mixed == 1)
-        ]
-        direct = [one for one in layers if one not in kept]
+        # Terms that serve one draw call are folded in it; more calls look factors up once.
+        kept, direct = with_and_without_terms(layers, self.keeps_terms or count > MOST_SPECTRA)
+        self._keep_terms(piece, {layer.terms_key for layer in kept})
         out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
         for start in range(0, count, MOST_SPECTRA):
             stop = min(start + MOST_SPECTRA, count)
@@ -245,17 +239,29 @@ class GLRenderer(Renderer):
         self, piece: Piece, kept: Sequence[Layer | SpreadLayer], direct: Sequence[Layer | SpreadLayer], columns: slice
     ) -> Float[np.ndarray, "m h w 3"]:
         """Pictures of the spectra that `columns` of the layers' colours are of, from kept terms or directly."""
-        height, width = self._coverage_of(piece).shape
         owner = Owner(self.context)
         try:
-            pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
-            target = owner.keep(self.context.framebuffer(pictures))
-            target.clear()
-            self._add_at_once(target, owner, piece, direct, columns)
-            self._add_folded(target, owner, piece, kept, columns)
+            pictures = self._painted(owner, piece, kept, direct, columns)
             return np.stack([read(picture)[..., :3] for picture in pictures])
         finally:
             owner.release()
+
+    def _painted(
+        self,
+        owner: Owner,
+        piece: Piece,
+        kept: Sequence[Layer | SpreadLayer],
+        direct: Sequence[Layer | SpreadLayer],
+        columns: slice,
+    ) -> list[moderngl.Texture]:
+        """`_drawn_by` as textures that `owner` keeps."""
+        height, width = self._coverage_of(piece).shape
+        pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
+        target = owner.keep(self.context.framebuffer(pictures))
+        target.clear()
+        self._add_at_once(target, owner, piece, direct, columns)
+        self._add_folded(target, owner, piece, kept, columns)
+        return pictures
 
     def _add_at_once(
         self,
@@ -272,7 +278,7 @@ class GLRenderer(Renderer):
             place = tile.parts[layer.part]
             if place is None:
                 continue
-            palette, shape = _palette(owner, layer, columns)
+            palette, shape = palette_of(owner, layer, columns)
             if isinstance(layer, SpreadLayer):
                 values = {"part": place[0], "samples": tile.samples, "origin": (0, 0), "palette_shape": shape}
                 samplers = {**framed(tile, layer), "palette": palette}
@@ -294,12 +300,27 @@ class GLRenderer(Renderer):
         columns: slice,
     ) -> None:
         for layer, terms in self._with_terms(piece, layers, True):
-            palette, shape = _palette(owner, layer, columns)
+            palette, shape = palette_of(owner, layer, columns)
             for row in range(0, len(terms.quads), MOST_QUADS):
                 quads = terms.quads[row : row + MOST_QUADS]
                 self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
 
 
-def _palette(owner: Owner, layer: Layer | SpreadLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+def with_and_without_terms(
+    layers: Sequence[Layer | SpreadLayer], keep: bool
+) -> tuple[list[Layer | SpreadLayer], list[Layer | SpreadLayer]]:
+    """The layers that are drawn from terms, and those that are drawn at once: what mixes entries of its palette has no
+    terms of a pixel that could be kept.
+    """
+    kept = [
+        one
+        for one in layers
+        if keep and (isinstance(one, SpreadLayer) or one.summand.palette.entries == one.summand.mixed == 1)
+    ]
+    return kept, [one for one in layers if one not in kept]
+
+
+def palette_of(owner: Owner, layer: Layer | SpreadLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+    """Some columns of a layer's colours as `fold.glsl` reads them, and their shape there; kept by `owner`."""
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape

@@ -19,8 +19,8 @@ from ..lighting.transfer.indirect import IndirectLight
 from ..lighting.transfer.passing_on import EVEN_Z, EVEN_ZZ
 from ..lighting.transfer.radiance_maps import BLUNT, FIRST, LEVELS
 from ..lighting.visibility.compression import SOFT, unpacked
+from ..lighting.visibility.halving import Halving
 from ..lighting.visibility.hidden_light import HiddenLight
-from ..lighting.visibility.refinement import Refinement
 from ..lighting.visibility.visibility import SceneVisibility
 from .resources import ROW_LENGTH, Owner
 
@@ -198,37 +198,12 @@ def _four(values: Float[np.ndarray, "n T F"], dtype: type) -> Float[np.ndarray, 
     return held
 
 
-def divisions(refinement: Refinement) -> list[tuple[int, int, int, int]]:
-    """By part: its first triangle, where its nodes begin, parts along a side, numbers of a triangle."""
-    start, found = 0, []
-    for number, k in enumerate(refinement.divisions.tolist()):
-        first, last = refinement.first[number : number + 2].tolist()
-        count = (k + 1) * (k + 2) // 2 if k > 1 else 4
-        found.append((first, start, k, count))
-        start += (last - first) * count
-    return found
-
-
-def _nodes(refinement: Refinement) -> np.ndarray:
-    """The vertices of all triangles, part by part. An undivided triangle has its corners, and where in this table its
-    first cut stands, -1 where it has none; a cut (`Halving`) its corner, its middle, and where the next ones stand.
+def _nodes(refinement: Halving) -> np.ndarray:
+    """Four numbers of each triangle: its vertices, and where in this table its first cut stands, -1 where it is whole;
+    then of each cut its corner, its middle, and where the next ones stand (`Halving`).
     """
-    halving, parts = refinement.halving, []
-    last, start, _, count = divisions(refinement)[-1]
-    cuts = start + int(refinement.first[-1] - last) * count
-    for number, k in enumerate(refinement.divisions.tolist()):
-        if k > 1:
-            parts.append(refinement.nodes[number].ravel())
-            continue
-        some = slice(*refinement.first[number : number + 2].tolist())
-        roots = np.full(some.stop - some.start, -1) if halving is None else halving.roots[some]
-        parts.append(np.column_stack([refinement.corners[some], _placed(roots, cuts)]).ravel())
-    if halving is not None:
-        table = np.column_stack([halving.opposite, halving.middle, _placed(halving.halves, cuts)])
-        parts.append(table.ravel())
-    return np.concatenate(parts).astype(np.int32)
-
-
-def _placed(cuts: np.ndarray, start: int) -> np.ndarray:
-    """Where cuts stand in a table that has four numbers each from `start`."""
-    return np.where(cuts >= 0, start + 4 * cuts, -1)
+    count = len(refinement.corners)
+    following = np.where(refinement.next >= 0, count + refinement.next, -1)
+    whole = np.column_stack([refinement.corners, following[:count]])
+    cuts = np.column_stack([refinement.opposite, refinement.middle, following[count:].reshape(-1, 2)])
+    return np.concatenate([whole, cuts]).astype(np.int32)

@@ -6,21 +6,24 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import cast, get_args
 
 from ..calibration.match.batch import batch
 from ..calibration.match.page import MatchReport
 from ..calibration.match.pairs import Asked, matched
 from ..calibration.match.tolerance import Tolerance
 from ..calibration.match.uncertainty import Repeatability
+from ..calibration.match.whites import WhiteScale
 from ..materials.catalogue import Catalogue
 from ..materials.samples import repeated_readings, samples_of
-from ..spectral.errors import InputError, UsageError
+from ..spectral.errors import InputError, UnknownNameError, UsageError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant
 from ..spectral.metamerism import Conditions
 from ..spectral.observers import observer
 from ..spectral.sample import Sample
+from ..spectral.whiteness import WhitenessMethod
 
 #: What is told where nobody asks for anything else.
 FORMULAS = ("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976")
@@ -37,6 +40,7 @@ def match(
     observers: Sequence[str] | None = None,
     repeatability: float | None = None,
     repeated: str | Path | None = None,
+    whites: Sequence[str] = (),
     catalogue: Catalogue | Path | None = None,
     answer: Answer = NO_ANSWER,
     signed: Mapping[str, str] | None = None,
@@ -49,8 +53,10 @@ def match(
     standard, samples : what `samples_of` names, or samples themselves.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance.
-    illuminants, observers : None: D65, A and TL84, 10 degrees; of a standard that is one colour, what that is for.
+    illuminants, observers : None: D65, A and TL84, 10 degrees; where colours without spectra are among them, what
+        these are stated for.
     repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
+    whites : whiteness and yellowness of each, by name: "CIE 2004", "ASTM E313", "ASTM E313-73", "yellowness".
     catalogue : where ids are looked up; None: the default one.
     answer : what files do not say. signed : by `page.SIGNED`, what stands on the page beforehand.
 
@@ -75,7 +81,9 @@ def match(
     for done, one in enumerate(asked_for):
         progress(done, len(asked_for), str(one if not isinstance(one, Sample) else one.name))
         found += named(one)
-    asked = _asked(first, tolerance, formulas, illuminants, observers, _known(repeatability, repeated, answer))
+    known = _known(repeatability, repeated, answer)
+    conditions = _conditions((first, *found), illuminants, observers)
+    asked = _asked(tolerance, formulas, conditions, known, _scales(whites))
     pairs = matched(first, found, asked)
     batches = [batch([one.differences[at] for one in pairs], asked.judging) for at in range(len(asked.conditions))]
     filled = {name: text for name, text in (signed or {}).items() if text}
@@ -85,12 +93,11 @@ def match(
 
 
 def _asked(
-    standard: Sample,
     tolerance: str | None,
     formulas: Sequence[str],
-    illuminants: Sequence[str] | None,
-    observers: Sequence[str] | None,
+    conditions: tuple[Conditions, ...],
     known: Repeatability | None,
+    whites: tuple[WhiteScale, ...],
 ) -> Asked:
     judged = None if tolerance is None else Tolerance.of(tolerance)
     told = [formula(text) for text in formulas]
@@ -98,15 +105,16 @@ def _asked(
         told = [judged.formula, *told]
     if not told:
         raise InputError("no formula", field="formulas", expected='one or more, such as "CIE 2000"')
-    return Asked(_conditions(standard, illuminants, observers), tuple(dict.fromkeys(told)), judged, known)
+    return Asked(conditions, tuple(dict.fromkeys(told)), judged, known, whites)
 
 
 def _conditions(
-    standard: Sample, illuminants: Sequence[str] | None, observers: Sequence[str] | None
+    sides: Sequence[Sample], illuminants: Sequence[str] | None, observers: Sequence[str] | None
 ) -> tuple[Conditions, ...]:
-    if not standard.spectral:
+    flat = next((one for one in sides if not one.spectral), None)
+    if flat is not None:
         # Of one colour nothing else is known: what it is stated for, unless somebody asks for less or more.
-        said = [one for one in standard.stated if one.illuminant and one.observer]
+        said = [one for one in flat.stated if one.illuminant and one.observer]
         illuminants = illuminants or list(dict.fromkeys(one.illuminant for one in said if one.illuminant))
         observers = observers or list(dict.fromkeys(one.observer for one in said if one.observer))
     lights, eyes = illuminants or ILLUMINANTS, observers or OBSERVERS
@@ -115,6 +123,14 @@ def _conditions(
     for eye in eyes:
         observer(eye)
     return tuple(Conditions(light, eye) for eye in eyes for light in lights)
+
+
+def _scales(names: Sequence[str]) -> tuple[WhiteScale, ...]:
+    known = (*get_args(WhitenessMethod), "yellowness")
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("whiteness", name, known)
+    return cast(tuple[WhiteScale, ...], tuple(dict.fromkeys(names)))
 
 
 def _known(repeatability: float | None, repeated: str | Path | None, answer: Answer) -> Repeatability | None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +16,12 @@ from jaxtyping import Float, Int
 
 from ..materials.fast import TermShader
 from . import resources, shadows
+from .full_screen import set_values
 from .geometry import LightGeometry
 from .light_tables import LightTables
+from .programs import Made, Programs
 from .raster import SUBSTEPS, Window, WindowTriangles
-from .shaders import ShaderError, program
+from .shaders import ShaderError
 from .view import View
 
 if TYPE_CHECKING:
@@ -68,15 +69,19 @@ class Passes:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.owner = resources.Owner(context)
-        self._program = lru_cache(maxsize=None)(self._compiled)
+        #: Those of other passes too, where `use_programs_of` says so.
+        self.programs = Programs(context)
+        self._own = self.programs
         self._named: set[tuple[Path, tuple[str, ...]]] = set()
-        self._everywhere: dict[moderngl.Program, moderngl.VertexArray] = {}
         self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
 
+    def use_programs_of(self, other: Passes) -> None:
+        """Compile nothing that the other has; it lives longer."""
+        self.programs = other.programs
+
     def release(self) -> None:
-        """Free the programs."""
-        self._program.cache_clear()
-        self._everywhere.clear()
+        """Free the programs, where they are its own."""
+        self._own.release()
         self.keep_shadows(())
         self.owner.release()
 
@@ -90,10 +95,10 @@ class Passes:
             self._begin(target, size)
             target.clear(depth=0.0)
             if len(triangles.parent):
-                made = self._program("visibility.vert", "visibility.frag")
+                made = self._made("visibility.vert", "visibility.frag").program
                 context.enable_only(context.DEPTH_TEST)
                 context.depth_func = ">"
-                _set(made, {"key_base": triangles.key_base, "key_shift": triangles.key_shift})
+                set_values(made, {"key_base": triangles.key_base, "key_shift": triangles.key_shift})
                 vertices = resources.triangle_vertices(triangles, window)
                 buffer = scratch.keep(context.buffer(vertices.tobytes()))
                 layout = [(buffer, resources.VERTEX_FORMAT, *resources.VERTEX_NAMES)]
@@ -141,7 +146,7 @@ class Passes:
                 "light": tuple(light.vector),
                 "irradiance": light.irradiance / view.camera.samples**2,
             }
-            _set(made, values, {"seen": seen, "triangles": triangles, "lit": lit, **tables})
+            set_values(made, values, {"seen": seen, "triangles": triangles, "lit": lit, **tables})
             everywhere.render(context.TRIANGLES, vertices=3)
         finally:
             scratch.release()
@@ -168,7 +173,7 @@ class Passes:
             self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
             context.enable_only(context.NOTHING)
             made, everywhere = self._full_screen("uv.frag")
-            _set(made, {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
+            set_values(made, {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
             everywhere.render(context.TRIANGLES, vertices=3)
         finally:
             scratch.release()
@@ -187,7 +192,7 @@ class Passes:
             self.context.enable_only(self.context.NOTHING)
             made, everywhere = self._full_screen("frames.frag")
             values = {"eye": tuple(view.eye), "perspective": view.perspective}
-            _set(made, values, {"seen": seen, "triangles": triangles})
+            set_values(made, values, {"seen": seen, "triangles": triangles})
             everywhere.render(self.context.TRIANGLES, vertices=3)
         finally:
             scratch.release()
@@ -252,13 +257,17 @@ class Passes:
         first_row: int,
         palette: moderngl.Texture,
         palette_shape: tuple[int, int],
+        origin: tuple[int, int] | None = None,
     ) -> None:
-        """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each."""
+        """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each.
+
+        origin : where the terms' first pixel is; None is the box's.
+        """
         made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
         for unit, quad in enumerate(quads, 1):
             quad.use(unit)
         units: object = 1 if len(quads) == 1 else list(range(1, len(quads) + 1))
-        values = {"terms": units, "origin": box[:2], "first_row": first_row, "palette_shape": palette_shape}
+        values = {"terms": units, "origin": origin or box[:2], "first_row": first_row, "palette_shape": palette_shape}
         self.draw_layer(made, everywhere, target, box, {"palette": palette}, values)
 
     def draw_layer(
@@ -277,7 +286,7 @@ class Passes:
         context.blend_equation = context.FUNC_ADD
         context.blend_func = context.ONE, context.ONE
         target.scissor = scissor
-        _set(made, values, samplers)
+        set_values(made, values, samplers)
         everywhere.render(context.TRIANGLES, vertices=3)
         target.scissor = None
 
@@ -290,6 +299,10 @@ class Passes:
         """Free the shadow tables of all lights but these."""
         for key in [key for key, (light, _, _) in self._shadows.items() if light not in lights]:
             self._shadows.pop(key)[1].release()
+
+    def upload_shadows(self, light: LightGeometry) -> None:
+        """Put a light's shadow tables on the GPU, where `light` would."""
+        self._shadow_tables(light)
 
     def _shadow_tables(self, light: LightGeometry) -> dict[str, moderngl.Texture]:
         """What `shadows.glsl` reads, kept for other cameras."""
@@ -309,20 +322,15 @@ class Passes:
         self, fragment: str, terms: Path | None = None, /, **sizes: int | float
     ) -> tuple[moderngl.Program, moderngl.VertexArray]:
         """A program that runs at every pixel of its target, and its vertex array without buffers."""
-        made = self._program("fullscreen.vert", fragment, terms, **sizes)
-        if made not in self._everywhere:
-            self._everywhere[made] = self.owner.keep(self.context.vertex_array(made, []))
-        return made, self._everywhere[made]
+        return self._made("fullscreen.vert", fragment, terms, **sizes)
 
-    def _compiled(
-        self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float
-    ) -> moderngl.Program:
+    def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> Made:
         if terms is not None:
-            return self.owner.keep(program(self.context, vertex, fragment, sizes, terms))
+            return self.programs.of((vertex, fragment, tuple(sizes.items()), terms))
         # What is linear stands first, so that it is found where nothing is said of mip-mapping.
         for names in PROGRAMS:
             if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
-                return self.owner.keep(program(self.context, *names))
+                return self.programs.of((vertex, fragment, tuple(names[2].items()), None))
         raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
 
 
@@ -331,16 +339,3 @@ def _words(file: Path) -> set[str]:
     text = file.read_text("utf-8")
     beside = [file.with_name(name) for name in re.findall(r'#include "([^"]+)"', text)]
     return set(re.findall(r"\w+", text)).union(*(_words(one) for one in beside if one.is_file()))
-
-
-def _set(
-    made: moderngl.Program, values: Mapping[str, object], samplers: Mapping[str, moderngl.Texture] | None = None
-) -> None:
-    """Set uniforms and bind textures; a compiler may have dropped what it found unused."""
-    for unit, (name, texture) in enumerate((samplers or {}).items()):
-        if name in made:
-            texture.use(unit)
-            made[name] = unit
-    for name, value in values.items():
-        if name in made:
-            made[name] = value

@@ -83,6 +83,7 @@ def window_triangles(
     perspective: bool,
     size: tuple[int, int],
     window: Window,
+    farthest: float | None = None,
 ) -> WindowTriangles:
     """Clip triangles to the part of space in front of the camera and behind `window`, and put them on the grid.
 
@@ -92,10 +93,12 @@ def window_triangles(
     depth : (F, 3) distances along the view; what is nearer than 1e-5 of the farthest is cut away (perspective), or what
         is behind the camera (orthographic).
     size : width and height of the whole picture in samples.
+    farthest : the largest `depth` of the scene, where these are only some of its triangles.
 
     Triangles that have no area left on the grid are dropped: they cover no sample.
     """
-    least = 1e-5 * max(float(depth.max(initial=0.0)), 1e-30) if perspective else 0.0
+    farthest = float(depth.max(initial=0.0)) if farthest is None else farthest
+    least = 1e-5 * max(farthest, 1e-30) if perspective else 0.0
     x, y, w = clip[..., 0], clip[..., 1], clip[..., 2]
     # Homogeneous window coordinates, so that cutting is linear: x/w and y/w are in samples from the window's corner.
     across = (0.5 * (x + w)) * size[0] - window.left * w

@@ -14,6 +14,7 @@ from jaxtyping import Float
 from ..lighting.camera import Camera
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
+from ..lighting.transfer.hits import RAYS
 from ..lighting.transfer.indirect import IndirectLight
 from ..lighting.transfer.radiant import fluoresces
 from ..lighting.visibility.keeping import transfer_folder
@@ -71,6 +72,8 @@ class Renderer(Keeping):
         self.progress: Callable[[int, int, str], None] | None = None
         #: Where rays between surfaces are kept, as by `metamer transfer build`; None: in the user's cache.
         self.rays_folder: Path | None = None
+        #: How many of each vertex.
+        self.rays = RAYS
         #: Light by way of other surfaces in the last picture; None where there was none.
         self.bounced: IndirectLight | None = None
 
@@ -198,26 +201,10 @@ class Renderer(Keeping):
 
         step : which of how many such rounds this is, for `progress`. shown_in : spectra in place of the lights' own.
         """
-        scene.check_surfaces(surfaces)
-        scene = scene.cut(surfaces)
-        folder, jobs = self.rays_folder or transfer_folder(), self.jobs or usable_cores()
-        indirect = self._bouncing.light(scene, surfaces, shown_in, self._say, folder, jobs, self.say)
-        self.bounced = indirect
-        surfaces = {name: surfaces[name].without_holes() for name in scene.material_ids}
-        self._with_uv = scene.needs_uv(surfaces)
-        self._with_frames = bool(scene.spread_lights) or indirect is not None
-        layers: list[Layer | SpreadLayer] = [
-            Layer(number, lights, one, colours(scene.delta_lights[lights[0]].spectrum, one.palette))
-            for number, part in enumerate(scene.parts)
-            for lights in _by_spectrum(scene.delta_lights)
-            for one in surfaces[part.material].summands
-        ]
-        layers += self._spread_layers(scene, camera, surfaces, colours)
-        if indirect is not None:
-            layers += indirect_layers(indirect, scene, camera, surfaces, colours)
+        scene, layers = self._layers(scene, camera, surfaces, colours, shown_in)
         xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
         coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
-        tiles = window_count(camera)
+        tiles = window_count(camera, self.tile_samples)
         self._say(
             step[0] * tiles, step[1] * tiles, f"sorting {sum(len(p.mesh.faces) for p in scene.parts):,} triangles"
         )
@@ -230,6 +217,39 @@ class Renderer(Keeping):
             self._say(step[0] * tiles + number, step[1] * tiles, "drawing")
         return xyz, coverage
 
+    def _layers(
+        self,
+        scene: Scene,
+        camera: Camera,
+        surfaces: Mapping[str, Fast],
+        colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
+        shown_in: Sequence[Spectrum] = (),
+    ) -> tuple[Scene, list[Layer | SpreadLayer]]:
+        """The scene with its materials' holes, and all layers of a picture of it; see `_drawn`."""
+        scene.check_surfaces(surfaces)
+        scene = scene.cut(surfaces)
+        indirect = self.bounced = self._indirect(scene, surfaces, shown_in)
+        surfaces = {name: surfaces[name].without_holes() for name in scene.material_ids}
+        self._with_uv = scene.needs_uv(surfaces)
+        self._with_frames = bool(scene.spread_lights) or indirect is not None
+        layers: list[Layer | SpreadLayer] = [
+            Layer(number, lights, one, colours(scene.delta_lights[lights[0]].spectrum, one.palette))
+            for number, part in enumerate(scene.parts)
+            for lights in _by_spectrum(scene.delta_lights)
+            for one in surfaces[part.material].summands
+        ]
+        layers += self._spread_layers(scene, camera, surfaces, colours)
+        if indirect is not None:
+            layers += indirect_layers(indirect, scene, camera, surfaces, colours)
+        return scene, layers
+
+    def _indirect(
+        self, scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()
+    ) -> IndirectLight | None:
+        """Light by way of other surfaces."""
+        folder, jobs = self.rays_folder or transfer_folder(), self.jobs or usable_cores()
+        return self._bouncing.light(scene, surfaces, shown_in, self._say, folder, jobs, self.say, self.rays)
+
     def _spread_layers(
         self,
         scene: Scene,
@@ -240,7 +260,7 @@ class Renderer(Keeping):
         """The layers of all lights that spread, four of a light's fields each."""
         scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
         for light in scene.spread_lights:
-            gathered, world_from_map = self._light_gathered(light, scene)
+            gathered, world_from_map = self._kept_light.gathered(light, scene)
             shadows = self._shadows(light, scene)
             for number, part in enumerate(scene.parts):
                 form = surfaces[part.material].environment_form()

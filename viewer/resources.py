@@ -42,6 +42,8 @@ class Owner:
 
     def release(self) -> None:
         """Release everything kept, newest first."""
+        if any(thing is self.context.fbo for thing in self._kept):
+            _bind_another(self.context)
         while self._kept:
             self._kept.pop().release()
 
@@ -66,6 +68,25 @@ class Owner:
         padded = np.zeros((rows * items_a_row, *values.shape[1:]), dtype=values.dtype)
         padded[: len(values)] = values
         return self.texture((items_a_row * texels, rows), components, padded.tobytes(), dtype)
+
+
+def release_target(target: moderngl.Framebuffer) -> None:
+    """Free a framebuffer, which may be the one that is drawn to: moderngl would bind its number again, an error of GL's
+    that hides others.
+    """
+    if target is target.ctx.fbo:
+        _bind_another(target.ctx)
+    target.release()
+
+
+def _bind_another(context: moderngl.Context) -> None:
+    """Draw to the screen, or where there is none to a texel that stays as long as the context."""
+    if context.screen is not None:
+        context.screen.use()
+        return
+    if context.extra is None:
+        context.extra = context.framebuffer([context.texture((1, 1), 4)])
+    context.extra.use()
 
 
 def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from shutil import rmtree
 
+from ..calibration.history import HISTORY, read_history
+from ..calibration.rating import Rating
 from ..calibration.report import status, write_report
 from ..calibration.row import ReviewRow
 from ..calibration.statistics import self_check
@@ -30,6 +32,7 @@ from .review_folder import REPORT, UNFINISHED, Drawn, drawing_into, drawn_rows, 
 from .review_key import row_key
 from .review_words import colour_chain
 from .review_write import write
+from .worst_pixel import pixel_spectra
 
 __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
@@ -64,6 +67,7 @@ def review(
     progress: Progress | None = None,
     warn: Warn = unheard,
     again: bool = False,
+    ratings: Sequence[Rating] = (),
     resumed: Callable[[int, int], None] = lambda found, total: None,
 ) -> ReviewResult:
     """Render, compare and report.
@@ -85,6 +89,7 @@ def review(
     jobs : processes that compute references.
     progress : called with (rows done, rows in all, material) for each row that is drawn.
     again : draw every row, also those that are there.
+    ratings : a reviewer's protocol (`calibration.protocol`), for the report.
     resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
     warn : called at once with a line for each reason why pictures show nothing; the report repeats them.
 
@@ -119,7 +124,7 @@ def review(
 
         with saying(reached):
             _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings)
-            result = _report(out, setting, keys, [one for one in drawn if one], warnings)
+            result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings)
     return replace(result, resumed=there)
 
 
@@ -128,7 +133,12 @@ def _rows_in(drawn: Sequence[Drawn | None]) -> int:
 
 
 def _report(
-    out: Path, setting: Setting, keys: Sequence[str], drawn: Sequence[Drawn], warnings: _Warnings
+    out: Path,
+    setting: Setting,
+    keys: Sequence[str],
+    drawn: Sequence[Drawn],
+    warnings: _Warnings,
+    ratings: Sequence[Rating],
 ) -> ReviewResult:
     """Write the report of all rows, and lay everything in its place."""
     it = setting
@@ -151,6 +161,8 @@ def _report(
             checks=checks,
             title=f"Colour review: {it.scene.name}",
             warnings=warnings.said,
+            history=read_history(out / HISTORY),
+            ratings=ratings,
         )
         put_in_place(out, keys, report)
     page, figures = (out / name for name in REPORT)
@@ -206,11 +218,12 @@ def _drawn(
     """The rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
     heard, rows, checks = _Warnings(warn), [], ()
     readings = {material: Reading.of(setting.records[material].brdf()) for material in case.judged}
+    spectra = pixel_spectra(setting, case)
     for drawing in draw(setting, case, truth, heard):
         for found in compare(setting, case, drawing):
             if checked and not checks:
                 checks = tuple(self_check(drawing.truth_xyz, drawing.white, found.share))
-            rows.append(write(setting, drawing, found, readings[found.material], folder))
+            rows.append(write(setting, drawing, found, readings[found.material], folder, spectra))
             finished(rows[-1])
     return Drawn(tuple(rows), checks, tuple(heard.said))
 

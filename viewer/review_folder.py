@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
+from ..calibration.history import HISTORY
 from ..calibration.row_files import Drawn, read_rows, write_rows
 from ..spectral.ending import clearing, undisturbed
 from ..spectral.files import check_writable, half_written, made_folder
@@ -52,7 +53,7 @@ def drawing_into(out: Path) -> Iterator[None]:
                 stray.unlink(missing_ok=True)
             for stray in (out / UNFINISHED).glob(".*"):
                 shutil.rmtree(stray, ignore_errors=True)
-            for name in REPORT:
+            for name in (*REPORT, HISTORY):
                 check_writable(out / name)
             yield
 
@@ -100,7 +101,7 @@ def put_in_place(out: Path, keys: Sequence[str], report: Path) -> None:
                     picture.replace(out / PICTURES / picture.name)
                 (drawn / "rows.npz").replace(_place(out, key))
         _forget_all_but(out, keys)
-        for name in REPORT:
+        for name in (HISTORY, *REPORT):
             (report / name).replace(out / name)
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
 

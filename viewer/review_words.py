@@ -14,6 +14,7 @@ from ..materials.records.material import MaterialRecord
 from ..materials.surface import Surface
 from ..spectral.spectrum import Spectrum
 from .display import DisplayTransform
+from .display_state import display_words
 
 # Cosines of measured directions may be off by so much.
 _ROUNDING = 1e-6
@@ -89,6 +90,7 @@ def colour_chain(
     return [
         *words,
         *display.describe(),
+        *display_words(display),
         f"The display transform ran on the {encoded_on}, as OpenColorIO wrote it for it; PNG, 8 bits a channel.",
         *scene.notes,
     ]

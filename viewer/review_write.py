@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from ..calibration.row import ReviewRow, RowColour, review_row
+from ..calibration.row import ReviewRow, RowColour, WorstPixel, review_row
 from ..materials.reading import GEOMETRY, Reading
 from ..spectral.difference import lab_from_xyz
 from .picture import picture_words
@@ -16,10 +16,15 @@ from .review_compare import Comparison
 from .review_draw import Drawing
 from .review_files import picture_name, write_row
 from .review_words import held_words, provenance_words
+from .worst_pixel import BANDS_NM, PixelSpectra
 
 
-def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Reading, out: Path) -> ReviewRow:
-    """Write the pictures below `out` and give the row; `reading` is what an instrument reads of the material."""
+def write(
+    setting: Setting, drawing: Drawing, found: Comparison, reading: Reading, out: Path, spectra: PixelSpectra
+) -> ReviewRow:
+    """Write the pictures below `out` and give the row; `reading` is what an instrument reads of the material, `spectra`
+    tells those of a pixel.
+    """
     begun = time.perf_counter()
     scene, display, lit = setting.scene, setting.display, drawing.scene
     words = picture_words(lit, setting.view, setting.renderer.made_by, setting.version)
@@ -57,7 +62,18 @@ def write(setting: Setting, drawing: Drawing, found: Comparison, reading: Readin
         swatch=swatch(display, xyz, drawing.white),
         colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY, around),
         white_xyz=drawing.white,
+        shift=found.shift,
+        worst=_worst(found, spectra),
         noise=drawing.noise,
         notes=(*drawing.notes, *held_words(lit, setting.geometry, found.material, setting.surfaces[found.material])),
         provenance=provenance_words(setting.records[found.material]),
     )
+
+
+def _worst(found: Comparison, spectra: PixelSpectra) -> WorstPixel | None:
+    if found.worst is None or found.worst_lab is None:
+        return None
+    there = float(found.difference[found.worst])
+    factors = spectra(found.worst)
+    curves = () if factors is None else (BANDS_NM, *factors)
+    return WorstPixel(found.worst, there, found.worst_lab[0], found.worst_lab[1], *curves)

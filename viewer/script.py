@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
+from ..calibration.protocol import read_protocol
 from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
 from ..spectral.errors import UnknownNameError, UsageError
@@ -100,6 +101,7 @@ def review(
     renderer: RendererName | Renderer = "auto",
     jobs: int | None = None,
     again: bool = False,
+    protocol: str | Path | None = None,
     progress: Progress | None = None,
 ) -> ReviewResult:
     """Render materials under several lights, compare with the reference, and write the report into the folder `out`.
@@ -118,6 +120,7 @@ def review(
     renderer : as of `render`.
     jobs : processes that compute references; default: one a core.
     again : draw every row, also those that are there.
+    protocol : a reviewer's protocol, as the window writes it; the report repeats it.
     progress : called with (rows done, rows in all, material).
 
     Raises
@@ -128,6 +131,8 @@ def review(
     from .review_cases import light_names
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
+    # Read first: a review takes minutes.
+    ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()
     view = scene.camera(camera)
     picture_cost(scene, view, "review", spectra=len(light_names(scene, illuminants)), jobs=jobs).check_room(scene, view)
@@ -145,6 +150,7 @@ def review(
             version=version("metamer"),
             progress=progress,
             again=again,
+            ratings=ratings,
         )
     for line in result.warnings:
         warnings.warn(line, stacklevel=2)

@@ -104,6 +104,7 @@ class SoftwareRenderer(Renderer):
     def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
         height, width = self._coverage_of(piece).shape
         total = np.zeros((height * width, 3 * count))
+        self._keep_terms(piece, {layer.terms_key for layer in layers})
         for layer, kept in self._with_terms(piece, layers, self.keeps_terms):
             kept.terms.add_to(total, layer.colours)
         return total.reshape(height, width, count, 3).transpose(2, 0, 1, 3)

@@ -16,6 +16,7 @@ from ..calibration.regression.suite import Suite
 from ..lighting.scene import Scene
 from ..lighting.scene_files import load_scene
 from ..materials.catalogue import Catalogue
+from ..spectral.blas import blas
 from ..spectral.observers import observer
 from .picture import Warn, unheard
 from .renderer import Renderer
@@ -78,6 +79,7 @@ def environment() -> dict[str, str]:
         "python": platform.python_version(),
         "numpy": np.__version__,
         "system": f"{platform.system()} {platform.machine()}",
+        **blas().facts,
     }
 
 

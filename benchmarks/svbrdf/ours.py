@@ -17,7 +17,8 @@ from ...materials.slices.fit import mixtures
 from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette
 from ...viewer.gathering import SeenSamples, gathered_terms
-from ...viewer.keeping import Shadows, SpreadLayer
+from ...viewer.keeping import SpreadLayer
+from ...viewer.kept_light import Shadows
 from .meshes import SceneHiding
 from .methods import Task
 from .surface import GlossySurface, ShadedPoints

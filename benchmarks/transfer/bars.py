@@ -21,7 +21,8 @@ def bars(rows: Iterable[dict]) -> list[list[str]]:
             lines.append([bar, f"{'>= ' if least else ''}{limit:g}", f"{value(worst):.3g}", words])
 
     for rays, seconds, megabytes in ((256, 15, 40), (1024, 90, 150)):
-        some = [row for row in large if row["rays"] == rays]
+        # Pictures have sites of their own, finer ones.
+        some = [row for row in large if row["rays"] == rays and row["at"] != "renderer"]
         add(f"precompute, {rays} rays, CPU s", seconds, some, lambda row: row["precompute_cpu_seconds"])
         add(f"rays kept, {rays} rays, MB", megabytes, some, lambda row: row["bytes"] / 1e6)
     relit = [row for row in large if row["rays"] == 256 and row["at"] == "sites" and row["bounces"] == "all"]
@@ -35,6 +36,7 @@ def bars(rows: Iterable[dict]) -> list[list[str]]:
     for rays in (256, 1024):
         whole = [row for row in large if row["at"] == "pixels" and row["bounces"] == "all" and row["rays"] == rays]
         add(f"all bounces, {rays} rays, whole picture, p95", 1.0, whole, lambda row: row["delta_e94"]["p95"])
+    add("between vertices, p95", 1.0, [row for row in large if "delta_e94_between" in row], _between)
     drawn = [row for row in large if row["at"] == "renderer"]
     add("all bounces, as rendered, p95", 1.0, drawn, lambda row: row["delta_e94"]["p95"])
     spectrum = [row for row in ours if row["at"] == "wavelengths"]
@@ -46,3 +48,7 @@ def bars(rows: Iterable[dict]) -> list[list[str]]:
     traced = [row for row in rows if row["method"] == "mitsuba"]
     add("times faster than Mitsuba", 1000, traced, lambda row: row["faster"], least=True)
     return lines
+
+
+def _between(row: dict) -> float:
+    return row["delta_e94_between"]["p95"]

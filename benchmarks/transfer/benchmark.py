@@ -64,7 +64,8 @@ def run(
     "wavelengths" beside the same with 81 samples), `rays`, `bounces` ("all": until nothing is left),
     `precompute_cpu_seconds`, `bytes`, `relight_ms` (`view`, `material`, `light`, `all`; ours also `matt`; nothing of
     whole pictures), `light`, `delta_e94` (`mean`, `p95`, `p99`, against paths of as many
-    bounces) and `reference_noise` (ΔE94); ours also `coefficients`, and at sites `delta_e94_matt` and
+    bounces) and `reference_noise` (ΔE94); ours also `coefficients`, `delta_e94_between` (what is linear between sites
+    beside what is traced there, of light that has met one surface, anywhere on it), and at sites `delta_e94_matt` and
     `delta_e94_glossy` of what receives the light. Direct light at pixels is the paper's own in its rows, and the
     paths' in ours (see `ours`).
 

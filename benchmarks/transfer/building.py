@@ -2,7 +2,8 @@
 
     python -m metamer.benchmarks.transfer.building [--rays 256] [--most 62000] [--times 3] [--json OUT.json]
 
-Balls above a floor, from three on twice as many each time, up to `--most` vertices, none of whose triangles is divided.
+Balls above a floor, from three on twice as many each time, up to `--most` vertices of their meshes; edges are cut only
+where light between parts is not linear.
 Each size is built anew `--times` times and read again; the least CPU time counts, since other work on the machine only
 adds to it. `beside the first` are seconds and bytes a vertex beside those of the smallest size: 1 is linear.
 """

@@ -21,15 +21,15 @@ from ...lighting.mesh import Mesh
 from ...lighting.reference import reference_images
 from ...lighting.scene import Part, Scene
 from ...lighting.shapes import cloth, plane
-from ...lighting.transfer.bounces import Regions
-from ...lighting.transfer.hits import Bodies, Hits, scene_hits, tangents
-from ...lighting.transfer.influence import albedo
+from ...lighting.transfer.bodies import Bodies
+from ...lighting.transfer.hits import Hits, tangents
 from ...lighting.transfer.operator import irradiance_operator
+from ...lighting.transfer.passing_on import even_albedo
+from ...lighting.transfer.regions import Regions
 from ...lighting.transfer_tensors.clustered_harmonic import ClusteredHarmonicTransfer, clustered_transfer
 from ...lighting.transfer_tensors.harmonic import HarmonicTransfer, harmonic_transfer
 from ...lighting.transfer_tensors.harmonic_btf import HarmonicBtf, products
 from ...lighting.vectors import orthonormal_frame
-from ...lighting.visibility.refinement import refined
 from ...materials.analytic import Lambert
 from ...materials.btf.form import BtfForm, btf_form
 from ...materials.btf.images import BtfImages
@@ -103,12 +103,12 @@ class _Pixels:
     wo: Float[np.ndarray, "n 3"]
 
     @classmethod
-    def of(cls, scene: Scene, hits: Hits) -> _Pixels:
-        """Those of the first camera."""
+    def of(cls, scene: Scene, fine: Scene, hits: Hits) -> _Pixels:
+        """Those of the first camera. fine : the scene as it is divided."""
         found = visible_geometry(scene, None, slice(None), Tracer(scene), with_uv=True, with_frames=True)
         assert found.uv is not None
         ours = np.flatnonzero(found.part == 0)
-        seen = seen_sites(scene, hits, _EDGE)
+        seen = seen_sites(fine, hits)
         both, first, second = np.intersect1d(found.pixel[ours], seen.pixel, return_indices=True)
         ours = ours[first]
         # What shows its back lies in another frame than the sites there.
@@ -130,12 +130,12 @@ def rows(progress: Callable[[str], None], images: BtfImages | None = None, divis
     gathering = HarmonicBtf(texels=form.texels)
     progress(f"{NAME}: transfer matrices")
     begin = time.process_time()
-    hits, exact, basis = _transfer(case)
+    fine, hits, exact, basis = _transfer(case)
     matrices_s = time.process_time() - begin
     progress(f"{NAME}: clusters")
     compressed = clustered_transfer(exact)
     clusters_s = time.process_time() - begin - matrices_s
-    pixels = _Pixels.of(scene, hits)
+    pixels = _Pixels.of(scene, fine, hits)
     progress(f"{NAME}: paths of {BOUNCES} bounces")
     truth = reference_images(scene, None, case.surfaces, budget=BUDGET, bounces=BOUNCES)
     want = truth.xyz[0].reshape(-1, 3)[pixels.pixel]
@@ -189,11 +189,12 @@ def _relit(
     return values, {"view": view, "material": 1e3 * seconds, "light": light_ms, "all": view + light_ms + 1e3 * seconds}
 
 
-def _transfer(case: Clothed) -> tuple[Hits, HarmonicTransfer, SpectralBasis]:
-    """The matrices of all sites, and the basis of the light that arrives."""
+def _transfer(case: Clothed) -> tuple[Scene, Hits, HarmonicTransfer, SpectralBasis]:
+    """The scene as it is divided, its rays, the matrices of all sites, and the basis of the light that arrives."""
     scene = case.scene
-    hits, bodies = scene_hits(scene, longest_edge=_EDGE), Bodies.of(scene, _EDGE)
-    reflected = np.stack([albedo(case.surfaces[part.material]) for part in scene.parts])
+    bodies = Bodies.of(scene, _EDGE, most=0.0)
+    hits = bodies.traced()
+    reflected = np.stack([even_albedo(case.surfaces[part.material]) for part in scene.parts])
     nm = case.images.basis.wavelengths_nm
     spectra = [np.ones((1, len(nm))), reflected]
     for _ in range(2):
@@ -201,16 +202,17 @@ def _transfer(case: Clothed) -> tuple[Hits, HarmonicTransfer, SpectralBasis]:
     weights = np.stack([scene.observer.weights(one, nm) for one in scene.lights[0].spectra])
     basis = SpectralBasis.balanced(np.concatenate(spectra), weights.reshape(-1, len(nm)).T, _SIZE, nm)
     regions = Regions(hits.part_of_site, reflected, basis)
-    frames = _frames(scene, hits)
-    return hits, harmonic_transfer(bodies, hits, regions, frames, irradiance_operator(hits), _RAYS), basis
+    frames = _frames(bodies.placed.scene, hits)
+    matrices = harmonic_transfer(bodies, hits, regions, frames, irradiance_operator(hits), _RAYS)
+    return bodies.placed.scene, hits, matrices, basis
 
 
 def _frames(scene: Scene, hits: Hits) -> Float[np.ndarray, "S 3 3"]:
-    """Axes of all sites: on fronts along the texture, as pixels have them."""
+    """Axes of all sites of a scene as it is divided: on fronts along the texture, as pixels have them."""
     normals = hits.sites.normals
     found = np.stack([*tangents(normals), normals], axis=1)
     first = 0
-    for part in refined(scene, _EDGE)[0].parts:
+    for part in scene.parts:
         mesh, last = part.mesh, first + len(part.mesh.faces)
         if mesh.uv is not None:
             site = hits.corners[first:last]

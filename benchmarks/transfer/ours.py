@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -14,10 +15,12 @@ from ...lighting.geometry import Tracer, VisibleGeometry, visible_geometry
 from ...lighting.reference_bounces import BounceSum
 from ...lighting.transfer.between import Points, exits_between
 from ...lighting.transfer.prepared import Prepared
+from ...lighting.transfer.refining import between_sites
 from ...lighting.transfer.relighting import Relighting
 from ...lighting.vectors import dot, unit
 from ...materials.scattering import Scattering
 from ...spectral.difference import delta_e_xyz
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 from ..measuring import best_ms
 from .pixels import ALL, Seen, Truths, difference, figures_of, seen_sites
 from .scenes import TransferScene
@@ -43,7 +46,7 @@ class Geometry:
         _ = prepared.by_part, prepared.later, prepared.sky_operator, prepared.occluders
         _ = Relighting.of(case.scene, case.materials, prepared).rays.sky_in_cells
         spent = time.process_time() - start
-        return cls(prepared, seen_sites(case.scene, prepared.hits, longest_edge), spent)
+        return cls(prepared, seen_sites(prepared.scene, prepared.hits), spent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +149,31 @@ class OurMethod:
             "relight_ms": relight,
             "light": self.case.light,
             "delta_e94": figures_of(off),
+            "delta_e94_between": self._between,
             "reference_noise": noise,
         }
+
+    @cached_property
+    def _between(self) -> dict[str, float]:
+        """ΔE94 of what is linear between sites beside what is traced there, wherever surfaces are, every part as a matt
+        one: light that has met one surface.
+        """
+        hits, scene, state = self.state.prepared.hits, self.case.scene, self.state
+        part = hits.part_of_site
+        # XYZ of each spectrum that a part makes of a lux, and of light that a second part makes of a first one's.
+        weights = [scene.observer.weights(one, NM) for one in state.spectra]
+        albedo = np.stack([one.albedo for one in state.reflections])
+        sent = np.concatenate([lux[:, None] * albedo[part] for lux in state.received.lux.T], axis=1)
+        found = between_sites(state.prepared.scene, hits, sent)
+        here = part[found.sites[:, 0]]
+        straight = np.einsum("nc,nck->nk", found.shares, state.received.lux[found.sites])
+
+        def seen(arriving: Float[np.ndarray, "n KL"]) -> Float[np.ndarray, "n 3"]:
+            each = arriving.reshape(len(here), len(weights), -1) + straight[:, :, None]
+            xyz = np.einsum("nkl,nl,kcl->nc", each, albedo[here], np.stack(weights), optimize=True)
+            return xyz / float(scene.viewing.reference_illuminance_lux)
+
+        return figures_of(delta_e_xyz(seen(found.traced), seen(found.mixed), scene.adopted_white()))
 
     def _chosen(self) -> Int[np.ndarray, " n"]:
         """Some of the sites about pixels, that look at the camera."""
@@ -161,11 +187,11 @@ class OurMethod:
         """What pixels show."""
         hits, seen = self.state.prepared.hits, self.seen
         found = visible_geometry(self.case.scene, None, slice(None), Tracer(self.case.scene), with_frames=True)
-        assert found.frame is not None
+        assert found.frame is not None and found.geometric is not None
         there = np.searchsorted(found.pixel, seen.pixel)
         assert np.array_equal(found.pixel[there], seen.pixel)
         part = hits.part_of_site[seen.sites[:, 0]]
-        return Points(part, seen.sites, seen.shares, found.frame[there], found.wo[there])
+        return Points(part, seen.sites, seen.shares, found.frame[there], found.wo[there], found.geometric[there])
 
     def _evenly(self, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
         """What they would send out of direct light, every part as a matt one."""

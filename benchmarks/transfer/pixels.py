@@ -13,7 +13,6 @@ from ...lighting.reference import ReferencePictures, reference_images
 from ...lighting.scene import Scene
 from ...lighting.transfer.hits import Hits
 from ...lighting.vectors import dot
-from ...lighting.visibility.refinement import refined
 from ...spectral.difference import delta_e_xyz
 from .scenes import TransferScene
 
@@ -39,9 +38,9 @@ class Seen:
         return np.einsum("nk,nkc->nc", self.shares, values[self.sites])
 
 
-def seen_sites(scene: Scene, hits: Hits, longest_edge: float) -> Seen:
-    """Of the scene's first camera, which has one sample a pixel."""
-    camera, fine = scene.camera(), refined(scene, longest_edge)[0]
+def seen_sites(fine: Scene, hits: Hits) -> Seen:
+    """Of the first camera of a scene, which has one sample a pixel. fine : with the triangles that sites are of."""
+    camera = fine.camera()
     tracer = Tracer(fine)
     origins, to = (np.ascontiguousarray(each.reshape(-1, 3)) for each in camera.rays())
     face = tracer.first(origins, to)

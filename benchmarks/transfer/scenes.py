@@ -36,7 +36,7 @@ class TransferScene:
     """A scene under one light from all around, of which every part is a region of its own.
 
     materials : by material id, as many as parts; of one family. longest_edge : between sites, in radii of the scene,
-    with which there are some 13,000 of them, as in the paper's smallest scenes.
+    with which there are 10,500 to 14,000 of them, as in the paper's smallest scenes.
     """
 
     name: str
@@ -54,11 +54,11 @@ def family() -> Family:
 
 def scenes(full: bool, data: Path | None = None) -> list[TransferScene]:
     """Those of a quick or a full run; with `data`, one with a measured mesh too."""
-    made: list[tuple[str, Callable[[], tuple[list[tuple[Mesh, Tuned]], Camera]], float]] = [("table", _table, 0.035)]
+    made: list[tuple[str, Callable[[], tuple[list[tuple[Mesh, Tuned]], Camera]], float]] = [("table", _table, 0.042)]
     if full:
-        made += [("box", _box, 0.045), ("car", _car, 0.095)]
+        made += [("box", _box, 0.048), ("car", _car, 0.07)]
         if data is not None and (data / "meshes" / "spot.obj").is_file():
-            made.append(("spot", lambda: _spot(data / "meshes" / "spot.obj"), 0.03))
+            made.append(("spot", lambda: _spot(data / "meshes" / "spot.obj"), 0.045))
     found = []
     for name, make, longest_edge in made:
         parts, camera = make()

@@ -10,12 +10,11 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.transfer.hits import Bodies, Hits, scene_hits
+from ...lighting.transfer.bodies import Bodies
+from ...lighting.transfer.hits import Hits
 from ...lighting.transfer_tensors.precomputed import bytes_of_site, transfer_tensors
 from ...lighting.transfer_tensors.relighting import Arriving, TensorTransfer
 from ...lighting.visibility.occluders import Occluders
-from ...lighting.visibility.refinement import refined
-from ...lighting.visibility.sites import scaled_triangles
 from ...materials.tensors.brdf_tensor import BrdfTensor, brdf_tensor
 from ...materials.tensors.components import Components, components_of
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
@@ -53,15 +52,17 @@ class TensorMethod:
         start = time.process_time()
         progress(f"{case.name}: rays")
         room, longest_edge = most_bytes / bytes_of_site(len(case.scene.parts), shared[1]), _FINEST
-        while longest_edge < _COARSEST and len(Bodies.of(case.scene, longest_edge).sites) > room:
+        # As even as the paper's: none is added where light is not linear.
+        bodies = Bodies.of(case.scene, longest_edge, most=0.0)
+        while longest_edge < _COARSEST and len(bodies.sites) > room:
             longest_edge *= 2.0**0.25
-        hits = scene_hits(case.scene, rays, longest_edge=longest_edge)
-        occluders = Occluders(scaled_triangles(refined(case.scene, longest_edge)[0]))
+            bodies = Bodies.of(case.scene, longest_edge, most=0.0)
+        hits, occluders = bodies.traced(rays), Occluders(bodies.triangles)
         progress(f"{case.name}: transfer tensors of {len(hits.sites):,} sites")
         tensors = transfer_tensors(hits, np.arange(len(case.scene.parts)), shared[1], occluders, across)
         progress(f"{case.name}: clusters")
         transfer = TensorTransfer.of(tensors, family(), *shared)
-        return cls(case, hits, seen_sites(case.scene, hits, longest_edge), transfer, time.process_time() - start)
+        return cls(case, hits, seen_sites(bodies.placed.scene, hits), transfer, time.process_time() - start)
 
     def xyz(self, arriving: Arriving, bounces: int) -> Float[np.ndarray, "S 3"]:
         """Colours of all sites for the scene's camera."""

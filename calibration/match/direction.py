@@ -11,6 +11,8 @@ from ...spectral.difference import Differences
 GREY = 5.0
 #: Degrees of hue: what is as near to red, yellow, green or blue turns beyond it.
 NEAR = 10.0
+#: Degrees that a hue may turn by and still be on its way to a neighbour.
+FAR = 60.0
 # A component below this share of the largest is not spoken of.
 _WORTH = 0.3
 _TOWARDS = ("redder", "yellower", "greener", "bluer")
@@ -20,12 +22,14 @@ def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
     """The words, the largest difference first; "alike" where nothing is worth a word.
 
     Of colours, hue is named by what it turns to: from red over yellow, green and blue to red again; and more chroma is
-    "stronger", less "greyer". Of greys, a* and b* are named.
+    "stronger", less "greyer". Of greys, and where hue turns by more than `FAR`, a* and b* are named.
 
     least : what a difference in CIELAB has to be to be spoken of.
     """
     lightness = (float(off.lightness), "lighter", "darker")
-    if np.hypot(standard[1], standard[2]) < GREY:
+    sample = standard[1:] + np.array([float(off.a), float(off.b)])
+    turned = np.degrees(np.arctan2(standard[1] * sample[1] - standard[2] * sample[0], standard[1:] @ sample))
+    if np.hypot(standard[1], standard[2]) < GREY or abs(turned) > FAR:
         parts = [lightness, (float(off.a), "redder", "greener"), (float(off.b), "yellower", "bluer")]
     else:
         hue = float(np.degrees(np.arctan2(standard[2], standard[1])) % 360.0)

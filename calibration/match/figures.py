@@ -46,6 +46,7 @@ def _matched(one: Matched) -> dict[str, Any]:
         "verdict": one.verdict,
         "differences": [_difference(found) for found in one.differences],
         "indices": [asdict(index) for index in one.indices],
+        "whites": [asdict(index) for index in one.whites],
     }
 
 

@@ -14,18 +14,29 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ..page import html_environment
+from ..plots import pair_plot
 from .batch import Batch
 from .pairs import WORST_FIRST, Asked, Difference, Matched
 from .tolerance import Verdict
 
 #: What a person may fill in beforehand; what is left open is a line to write on.
 SIGNED = ("project", "part", "supplier", "instrument", "approved by", "date")
+# Of these, what stands at the head of the sheet; the others at its foot.
+_HEAD = 4
+#: Conditions that have a column each; samples whose numbers stand in the drawings.
+MOST_COLUMNS, MOST_NUMBERS = 3, 24
 #: What is said where nothing is known of the instrument.
 UNKNOWN = (
     "No repeatability of the instrument is known: figures stand without uncertainty, and no verdict allows for it."
 )
 #: Verdicts: how pages colour them, and a sign that needs no colour.
 SIGNS = {"pass": ("pass", "✓"), "not resolved": ("near", "?"), "fail": ("over", "✕"), "not judged": ("", "·")}
+# How drawings mark a sample: a dot, a ring, a cross.
+_DOT = "M-2.6 0A2.6 2.6 0 1 0 2.6 0A2.6 2.6 0 1 0-2.6 0Z"
+_MARKS = {"not resolved": ("open", _DOT), "fail": ("open", "M-3-3L3 3M3-3L-3 3")}
+# Sizes of the spectra of a pair and of a batch in its order, SVG units, and nm that spectra are drawn at.
+_PAIR_SIZE, _RUN_SIZE = (280.0, 74.0), (440.0, 90.0)
+_DRAWN_NM = np.arange(400.0, 701.0, 10.0)
 # Half the width of a drawing, SVG units; samples are drawn within so much of it.
 _HALF, _WITHIN = 130.0, 0.86
 # Rounded steps of an axis, about four of them on each side.
@@ -49,8 +60,13 @@ class MatchReport:
     @property
     def verdict(self) -> Verdict:
         """That of the sample which decides for all."""
-        found = {one.verdict for one in self.samples}
-        return next(verdict for verdict in WORST_FIRST if verdict in found)
+        return next(iter(self.counts))
+
+    @property
+    def counts(self) -> dict[Verdict, int]:
+        """How many samples came out so, the worst first."""
+        found = [one.verdict for one in self.samples]
+        return {verdict: found.count(verdict) for verdict in WORST_FIRST if verdict in found}
 
     def html(self) -> str:
         """The page, self-contained."""
@@ -75,22 +91,112 @@ class MatchReport:
 
 def render_match_page(report: MatchReport) -> str:
     """One self-contained HTML page."""
-    shown = sorted(report.samples, key=lambda one: (WORST_FIRST.index(one.verdict), -_largest(one.worst)))
-    counts = {verdict: sum(one.verdict == verdict for one in shown) for verdict in WORST_FIRST}
+    conditions = report.asked.conditions
+    worst_first = sorted(report.samples, key=lambda one: (WORST_FIRST.index(one.verdict), -_largest(one.worst)))
+    shown = _shown(report, worst_first)
+    numbers = {id(one["matched"]): one["number"] for one in shown}
+    signed = report.signed
     return (
-        html_environment(signed=_signed)
+        html_environment(signed=_signed, triple=_triple, capitalize_first=_capital, id=id)
         .get_template("match.html")
         .render(
             report=report,
             shown=shown,
-            counts={verdict: count for verdict, count in counts.items() if count},
+            counts=report.counts,
             signs=SIGNS,
-            fields=[(name, report.signed.get(name, "")) for name in SIGNED],
-            plots=[_plots(report, at) for at in range(len(report.asked.conditions))],
+            fields=[(name, signed.get(name, "")) for name in SIGNED[:_HEAD]],
+            signatures=[
+                ("For the supplier", "", ""),
+                ("Approved by", signed.get("approved by", ""), signed.get("date", "")),
+            ],
+            plots=[_plots(report, at, numbers) for at in range(len(conditions))],
             half=_HALF,
-            swatches=[_swatches(one.differences[0]) for one in shown],
+            columns=conditions if len(conditions) <= MOST_COLUMNS else (),
+            indices=any(one["index"] for one in shown),
+            whites=_white_columns(report),
+            on_sheet=on_sheet(len(conditions), bool(report.asked.whites)),
+            pair=_PAIR_SIZE,
+            run=_run([one.differences[0] for one in report.samples]),
         )
     )
+
+
+def on_sheet(conditions: int, whites: bool = False) -> int:
+    """How many samples the sheet that is signed has room for beside drawings, batch and signatures, when printed.
+
+    whites : whether whiteness or yellowness stand beside them, which takes two lines a sample.
+    """
+    return max((20 - 2 * conditions) // (2 if whites else 1), 4)
+
+
+def _shown(report: MatchReport, worst_first: Sequence[Matched]) -> list[dict[str, Any]]:
+    """Of each sample what the page shows beside its figures; its number is its place among the worst."""
+    order = {id(one): at for at, one in enumerate(report.samples)}
+    one_eye = len({one.observer for one in report.asked.conditions}) == 1
+    found = []
+    for number, one in enumerate(worst_first, 1):
+        told = [index for index in one.indices if index.name.endswith("multiplicative") and index.value is not None]
+        index = max(told, key=lambda index: index.value or 0.0, default=None)
+        curves = [side.factor(_DRAWN_NM) for side in (report.standard, one.sample) if side.readings]
+        found.append(
+            {
+                "matched": one,
+                "number": number,
+                "order": order[id(one)],
+                # The larger, the worse.
+                "rank": len(worst_first) - number,
+                "anchor": f"s{order[id(one)] + 1}",
+                "swatches": _swatches(one.differences[0]),
+                "plot": pair_plot(_DRAWN_NM, curves[0], curves[1], _PAIR_SIZE) if len(curves) == 2 else None,
+                "index": index,
+                # Where there is one observer it goes without saying.
+                "changed": "" if index is None else index.changed.split(", ")[0] if one_eye else index.changed,
+            }
+        )
+    return found
+
+
+def _white_columns(report: MatchReport) -> list[dict[str, Any]]:
+    """A column of the sheet for each scale that was asked for, under the first conditions that it is told for: its
+    name, what the standard has, and what each sample has, by their identity.
+    """
+    found = []
+    for first in {white.name: white for white in reversed(report.samples[0].whites)}.values():
+        of_samples = {
+            id(one): white
+            for one in report.samples
+            for white in one.whites
+            if (white.name, white.conditions) == (first.name, first.conditions)
+        }
+        told = next((white for white in of_samples.values() if white.standard is not None), first)
+        found.append({"name": first.name, "conditions": first.conditions, "standard": told, "of": of_samples})
+    return found[::-1]
+
+
+def _run(found: Sequence[Difference]) -> dict[str, Any] | None:
+    """ΔL*, Δa* and Δb* of a batch in the order given, as lines; None of fewer than three."""
+    if len(found) < 3:
+        return None
+    offs = np.array([[float(one.off.lightness), float(one.off.a), float(one.off.b)] for one in found])
+    reach = max(float(np.abs(offs).max()), 1e-3)
+    width, height = _RUN_SIZE
+    x = np.linspace(0.0, width, len(found))
+    y = 0.5 * height * (1.0 - offs / reach)
+    # Names at the ends of lines, no two on top of each other.
+    places = y[-1].copy()
+    for one, other in zip(np.argsort(y[-1])[:-1], np.argsort(y[-1])[1:], strict=True):
+        places[other] = max(places[other], places[one] + 10.0)
+    lines = [
+        {
+            "name": name,
+            "style": style,
+            "path": "M" + "L".join(f"{one:.1f} {other:.1f}" for one, other in zip(x, y[:, axis], strict=True)),
+            "label_at": float(places[axis]) + 3.5,
+        }
+        for axis, (name, style) in enumerate((("ΔL*", "solid"), ("Δa*", "dashed"), ("Δb*", "dotted")))
+    ]
+    ticks = [(0.0, f"{reach:.2g}"), (0.5 * height, "0"), (height, f"\N{MINUS SIGN}{reach:.2g}")]
+    return {"width": width, "height": height, "zero": 0.5 * height, "lines": lines, "ticks": ticks}
 
 
 def _largest(found: Difference) -> float:
@@ -107,6 +213,16 @@ def _signed(value: float) -> str:
     return "0.00" if words in ("+0.00", "-0.00") else words.replace("-", "\N{MINUS SIGN}")
 
 
+def _triple(lab: np.ndarray) -> str:
+    """Three numbers with a real minus."""
+    return " ".join(f"{value:.2f}" for value in lab.tolist()).replace("-", "\N{MINUS SIGN}")
+
+
+def _capital(words: str) -> str:
+    """The first letter alone in upper case: names of standards stay as they are."""
+    return words[:1].upper() + words[1:]
+
+
 def _swatches(found: Difference) -> tuple[str, str]:
     """Standard and sample as sRGB shows them, adapted from the light's white to D65."""
     return tuple(_srgb(lab, found.white) for lab in (found.standard_lab, found.sample_lab))  # type: ignore[return-value]
@@ -121,8 +237,10 @@ def _srgb(lab: np.ndarray, white: np.ndarray) -> str:
     return "#{:02x}{:02x}{:02x}".format(*np.rint(codes).astype(int).tolist())
 
 
-def _plots(report: MatchReport, at: int) -> dict[str, Any]:
-    """Differences under one light: Δa* and Δb*, ΔC* and ΔL*, with the tolerance about the standard."""
+def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str, Any]:
+    """Differences under one light: Δa* and Δb*, ΔC* and ΔL*, with the tolerance about the standard; `numbers` : of
+    samples, by their identity.
+    """
     found = [one.differences[at] for one in report.samples]
     lab, white, tolerance = found[0].standard_lab, found[0].white, report.asked.tolerance
     chroma = float(np.hypot(lab[1], lab[2]))
@@ -139,7 +257,17 @@ def _plots(report: MatchReport, at: int) -> dict[str, Any]:
     return {
         "conditions": found[0].conditions,
         "planes": drawn,
-        "names": [one.sample.name for one in report.samples],
+        "marks": [
+            {
+                "name": one.sample.name,
+                "verdict": one.differences[at].verdict,
+                "number": numbers[id(one)] if len(report.samples) <= MOST_NUMBERS else "",
+                "style": style,
+                "path": path,
+            }
+            for one in report.samples
+            for style, path in (_MARKS.get(one.differences[at].verdict, ("", _DOT)),)
+        ],
     }
 
 

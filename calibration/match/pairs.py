@@ -20,6 +20,7 @@ from ...spectral.sample import Sample
 from .direction import direction
 from .tolerance import Tolerance, Verdict
 from .uncertainty import Repeatability, Spread, scatter, spread
+from .whites import WhiteIndex, WhiteScale, white_indices
 
 #: Verdicts, that first which decides where several are met.
 WORST_FIRST: tuple[Verdict, ...] = ("fail", "not resolved", "pass", "not judged")
@@ -32,13 +33,15 @@ class Asked:
     """What is to be told of each pair.
 
     conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
-    of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it.
+    of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it. whites :
+    whiteness and yellowness, by name.
     """
 
     conditions: tuple[Conditions, ...]
     formulas: tuple[Formula, ...]
     tolerance: Tolerance | None = None
     repeatability: Repeatability | None = None
+    whites: tuple[WhiteScale, ...] = ()
 
     @property
     def judging(self) -> Formula:
@@ -73,11 +76,12 @@ class Index:
 
 @dataclass(frozen=True, eq=False)
 class Matched:
-    """One sample: its differences, and what changes of conditions do."""
+    """One sample: its differences, what changes of conditions do, and whiteness and yellowness that were asked for."""
 
     sample: Sample
     differences: tuple[Difference, ...]
     indices: tuple[Index, ...] = field(default=())
+    whites: tuple[WhiteIndex, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
@@ -108,6 +112,7 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[
             sample,
             tuple(_difference(standard, sample, where, asked) for where in asked.conditions),
             _indices(standard, sample, asked),
+            white_indices(standard, sample, asked.whites, asked.conditions, asked.repeatability),
         )
         for sample in samples
     )

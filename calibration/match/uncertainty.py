@@ -7,6 +7,7 @@ over the scatter itself, by Gauss-Hermite quadrature in three dimensions: exact 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -91,14 +92,12 @@ def spread(
 ) -> Spread:
     """Of one pair of colours (3,) whose difference scatters by `covariance`."""
     sigma = np.sqrt(np.diag(covariance))
-    weights, offsets = _scattered(covariance)
-    off = sample + offsets
     first = xyz_from_lab(np.asarray(standard, dtype=np.float64), white)
-    around = xyz_from_lab(off, white)
-    found = {
-        one.name: COVERAGE * _deviation(one(np.broadcast_to(first, around.shape), around, white), weights)
-        for one in formulas
-    }
+
+    def by(one: Formula) -> Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, " n"]]:
+        return lambda labs: one(np.broadcast_to(first, labs.shape), xyz_from_lab(labs, white), white)
+
+    found = {one.name: deviation_of(by(one), sample, covariance) for one in formulas}
     along, across = _axes(standard)
     return Spread(
         COVERAGE * float(sigma[0]),
@@ -108,6 +107,16 @@ def spread(
         COVERAGE * float(np.sqrt(across @ covariance @ across)),
         found,
     )
+
+
+def deviation_of(
+    figure: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, " n"]],
+    sample: Lab,
+    covariance: Float[np.ndarray, "3 3"],
+) -> float:
+    """k = 2 times the standard deviation of a figure of CIELAB (n, 3) -> (n,) that scatters about a sample (3,)."""
+    weights, offsets = _scattered(covariance)
+    return COVERAGE * _deviation(figure(sample + offsets), weights)
 
 
 def _axes(standard: Lab) -> tuple[np.ndarray, np.ndarray]:

@@ -25,13 +25,13 @@ from ...spectral.files import half_written, made_folder, read_bytes, read_text, 
 from ...spectral.formats.exr import read_exr, write_exr
 from ...spectral.locks import alone_at_work
 from .picture_files import read_xyz
-from .row import FLOAT32_STEP, HALF_STEP, Layer, LayerKind, Noise, Pixels, Row, RowName, Side
+from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, Layer, LayerKind, Noise, Pixels, Row, RowName, Side
 
 MANIFEST, PIXELS = "baseline.json", "pixels"
 SCHEMA = "metamer.baseline/1"
 #: What is said of how pixels are kept.
 QUANTISATION = (
-    "XYZ in half precision, each number within 1/4096 of itself; in single precision where a highlight is above 65504"
+    "XYZ in half precision, each number within 1/2048 of itself; in single precision where a highlight is above 65504"
 )
 # The largest number of half precision.
 _LARGEST_HALF = 65504.0
@@ -185,13 +185,13 @@ def _stored(xyz: Float[np.ndarray, "H W 3"]) -> np.ndarray:
 def _rounded(load: Callable[[], Pixels]) -> Pixels:
     pixels = load()
     stored = _stored(pixels.xyz)
-    step = HALF_STEP if stored.dtype == np.float16 else FLOAT32_STEP
+    roundoff = HALF_ROUNDOFF if stored.dtype == np.float16 else FLOAT32_ROUNDOFF
     return replace(
         pixels,
         xyz=stored.astype(np.float32),
         coverage=pixels.coverage.astype(np.float32),
         white_xyz=pixels.white_xyz.astype(np.float32).astype(np.float64),
-        relative_step=max(step, pixels.relative_step),
+        unit_roundoff=max(roundoff, pixels.unit_roundoff),
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -24,6 +25,8 @@ _BLOCK = 1 << 20
 # Below so many pixels, double precision costs nothing.
 _FEW = 4096
 _IN_SINGLE = ("CIE 1994", "CIE 2000")
+# Every way, but for its opposite, in which three numbers can be off at once: one of them is the farthest colour.
+_CORNERS = ((1.0, -1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (-1.0, 1.0, 1.0))
 # Half steps (h,W,3) for either side, of a block of rows.
 _Steps = Callable[[slice, tuple[int, ...]], tuple[np.ndarray, np.ndarray]]
 
@@ -36,7 +39,8 @@ class Change:
     ----------
     maps : ΔE (H,W) by the name of the formula; NaN is not compared, infinite has no number.
     floors : the same of what rounding in both files comes to, drawn evenly: below, a difference says nothing.
-    bounds : the same where rounding is as large as it can be in every pixel: what the largest of them is held against.
+    bounds : the same where rounding is as large as it can be in every pixel: what the largest of them is held against;
+        of the first formula, and of those whose largest is asked for.
     reshaped : share of the pixels that either side covers which one of them covers by more than half a pixel more.
     identical : whether both hold the same bytes.
     shift : mean ΔL*, Δa*, Δb* of the compared pixels. worst : row and column of the largest ΔE of the first formula.
@@ -54,8 +58,16 @@ class Change:
     after_lab: tuple[float, float, float]
 
 
-def change(before: Pixels, after: Pixels, formulas: Iterable[Formula], label: str, rounding: bool = True) -> Change:
-    """Compare; `label` names the row in refusals. Without `rounding`, there are no floors and bounds.
+def change(
+    before: Pixels,
+    after: Pixels,
+    formulas: Iterable[Formula],
+    label: str,
+    rounding: bool = True,
+    largest: Iterable[Formula] = (),
+) -> Change:
+    """Compare; `label` names the row in refusals. Without `rounding`, there are no floors and bounds; these are worked
+    out for the first formula and for those in `largest`.
 
     Pixels are compared that both sides cover wholly, that the row of either is about, and that are not black in both.
 
@@ -82,9 +94,15 @@ def change(before: Pixels, after: Pixels, formulas: Iterable[Formula], label: st
     white = before.white_xyz
     maps = {one.name: _map(one, before.xyz, lambda block: after.xyz[block], white, compared) for one in formulas}
     identical = before.equals(after)
-    floors, bounds = (
-        _rounding(before, after, formulas, compared, how) if rounding else {} for how in (_drawn, _farthest)
-    )
+    floors, bounds = {}, {}
+    if rounding:
+        floors = _rounding(before, after, formulas, compared, _drawn)
+        corners = [
+            _rounding(before, after, dict.fromkeys((formulas[0], *largest)), compared, partial(_cornered, corner))
+            for corner in _CORNERS
+        ]
+        # NaN is in the same pixels of all.
+        bounds = {name: np.maximum.reduce([one[name] for one in corners]) for name in corners[0]}
     first = maps[formulas[0].name]
     at = np.unravel_index(int(np.argmax(np.where(np.isnan(first), -1.0, first))), first.shape)
     labs = [lab_from_xyz(one.xyz[at], white) for one in (before, after)]
@@ -147,7 +165,7 @@ def _map(
 
 
 def _rounding(
-    before: Pixels, after: Pixels, formulas: Sequence[Formula], compared: Bool[np.ndarray, "H W"], how: _Steps
+    before: Pixels, after: Pixels, formulas: Iterable[Formula], compared: Bool[np.ndarray, "H W"], how: _Steps
 ) -> dict[str, Float[np.ndarray, "H W"]]:
     """ΔE of the first side and itself moved by rounding on either side."""
 
@@ -156,7 +174,7 @@ def _rounding(
         ours, theirs = how(block, xyz.shape)
         if before.nudged is not None and after.nudged is not None:
             return before.nudged(block, ours - theirs)
-        xyz = xyz * (1.0 + before.relative_step * ours - after.relative_step * theirs)
+        xyz = xyz + before.half_spacing(block) * ours - after.half_spacing(block) * theirs
         for one, steps in ((before, ours), (after, theirs)):
             if one.nudged is not None:
                 xyz = xyz + one.nudged(block, steps) - one.xyz[block]
@@ -171,10 +189,12 @@ def _drawn(block: slice, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray
     return draw.uniform(-1.0, 1.0, shape), draw.uniform(-1.0, 1.0, shape)
 
 
-def _farthest(block: slice, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Half steps in which colours are farthest apart: a* and b* are differences of neighbours."""
+def _cornered(
+    corner: tuple[float, float, float], block: slice, shape: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Half steps as large as they can be, one way on the one side and the other way on the other."""
     del block
-    steps = np.broadcast_to([1.0, -1.0, 1.0], shape)
+    steps = np.broadcast_to(corner, shape)
     return steps, -steps
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from ...spectral.errors import ComparisonError
 from ..statistics import SelfCheck
 from .change import Change, change
-from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, statistic
+from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, default_criteria, statistic
 from .injected import injected
 from .matching import matched
 from .result import Asked, Figures, Result, RowResult, SideWords, State, worst_tier
@@ -72,12 +72,13 @@ def _compared(
         _two_files(one, other, label)
         pixels, now[kind] = one.load(), other.load()
         first = first or pixels
-        moved = change(pixels, now[kind], criteria.formulas, label)
+        moved = change(pixels, now[kind], criteria.formulas, label, largest=criteria.largest)
         noise = _noise(one, other)
         layers[kind] = _figures(moved, noise, kind)
         asked += _asked(moved, kind, a, criteria, noise, pools)
     if any("approximation" in one.of for one in criteria.lines) and {"picture", "reference"} <= now.keys():
-        error = change(now["reference"], now["picture"], criteria.formulas, f"{b.name}, approximation")
+        pair, label = (now["reference"], now["picture"]), f"{b.name}, approximation"
+        error = change(*pair, criteria.formulas, label, largest=criteria.largest)
         asked += _asked(error, "approximation", a, criteria, _noise(b.layers["reference"]), pools)
     only = [kind for kind in {**a.layers, **b.layers} if kind not in layers]
     if only:
@@ -99,7 +100,9 @@ def _compared(
         for one in asked
         if not one.resolved and not _untouched(layers, one.of)
     ]
-    return RowResult(a.name, state, tier, layers, tuple(asked), off, tuple(notes)), first
+    there = {*layers, *(("approximation",) if off is not None else ())}
+    unasked = not any(one.applies(a.name) and there & set(one.of) for one in criteria.lines)
+    return RowResult(a.name, state, tier, layers, tuple(asked), off, tuple(notes), unasked), first
 
 
 def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
@@ -252,10 +255,19 @@ def _other_facts(before: Side, after: Side) -> list[str]:
 
 
 def _unused(criteria: Criteria, rows: Sequence[RowResult], pooled: Sequence[Asked]) -> list[str]:
-    """A criterion that no row is held against must not be taken for one that passed."""
+    """A criterion that no row is held against must not be taken for one that passed, nor a row that none is for; but
+    where nobody has asked.
+    """
+    if criteria == default_criteria():
+        return []
     used = {id(one.criterion) for row in rows for one in row.asked} | {id(one.criterion) for one in pooled}
-    return [
+    notes = [
         f'The criterion "{one.label}" applies to no row ({", ".join(one.of)}).'
         for one in criteria.lines
         if id(one) not in used
     ]
+    free = [row for row in rows if row.unasked]
+    if free:
+        count = f"{len(free)} rows are" if len(free) > 1 else "A row is"
+        notes.append(f"{count} held against no criterion, whatever moved: {free[0].name}{', ...' if free[1:] else ''}.")
+    return notes

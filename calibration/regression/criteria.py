@@ -93,6 +93,11 @@ class Criteria:
         named = {one.formula.name: one.formula for one in self.lines}
         return tuple({"CIE 1994": Formula("CIE 1994"), **named}.values())
 
+    @property
+    def largest(self) -> tuple[Formula, ...]:
+        """Those by which the largest ΔE of a row is asked for."""
+        return tuple({one.formula.name: one.formula for one in self.lines if one.statistic == "max"}.values())
+
 
 def default_criteria() -> Criteria:
     """What is asked where nobody asks otherwise: ΔE94 that a trained eye begins to see."""

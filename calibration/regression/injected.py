@@ -54,7 +54,7 @@ def _some(pixels: Pixels) -> tuple[Pixels, str]:
         return pixels, "every pixel"
     part = slice((height - rows) // 2, (height - rows) // 2 + rows)
     mask = None if pixels.mask is None else pixels.mask[part]
-    some = Pixels(pixels.xyz[part], pixels.coverage[part], pixels.white_xyz, pixels.relative_step, mask=mask)
+    some = Pixels(pixels.xyz[part], pixels.coverage[part], pixels.white_xyz, pixels.unit_roundoff, mask=mask)
     return (some, f"rows {part.start} to {part.stop - 1}") if _covered(some) else (pixels, "every pixel")
 
 

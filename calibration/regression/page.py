@@ -3,61 +3,294 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from .. import plots
-from ..page import html_environment
-from .result import STATES, Result, RowResult
-from .row import LayerKind, Row, Side
-from .shown import Shown, shown
-from .words import common_parts, short_name, shown_rows, verdict_words
+import numpy as np
 
-# So many rows are shown as pictures.
-MOST_CARDS = 24
-_LABELS = {"pass": ("✓", "pass"), "warn": ("▲", "near"), "fail": ("✕", "over")}
+from .. import coded_map, plots
+from ..histogram import histogram_plot
+from ..history import Run, earlier_figures, trend_plot
+from ..page import breakable, html_environment, row_id
+from ..shift_plot import Shift, shift_plots
+from ..statistics import beside
+from .causes import VERDICTS, Cause, cause_of, state_words, tier_of, told_apart, verdicts
+from .result import STATES, Figures, Result, RowResult
+from .row import LayerKind, Row, RowName, Side
+from .shown import Shown, alone, shown
+from .words import common_parts, verdict_words
+
+#: So many rows, the worst, have pictures.
+MOST_PICTURES = 500
+SHOWN_WORST = 6
+_PAIR_SIZE = (168.0, 62.0)
+# Of a pair of pictures; a row may have two.
+_BYTES_OF_TEXT = 4500.0
+# What stands above the page's two verdicts.
+_HEADINGS: dict[Cause, dict[str, str]] = {
+    "material": {
+        "pass": "No colour moved beyond its limits",
+        "warn": "Colours moved: look at them",
+        "fail": "Colours moved beyond their limits",
+    },
+    "approximation": {
+        "pass": "The approximation's error is within limits",
+        "warn": "The approximation's error is near its limits",
+        "fail": "The approximation's error is over its limits",
+    },
+}
+# Ends of the scale of maps, as multiples of a power of ten: a third of each is a short number.
+_ENDS = (1.2, 1.5, 2.4, 3.0, 4.5, 6.0, 9.0, 12.0)
+_LEAST_END = 0.15
 
 
-def render_page(result: Result, before: Side, after: Side, version: str) -> str:
+@dataclass(frozen=True)
+class _Sides:
+    """Rows before and after by their names, and how their pictures are shown; scale : ΔE94 that maps are made for."""
+
+    before: Mapping[RowName, Row]
+    after: Mapping[RowName, Row]
+    scale: float
+    side: int
+    single: bool
+
+    def pair(self, row: RowResult) -> tuple[Row | None, Row | None]:
+        """Two single pictures are a pair whatever the second is called."""
+        after = next(iter(self.after.values()), None) if self.single else self.after.get(row.name)
+        return self.before.get(row.name), after
+
+
+def render_page(
+    result: Result,
+    before: Side,
+    after: Side,
+    version: str,
+    history: Sequence[Run] = (),
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+) -> str:
     """One HTML page without anything from outside.
+
+    `history` : earlier comparisons with the same baseline, this one the last.
 
     Raises
     ------
     InputError : a picture that has gone since it was compared.
     """
-    wanted = [row for row in shown_rows(result) if row.layers][:MOST_CARDS]
-    limit = _limit(result)
-    side = plots.embedded_side(max(len(wanted), 1))
-    sides: list[dict[Any, Row]] = [{row.name: row for row in one.rows} for one in (before, after)]
-    single = len(result.rows) == 1
-    cards = []
-    for row in wanted:
-        a = sides[0][row.name]
-        # Two single pictures are a pair whatever the second is called.
-        b = next(iter(sides[1].values())) if single else sides[1][row.name]
-        cards.append({"row": row, "pictures": _pictures(row, a, b, limit, side)})
+    worst_first = result.worst_first
+    pictured = {row.name for row in worst_first[:MOST_PICTURES]}
+    scale = _end_of_scale(result) / plots.SCALE_BUDGETS
+    pairs = sum(max(1, sum(one.moved for one in row.layers.values())) for row in result.rows if row.name in pictured)
+    names: list[dict[RowName, Row]] = [{row.name: row for row in one.rows} for one in (before, after)]
+    single = len(result.rows) == 1 and len(result.rows[0].layers) > 0
+    sides = _Sides(names[0], names[1], scale, plots.embedded_side(pairs, _BYTES_OF_TEXT), single)
     common = common_parts(result.rows)
-    environment = html_environment(name=lambda row: short_name(row, common), id=id)
+    views = {}
+    for number, row in enumerate(worst_first):
+        views[row.name] = _view(row, sides, row.name in pictured, history) | {"rank": len(worst_first) - number}
+        progress(number + 1, len(worst_first), str(row.name))
+    lights = list(dict.fromkeys(row.name.light for row in result.rows))
+    environment = html_environment(uri=plots.data_uri, breakable=breakable, signed=_signed)
     return environment.get_template("regression.html").render(
         result=result,
-        verdict=verdict_words(result),
-        labels=_LABELS,
-        counts={state: result.count(state) for state in STATES if result.count(state)},
+        outcome=verdict_words(result),
+        boxes=_boxes(result),
+        verdicts=VERDICTS,
+        states=list(dict.fromkeys(view["state"] for view in views.values())),
+        told=_verdicts_there(result),
         common=str(common) if any(common) else "",
-        cards=cards,
-        anchors={id(card["row"]): f"r{index}" for index, card in enumerate(cards)},
-        top=f"{plots.SCALE_BUDGETS * limit:.3g}",
-        gradient=plots.scale_words(limit)["gradient"],
+        cards=_cards(result, views, common),
+        worst=[views[row.name] for row in worst_first if _to_look_at(row)][:SHOWN_WORST],
+        lights=lights,
+        largest=_largest(views.values()),
+        other_facts={key: one for key, one in result.after.facts.items() if result.before.facts.get(key) != one},
+        scale=plots.scale_words(scale),
+        step=100.0 * coded_map.STEP_SHARE,
+        codes=coded_map.code_words(scale),
+        shifts=_shifts(views.values(), lights),
+        trend=trend_plot(history, "ΔE94 p99"),
+        pair=_PAIR_SIZE,
+        most=MOST_PICTURES,
         version=version,
     )
 
 
-def _pictures(row: RowResult, a: Row, b: Row, limit: float, side: int) -> list[Shown]:
-    """The layers that moved; where nothing did, those that there are."""
-    moved: list[LayerKind] = [kind for kind, found in row.layers.items() if found.moved]
-    return [shown(a, b, kind, limit, side) for kind in moved or row.layers]
+def _to_look_at(row: RowResult) -> bool:
+    return row.tier != "pass" or row.state not in ("identical", "same")
 
 
-def _limit(result: Result) -> float:
-    """A third of the ΔE94 that the maps' scale ends at: the largest p99 of a layer that moved, and 0.1 at least."""
-    largest = max((found.p99 for row in result.rows for found in row.layers.values() if found.moved), default=0.0)
-    return max(0.1, largest if math.isfinite(largest) else 0.0) / plots.SCALE_BUDGETS
+def _end_of_scale(result: Result) -> float:
+    """What the maps' scale ends at, ΔE94: a round number, no smaller than the p99 of any layer that moved."""
+    found = [one.p99 for row in result.rows for one in row.layers.values() if one.moved and math.isfinite(one.p99)]
+    largest = max(found, default=0.0)
+    if largest <= _LEAST_END:
+        return _LEAST_END
+    decade = 10.0 ** math.floor(math.log10(largest))
+    return next(one * decade for one in _ENDS if one * decade >= largest * (1.0 - 1e-9))
+
+
+def _boxes(result: Result) -> list[dict[str, Any]]:
+    """The two verdicts: on materials, and on the approximation where it can be told from them."""
+    found = []
+    causes: list[Cause] = ["material", "approximation"] if told_apart(result) else ["material"]
+    for cause in causes:
+        tier = tier_of(result, cause)
+        rows = [row for row in result.rows if cause_of(row) == cause]
+        if cause == "material":
+            counts = [(sum(row.state == state for row in rows), state) for state in STATES]
+            words = ", ".join(f"{count} {state}" for count, state in counts if count and state != "worse")
+            says = [f"{words}, of {len(result.rows)} rows." if words else "No row of it moved."]
+            free = sum(row.unasked and row.state not in ("identical", "same") for row in result.rows)
+            if free:
+                says.append(f"{free} of those that moved are held against no criterion.")
+            if len(causes) == 1:
+                says.append("No side has references: what the approximation costs cannot be told apart here.")
+        else:
+            says = [_moved_words(rows), *_error_words(result)]
+        found.append({"cause": cause, "tier": tier, "heading": _HEADINGS[cause][tier], "words": says})
+    return found
+
+
+def _moved_words(rows: Sequence[RowResult]) -> str:
+    if not rows:
+        return "In no row did the picture alone move."
+    counts: dict[str, int] = {}
+    for row in rows:
+        counts[state_words(row)] = counts.get(state_words(row), 0) + 1
+    told = ", ".join(f"{words} in {count}" for words, count in counts.items())
+    return f"The picture alone moved in {len(rows)} row{'' if len(rows) == 1 else 's'}: {told}."
+
+
+def _error_words(result: Result) -> list[str]:
+    offs = [row.approximation for row in result.rows if row.approximation is not None]
+    if not offs:
+        return []
+    before, after = (max(off[index] for off in offs) for index in (0, 1))
+    return [f"Picture and its own reference: ΔE94 p99 at most {beside(before)} before, {beside(after)} after."]
+
+
+def _verdicts_there(result: Result) -> list[str]:
+    """Words of the verdicts that there are, for the page's menu."""
+    found = {pair for row in result.rows for pair in verdicts(row).items()}
+    return [words for cause, tiers in VERDICTS.items() for tier, (words, *_) in tiers.items() if (cause, tier) in found]
+
+
+def _view(row: RowResult, sides: _Sides, pictured: bool, history: Sequence[Run]) -> dict[str, Any]:
+    """What the page shows of a row: its layers that moved with map and both pictures, or else one picture."""
+    cause = cause_of(row)
+    a, b = sides.pair(row)
+    moved: list[LayerKind] = [kind for kind, one in row.layers.items() if one.moved or one.undefined]
+    if row.tier != "pass" and not moved:
+        moved = [kind for kind, one in row.layers.items() if not one.identical]
+    layers, single = [], None
+    if pictured and moved and a is not None and b is not None:
+        layers = [_layer(row, kind, a, b, sides, cause) for kind in moved]
+    elif pictured and (there := b or a) is not None:
+        single = alone(min(there.layers.items(), key=lambda one: one[0] == "reference")[1], sides.side)
+    figures = [row.layers[kind] for kind in moved] or list(row.layers.values())
+    return {
+        "row": row,
+        "id": row_id(f"row:{row.name}"),
+        "cause": cause,
+        "state": state_words(row),
+        "verdicts": [(cause, tier) for cause, tier in verdicts(row).items()],
+        "layers": layers,
+        "single": single,
+        "which": "before" if b is None else "after" if a is None else "before and after",
+        "p99": max((one.p99 for one in figures), default=None),
+        "mean": max((one.mean for one in figures), default=None),
+        "max": max((one.max for one in figures), default=None),
+        "undefined": sum(one.undefined for one in row.layers.values()),
+        "asked": [one for one in row.asked if one.tier != "pass"],
+        "earlier": earlier_figures(history, str(row.name)),
+    }
+
+
+def _layer(row: RowResult, kind: LayerKind, a: Row, b: Row, sides: _Sides, cause: Cause) -> dict[str, Any]:
+    found = row.layers[kind]
+    limit = _limit(row, kind) or sides.scale
+    one = shown(a, b, kind, sides.scale, limit, sides.side)
+    off = np.subtract(found.after_lab, found.before_lab)
+    return {
+        "kind": kind,
+        "cause": cause,
+        "figures": found,
+        "shown": one,
+        "reading": one.full_size == (1, 1),
+        "histogram": histogram_plot(one.histogram, limit),
+        "limit": f"{limit:g}" if _limit(row, kind) else "",
+        "worst": " ".join(f"Δ{name} {_signed(value)}" for name, value in zip(("L*", "a*", "b*"), off, strict=True)),
+        "spectra": None if one.spectra is None else plots.pair_plot(*one.spectra, _PAIR_SIZE),
+        "clipped": max(one.before.clipped, one.after.clipped),
+    }
+
+
+def _limit(row: RowResult, kind: LayerKind) -> float | None:
+    """The ΔE94 above which a criterion warns of pixels of a layer: that for p99 before any other."""
+    found = {
+        one.criterion.statistic: one.criterion.warn
+        for one in row.asked
+        if one.of == kind and one.criterion.formula.name == "CIE 1994" and one.criterion.warn > 0
+    }
+    return next((found[name] for name in ("p99", "p95", "max", "mean", "median") if name in found), None)
+
+
+def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowName) -> list[dict[str, Any]]:
+    """One card for what differs in light alone, the worst first; `order` is its place in the comparison."""
+    groups: dict[RowName, list[dict[str, Any]]] = {}
+    for row in result.rows:
+        groups.setdefault(row.name._replace(light=""), []).append(views[row.name])
+    cards = []
+    for order, (name, own) in enumerate(groups.items(), 1):
+        parts = (part if part != shared else "" for part, shared in zip(name, common, strict=True))
+        title = " · ".join(part for part in parts if part) or name.material or str(name)
+        cards.append(
+            {
+                "name": str(RowName(title, "", "")),
+                "anchor": f"m{order}",
+                "order": order,
+                "rows": own,
+                "mean": max((view["mean"] for view in own if view["mean"] is not None), default=None),
+                "max": max((view["max"] for view in own if view["max"] is not None), default=None),
+            }
+        )
+    return sorted(cards, key=lambda card: max(view["rank"] for view in card["rows"]), reverse=True)
+
+
+def _largest(views: Any) -> dict[Cause, dict[str, Any] | None]:
+    """The row that moved most, by whose doing it is."""
+    found: dict[Cause, dict[str, Any] | None] = {"material": None, "approximation": None}
+    for view in views:
+        best = found[view["cause"]]
+        if view["p99"] is not None and (best is None or view["p99"] > best["p99"]):
+            found[view["cause"]] = view
+    return found
+
+
+def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]]]:
+    """By light, an arrow a row from where its colour was."""
+    found = []
+    for light in lights:
+        told = []
+        for view in views:
+            row: RowResult = view["row"]
+            if row.name.light != light or not view["layers"]:
+                continue
+            layer = next((one for one in view["layers"] if one["kind"] != "picture"), view["layers"][0])
+            figures: Figures = layer["figures"]
+            one: Shown = layer["shown"]
+            tier = verdicts(row).get(view["cause"], "pass")
+            style = f"{view['cause']} {VERDICTS[view['cause']][tier][2]}"
+            told.append(Shift(row.name.material or str(row.name), one.lab, figures.shift, style, view["id"]))
+        plots_of = shift_plots(told)
+        if plots_of is not None:
+            found.append((light, plots_of))
+    return found
+
+
+def _signed(value: float) -> str:
+    """To as many decimals as show it, with its sign."""
+    if not math.isfinite(value):
+        return "no number"
+    text = f"{value:+.2f}" if abs(value) >= 0.005 else f"{value:+.1g}"
+    return "0" if float(text) == 0.0 else text.replace("-", "\N{MINUS SIGN}")

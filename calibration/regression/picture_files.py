@@ -13,11 +13,13 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.files import existing_file
+from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.formats.exr import MOST_SAMPLES, channel_names, check_size, read_picture
-from ...spectral.formats.spectral_exr import RELATIVE_UNITS, read_spectral_exr
+from ...spectral.formats.spectral_exr import BISPECTRAL, RELATIVE_UNITS, SpectralImage, read_spectral_exr
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from .row import FLOAT32_STEP, HALF_STEP, Layer, Pixels, Row, RowName
+from .fluorescent import fluorescent_xyz
+from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, Layer, Pixels, Row, RowName
 
 # What a header says of a picture that is a part of its name or worth a line.
 _SAID = ("scene", "camera", "material", "illuminant", "observer", "renderer", "software", "picture")
@@ -25,10 +27,11 @@ _SAID = ("scene", "camera", "material", "illuminant", "observer", "renderer", "s
 
 @dataclass(frozen=True)
 class Seen:
-    """Under which lights, and by which observer, spectra become colours."""
+    """Under which lights, and by which observer, spectra become colours; `answer`: what readings do not say."""
 
     lights: tuple[str, ...] = ("D65", "A", "FL11")
     observer: str = "1931_2"
+    answer: Answer = NO_ANSWER
 
     @property
     def words(self) -> str:
@@ -75,8 +78,7 @@ def read_xyz(path: Path) -> Pixels:
     xyz = np.stack([np.asarray(plane, dtype=np.float32) for plane in planes], axis=-1)
     coverage = picture.channels.get("A")
     coverage = np.ones(xyz.shape[:2], np.float32) if coverage is None else coverage.astype(np.float32)
-    step = float(picture.attributes.get("relativeStep", HALF_STEP if half else FLOAT32_STEP))
-    return Pixels(xyz, coverage, _white(path, picture.attributes), step)
+    return Pixels(xyz, coverage, _white(path, picture.attributes), HALF_ROUNDOFF if half else FLOAT32_ROUNDOFF)
 
 
 def _white(path: Path, attributes: Mapping[str, Any]) -> Float[np.ndarray, "3"]:
@@ -119,16 +121,20 @@ def picture_rows(path: Path, material: str | None, seen: Seen) -> list[Row]:
     if not is_spectral(path):
         return [Row(name, {"picture": xyz_layer(path)})]
     eye = observer(seen.observer).name
-    if any(channel.startswith("T.") for channel in _names(path)):
+    names = _names(path)
+    if any(channel.startswith("T.") for channel in names):
+        # What leaves a fluorescent surface is no multiple of the light: there is no one spectrum to draw.
+        spectrum = None if any(BISPECTRAL.match(channel) for channel in names) else partial(_spectrum, path)
         return [
             Row(
                 name._replace(light=light, observer=eye),
-                {"picture": Layer(partial(_reflected, path, light, seen.observer), path, said)},
+                {"picture": Layer(partial(_reflected, path, light, seen.observer), path, said, spectrum=spectrum)},
             )
             for light in seen.lights
         ]
     name = name._replace(observer=eye)
-    return [Row(name, {"picture": Layer(partial(_emitted, path, name.light, seen.observer), path, said)})]
+    load = partial(_emitted, path, name.light, seen.observer)
+    return [Row(name, {"picture": Layer(load, path, said, spectrum=partial(_spectrum, path))})]
 
 
 def _names(path: Path) -> Sequence[str]:
@@ -139,16 +145,15 @@ def _names(path: Path) -> Sequence[str]:
 def _reflected(path: Path, light: str, eye: str) -> Pixels:
     """A picture of reflectances under one light."""
     image = read_spectral_exr(path)
-    if image.reradiation is not None:
-        raise InputError(
-            "a fluorescent picture is more than one spectrum a pixel",
-            file=path,
-            found="re-radiation channels",
-            expected="reflectances alone",
-            hint="import it as a material, and compare catalogues",
-        )
-    weights = observer(eye).weights(illuminant(light), image.spectrum.wavelengths_nm)
-    return _folded(image.spectrum.samples @ weights.T, weights.sum(axis=1))
+    source, sees = illuminant(light), observer(eye)
+    weights = sees.weights(source, image.spectrum.wavelengths_nm)
+    if image.reradiation is None:
+        return _folded(image, image.spectrum.samples @ weights.T, weights.sum(axis=1))
+    try:
+        xyz = fluorescent_xyz(image, source, sees)
+    except InputError as refusal:
+        raise refusal.at(file=path) from None
+    return _folded(image, xyz, weights.sum(axis=1))
 
 
 def _emitted(path: Path, light: str, eye: str) -> Pixels:
@@ -170,9 +175,16 @@ def _emitted(path: Path, light: str, eye: str) -> Pixels:
         raise reason.at(file=path, field="illuminant") from None
     # Under E the weights are the colour-matching functions: Y of radiance 1 is 1.
     weights = seen.weights(illuminant("E"), image.spectrum.wavelengths_nm)
-    return _folded(image.spectrum.samples @ weights.T, white)
+    return _folded(image, image.spectrum.samples @ weights.T, white)
 
 
-def _folded(xyz: Float[np.ndarray, "H W 3"], white: Float[np.ndarray, "3"]) -> Pixels:
-    """Spectra in single precision: their sums are as fine at least."""
-    return Pixels(xyz, np.ones(xyz.shape[:2], np.float32), white)
+def _spectrum(path: Path, place: tuple[int, int]) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"]]:
+    """That of one pixel."""
+    spectrum = read_spectral_exr(path).spectrum
+    return spectrum.wavelengths_nm, spectrum.samples[place].astype(np.float64)
+
+
+def _folded(image: SpectralImage, xyz: Float[np.ndarray, "H W 3"], white: Float[np.ndarray, "3"]) -> Pixels:
+    """Sums of spectra are as fine at least as what they are stored in."""
+    stored = HALF_ROUNDOFF if image.half else FLOAT32_ROUNDOFF
+    return Pixels(xyz, np.ones(xyz.shape[:2], np.float32), white, stored)

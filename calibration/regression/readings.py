@@ -17,7 +17,7 @@ from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ...spectral.spectrum import Spectrum
 from .picture_files import Seen
-from .row import Layer, Pixels, Row, RowName, Side
+from .row import FLOAT64_ROUNDOFF, Layer, Pixels, Row, RowName, Side
 
 
 def readings_side(path: Path, seen: Seen) -> Side:
@@ -30,11 +30,11 @@ def readings_side(path: Path, seen: Seen) -> Side:
     InputError : no file of spectra or colours; one that holds a name twice, or an emission, which has no white.
     """
     try:
-        file = read_spectra(path)
+        file = read_spectra(path, seen.answer)
     except InputError as refusal:
         # A file of colours alone is refused by readers of spectra, who say why.
         try:
-            colours = read_colours(path)
+            colours = read_colours(path, seen.answer)
         except InputError:
             raise refusal from None
         return _colours_side(path, colours)
@@ -51,8 +51,9 @@ def readings_side(path: Path, seen: Seen) -> Side:
                 expected="reflectances or transmittances",
             )
         for light in seen.lights:
-            name = RowName(entry.name, light, eye.name)
-            rows.append(Row(name, {"reading": Layer(partial(_pixel, entry.spectrum, light, seen.observer), path)}))
+            load = partial(_pixel, entry.spectrum, light, seen.observer)
+            layer = Layer(load, path, spectrum=partial(_spectrum, entry.spectrum))
+            rows.append(Row(RowName(entry.name, light, eye.name), {"reading": layer}))
     facts = {"format": file.format, **{key: str(value) for key, value in file.details.items()}}
     return Side(path, "readings", tuple(rows), facts, (*file.notes, seen.words))
 
@@ -83,7 +84,7 @@ def _colours_side(path: Path, colours: Sequence[tuple[str, Sequence[StatedColour
                     field=name,
                     found=f"illuminant {colour.illuminant or 'not stated'}, observer {colour.observer or 'not stated'}",
                     expected="both, as the instrument was set",
-                    hint="export the measurement with its spectra, or with both",
+                    hint="export the measurement with its spectra, or say it, such as --colours-for D50/1931_2",
                 )
             light, eye = colour.illuminant, colour.observer
             row = RowName(name, light, observer(eye).name)
@@ -102,6 +103,12 @@ def _pixel(reading: Spectrum, light: str, eye: str) -> Pixels:
     return pixel(weights @ reading.samples, weights.sum(axis=1))
 
 
+def _spectrum(reading: Spectrum, place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """The only one that there is."""
+    del place
+    return reading.wavelengths_nm, reading.samples
+
+
 def pixel(xyz: np.ndarray, white: np.ndarray) -> Pixels:
     """One colour (3,) as a picture of one pixel, in double precision."""
-    return Pixels(xyz.reshape(1, 1, 3), np.ones((1, 1)), white, relative_step=2.0**-53)
+    return Pixels(xyz.reshape(1, 1, 3), np.ones((1, 1)), white, FLOAT64_ROUNDOFF)

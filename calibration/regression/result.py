@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from ..history import Run
 from ..statistics import SelfCheck
 from .criteria import TIERS, Criterion, Tier
 from .row import LayerKind, RowName
@@ -64,7 +66,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class RowResult:
-    """One row: what became of it, and why. approximation : ΔE94 p99 of picture and reference, before and after."""
+    """One row: what became of it, and why.
+
+    approximation : ΔE94 p99 of picture and reference, before and after. unasked : whether no criterion is for it.
+    """
 
     name: RowName
     state: State
@@ -73,6 +78,7 @@ class RowResult:
     asked: tuple[Asked, ...] = ()
     approximation: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
+    unasked: bool = False
 
     @property
     def largest(self) -> float:
@@ -129,6 +135,11 @@ class Result:
     def exit_code(self) -> int:
         """0 pass, 1 warn, 2 fail."""
         return TIERS.index(self.tier)
+
+    def as_run(self, version: str) -> Run:
+        """For a history: the largest p99 of a layer of each row, now."""
+        rows = {str(row.name): max(one.p99 for one in row.layers.values()) for row in self.rows if row.layers}
+        return Run(datetime.now(UTC).isoformat(timespec="seconds"), version, self.tier, rows)
 
     @property
     def worst_first(self) -> tuple[RowResult, ...]:

@@ -12,9 +12,11 @@ from jaxtyping import Bool, Float
 
 from ...spectral.errors import visible
 
-#: Relative step to either side of a number in single and in half precision.
-FLOAT32_STEP, HALF_STEP = 2.0**-25, 2.0**-12
+#: Unit roundoff: how far rounding may move a number, as a share of the power of two below it.
+HALF_ROUNDOFF, FLOAT32_ROUNDOFF, FLOAT64_ROUNDOFF = 2.0**-11, 2.0**-24, 2.0**-53
 
+#: Of a pixel (row, column), its spectrum: wavelengths in nm (L,) and values (L,).
+PixelSpectrum = Callable[[tuple[int, int]], tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"]]]
 #: What a layer shows: the fast picture, the truth from original data, or what an instrument read.
 LayerKind = Literal["picture", "reference", "reading"]
 
@@ -41,7 +43,7 @@ class Pixels:
     xyz : (H,W,3), Y = 1 for the white; a reading is one pixel.
     coverage : (H,W) from 0 to 1.
     white_xyz : (3,).
-    relative_step : how far a number may lie from what was meant, by how it was stored, as a share of itself.
+    unit_roundoff : of how the numbers were stored.
     nudged : XYZ of some rows with every stored number moved by a multiple (h,W,3) of half a step, where a step is no
         share of the number, as of display codes.
     mask : (H,W) of the pixels that the row is about; None: of all.
@@ -50,9 +52,20 @@ class Pixels:
     xyz: Float[np.ndarray, "H W 3"]
     coverage: Float[np.ndarray, "H W"]
     white_xyz: Float[np.ndarray, "3"]
-    relative_step: float = FLOAT32_STEP
+    unit_roundoff: float = FLOAT32_ROUNDOFF
     nudged: Callable[[slice, Float[np.ndarray, "h W 3"]], Float[np.ndarray, "h W 3"]] | None = None
     mask: Bool[np.ndarray, "H W"] | None = None
+
+    def half_spacing(self, rows: slice) -> Float[np.ndarray, "h W 3"]:
+        """How far rounding may have moved each number of some rows: half the distance to its neighbour.
+
+        >>> one = Pixels(np.array([[[0.75, 1.5, 0.0]]]), np.ones((1, 1)), np.ones(3), HALF_ROUNDOFF)
+        >>> one.half_spacing(slice(0, 1)) * 4096
+        array([[[1., 2., 0.]]])
+        """
+        values = self.xyz[rows]
+        _, exponent = np.frexp(values)
+        return np.where(values == 0, 0.0, np.ldexp(self.unit_roundoff, exponent - 1))
 
     def equals(self, other: Pixels) -> bool:
         """Whether both hold the same bytes."""
@@ -76,12 +89,14 @@ class Layer:
     """Pixels that are loaded when they are asked for.
 
     file : that they come from, None where there is none. said : what the file says of itself.
+    spectrum : of its pixels, where it holds spectra.
     """
 
     load: Callable[[], Pixels]
     file: Path | None = None
     said: Mapping[str, str] = field(default_factory=dict)
     noise: Noise | None = None
+    spectrum: PixelSpectrum | None = None
 
 
 @dataclass(frozen=True, eq=False)

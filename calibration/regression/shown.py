@@ -1,4 +1,4 @@
-"""Rows as pictures on a page: before, after, and the map of ΔE94 between them."""
+"""Rows as pictures on a page: before, after, the map of ΔE94 between them, and what else is told of their pixels."""
 
 from __future__ import annotations
 
@@ -8,52 +8,92 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from ...spectral.adaptation import adaptation_matrix
+from ...spectral.difference import lab_from_xyz
 from ...spectral.formula import Formula
 from ...spectral.upsampling import xyz_from_rgb
 from .. import coded_map, plots
+from ..histogram import histogram
 from .change import change
-from .row import LayerKind, Pixels, Row
+from .row import Layer, LayerKind, Pixels, Row
 
 # Less than this is no picture but a reading: it is enlarged to a patch.
 _PATCH = 24
 
 
 @dataclass(frozen=True)
-class Shown:
-    """One layer as files for a page: WebP before and after, PNG map, and its size.
+class Picture:
+    """One layer of one side as a WebP file for a page, and its size; `clipped` : share of it that sRGB cannot show."""
 
-    clipped : share of the colours that sRGB cannot show.
-    """
-
-    layer: LayerKind
-    before: str
-    after: str
-    map: str
+    file: bytes
     width: int
     height: int
     clipped: float
 
 
-def shown(a: Row, b: Row, kind: LayerKind, limit: float, side: int) -> Shown:
-    """One layer of a pair of rows; the map's scale is made for a ΔE94 of `limit`, `side` is the longest in pixels."""
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """One layer of a pair of rows.
+
+    map : PNG of their ΔE94, as of `coded_map`. full_size : height and width before they were reduced to be shown.
+    histogram : pixels by their ΔE94, as of `histogram`. lab : mean CIELAB of the compared pixels before.
+    spectra : of the pixel that moved most, wavelengths in nm (L,) and values (L,) before and after; or None.
+    """
+
+    layer: LayerKind
+    before: Picture
+    after: Picture
+    map: bytes
+    full_size: tuple[int, int]
+    histogram: tuple[int, ...]
+    lab: tuple[float, float, float]
+    spectra: tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None = None
+
+
+def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int) -> Shown:
+    """One layer of a pair of rows.
+
+    Parameters
+    ----------
+    scale : ΔE94 that the map's scale is made for. limit : ΔE94 that the histogram is drawn about.
+    side : longest side of the pictures, in pixels.
+    """
     before, after = a.layers[kind].load(), b.layers[kind].load()
-    delta_e = change(before, after, (Formula("CIE 1994"),), str(a.name), rounding=False).maps["CIE 1994"]
-    size = plots.fitted_size(delta_e.shape, side)
-    pictures, clipped = [], []
-    for one in (before, after):
-        rgb, share = srgb(one)
-        pictures.append(_patch(plots.reduce_picture(rgb, size)))
-        clipped.append(share)
-    reduced = _patch(plots.reduce_map(delta_e, size))
+    moved = change(before, after, (Formula("CIE 1994"),), str(a.name), rounding=False)
+    delta_e = moved.maps["CIE 1994"]
+    known = np.isfinite(delta_e)
+    lab = lab_from_xyz(before.xyz[known], before.white_xyz).astype(np.float64)
+    lightness, red_green, yellow_blue = (lab.mean(axis=0) if len(lab) else np.full(3, np.nan)).tolist()
     return Shown(
         kind,
-        plots.data_uri(plots.lossless(pictures[0])),
-        plots.data_uri(plots.lossless(pictures[1])),
-        plots.data_uri(coded_map.map_png(reduced, limit), "png"),
-        reduced.shape[1],
-        reduced.shape[0],
-        max(clipped),
+        _encoded(before, side),
+        _encoded(after, side),
+        coded_map.map_png(_patch(plots.reduce_map(delta_e, plots.fitted_size(delta_e.shape, side))), scale),
+        (delta_e.shape[0], delta_e.shape[1]),
+        histogram(delta_e, limit),
+        (lightness, red_green, yellow_blue),
+        _spectra(a.layers[kind], b.layers[kind], moved.worst),
     )
+
+
+def alone(layer: Layer, side: int) -> Picture:
+    """A layer that nothing is compared with; `side` is the longest in pixels."""
+    return _encoded(layer.load(), side)
+
+
+def _encoded(pixels: Pixels, side: int) -> Picture:
+    rgb, clipped = srgb(pixels)
+    reduced = _patch(plots.reduce_picture(rgb, plots.fitted_size(rgb.shape[:2], side)))
+    return Picture(plots.lossless(reduced), reduced.shape[1], reduced.shape[0], clipped)
+
+
+def _spectra(
+    before: Layer, after: Layer, place: tuple[int, int]
+) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None:
+    """On the wavelengths of the one before, where both sides have them."""
+    if before.spectrum is None or after.spectrum is None:
+        return None
+    (nm, first), (other_nm, second) = before.spectrum(place), after.spectrum(place)
+    return nm, first, np.interp(nm, other_nm, second, left=np.nan, right=np.nan)
 
 
 def srgb(pixels: Pixels) -> tuple[UInt8[np.ndarray, "H W 3"], float]:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...spectral.errors import InputError
-from ...spectral.files import written_whole
+from ..sheets import Cell, csv_text, write_workbook
 from .result import Figures, Result, RowResult
 from .row import RowName
 
@@ -35,7 +32,6 @@ HEADINGS = (
     "approximation p99 after",
     "notes",
 )
-Cell = str | float | int | None
 
 
 def table(result: Result) -> Iterator[list[Cell]]:
@@ -49,45 +45,12 @@ def table(result: Result) -> Iterator[list[Cell]]:
 
 def as_csv(result: Result) -> str:
     """The table as RFC 4180 has it."""
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(HEADINGS)
-    writer.writerows(["" if cell is None else cell for cell in line] for line in table(result))
-    return text.getvalue()
+    return csv_text(HEADINGS, table(result))
 
 
 def write_xlsx(result: Result, path: Path) -> None:
-    """The table as a workbook, by openpyxl.
-
-    Raises
-    ------
-    InputError : openpyxl is not installed, or the folder cannot be written to.
-    """
-    try:
-        from openpyxl import Workbook
-        from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
-    except ImportError:
-        raise InputError(
-            "a workbook needs openpyxl",
-            file=path,
-            expected="the extra `xlsx`",
-            hint="pip install 'metamer[xlsx]', or ask for --csv",
-        ) from None
-    book = Workbook()
-    sheet = book.worksheets[0]
-    sheet.title = "regression"
-    sheet.append(list(HEADINGS))
-    for line in table(result):
-        sheet.append([ILLEGAL_CHARACTERS_RE.sub("?", cell) if isinstance(cell, str) else cell for cell in line])
-    for cells in sheet.iter_rows():
-        for cell in cells:
-            # A name that begins like a formula is a name.
-            if isinstance(cell.value, str):
-                cell.data_type = "s"
-    sheet.freeze_panes = "A2"
-    sheet.auto_filter.ref = sheet.dimensions
-    with written_whole(path) as beside:
-        book.save(beside)
+    """The table as a workbook; raises as `write_workbook` does."""
+    write_workbook(path, "regression", HEADINGS, table(result))
 
 
 def _line(row: RowResult, kind: str | None, found: Figures | None) -> list[Cell]:

@@ -16,7 +16,6 @@ from jaxtyping import Float, Int
 
 from ...spectral.spectrum import Spectrum
 from ..vectors import LEAST_COSINE, unit
-from .exits import brought_by
 from .relighting import Relighting
 
 # Points at once.
@@ -28,7 +27,8 @@ class Points:
     """Where surfaces are seen.
 
     part (n,). sites, shares (n,3) : of the triangle there. frame (n,3,3) : from the world to the surface's own.
-    wo (n,3) : to the viewer, in that frame.
+    wo (n,3) : to the viewer, in that frame. plane (n,3) : normal of the triangle there, in the world, on the side that
+    is seen: nothing comes from below it, whatever `frame` says.
     """
 
     part: Int[np.ndarray, " n"]
@@ -36,12 +36,15 @@ class Points:
     shares: Float[np.ndarray, "n 3"]
     frame: Float[np.ndarray, "n 3 3"]
     wo: Float[np.ndarray, "n 3"]
+    plane: Float[np.ndarray, "n 3"]
 
 
 def exits_between(
     state: Relighting, points: Points, illuminants: Sequence[Spectrum | None] = (None,)
 ) -> Float[np.ndarray, "n M3"]:
     """XYZ that points send to the viewer, as `Relighting.exits` has it of sites."""
+    if each := state.excited(illuminants):
+        return np.concatenate([exits_between(one, points) for one in each], axis=1)
     found = np.zeros((len(points.part), 3 * len(illuminants)), dtype=state.dtype)
     arriving = state.arriving.reshape(len(state.arriving), -1)
     for number in np.unique(points.part).tolist():
@@ -60,14 +63,15 @@ def exits_between(
 
 
 def _glossy(
-    state: Relighting, points: Points, some: Int[np.ndarray, " m"], number: int, fold: Float[np.ndarray, "R KJ M3"]
+    state: Relighting, points: Points, some: Int[np.ndarray, " m"], number: int, fold: Float[np.ndarray, "R F M3"]
 ) -> Float[np.ndarray, "m M3"]:
     rays, hits = state.rays, state.prepared.hits
     shares, sites = points.shares[some], points.sites[some]
     there, back = np.unique(sites, return_inverse=True)
     back = back.reshape(sites.shape)
     to = np.concatenate([hits.directions(slice(site, site + 1)) for site in there])
-    brought = brought_by(rays, rays.number[there], state.sources)
+    part = next(one for one in rays.parts if one.part == number)
+    brought = state.sources.brought(part, rays.within[rays.number[there]])
     wi = np.einsum("mij,mcrj->mcri", points.frame[some], to[back]).reshape(len(some), -1, 3)
     # How dense all rays together are in each direction, beside the cosine at the point.
     cosines = np.maximum(np.einsum("msi,mcri->mcrs", hits.sites.normals[sites], to[back]), 0.0)
@@ -80,5 +84,6 @@ def _glossy(
     f_r = reflection.scalars(wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0)).reshape(*wi.shape[:2], -1)
     f_r = f_r * weight[:, :, None]
     f_r *= reflection.correction(f_r, wo[:, 2])[:, None]
+    f_r[np.einsum("mi,mcri->mcr", points.plane[some], to[back]).reshape(wi.shape[:2]) <= 0.0] = 0.0
     by_term = np.einsum("mrt,mrk->mtk", f_r, brought[back].reshape(len(some), wi.shape[1], -1), optimize=True)
     return np.einsum("mtk,tkx->mx", by_term, fold * (np.pi / wi.shape[1]), optimize=True)

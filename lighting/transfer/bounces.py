@@ -8,19 +8,16 @@ second is even over directions. Here, as many follow as change ΔE94 by more tha
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError
-from .radiant import RadiantRegions
+from .regions import RadiantRegions, Regions
 
 #: ΔE94 that bounces which are left out may change the brightest or darkest site by.
 ENOUGH = 0.1
@@ -28,70 +25,6 @@ ENOUGH = 0.1
 MOST = 2000
 # One site in so many is looked at first.
 _FEW = 16
-# Runs of sites from which on each site has its own operator at hand, as texels need it.
-_MANY = 256
-
-
-@dataclass(frozen=True, eq=False)
-class Regions:
-    """What matt sites reflect.
-
-    region (S,) : of each site, of R. reflectances (R,L) : of each region, at the wavelengths of `basis`, 0 to below 1.
-
-    Raises
-    ------
-    InputError : a reflectance below 0, or of 1 or more: light would never end.
-    """
-
-    region: Int[np.ndarray, " S"]
-    reflectances: Float[np.ndarray, "R L"]
-    basis: SpectralBasis
-
-    def __post_init__(self) -> None:
-        low, high = float(self.reflectances.min(initial=0.0)), float(self.reflectances.max(initial=0.0))
-        if low < 0.0 or not high < 1.0:
-            found = f"{low:.3g} to {high:.3g}"
-            words = "0 to below 1 at every wavelength"
-            raise InputError(
-                "surfaces that reflect what they cannot", field="reflectances", found=found, expected=words
-            )
-
-    @property
-    def largest(self) -> float:
-        """The most that is reflected at any wavelength."""
-        return float(self.reflectances.max(initial=0.0))
-
-    def most_y(
-        self, coefficients: Float[np.ndarray, "S K J"], seen_y: Float[np.ndarray, " S"], reference_lux: float
-    ) -> Float[np.ndarray, " S"]:
-        """Y that this light could have after further bounces in which nothing is lost: what it has."""
-        return seen_y
-
-    def first(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "S K J"]:
-        """c_0 of an illuminance of each of K spectra."""
-        return lux[:, :, None] * self.basis.project(self.reflectances)[self.region][:, None, :]
-
-    def reflected(self, arriving: Float[np.ndarray, "S K J"]) -> Float[np.ndarray, "S K J"]:
-        """O times what arrives at each site."""
-        basis = self.basis
-        if basis.is_sampled:
-            return arriving * self.reflectances[self.region][:, None, :]
-        if len(self._runs) > _MANY:
-            return np.einsum("ski,sji->skj", arriving, self._operators.astype(arriving.dtype)[self.region])
-        found = np.empty_like(arriving)
-        for mine, region in self._runs:
-            np.matmul(arriving[mine], self._operators[region].T.astype(arriving.dtype), out=found[mine])
-        return found
-
-    @cached_property
-    def _operators(self) -> Float[np.ndarray, "R J J"]:
-        return self.basis.operator(self.reflectances)
-
-    @cached_property
-    def _runs(self) -> list[tuple[slice, int]]:
-        """Sites of one region that follow one another, and which it is."""
-        edges = [0, *(np.flatnonzero(np.diff(self.region)) + 1).tolist(), len(self.region)]
-        return [(slice(a, b), int(self.region[a])) for a, b in itertools.pairwise(edges) if a < b]
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +92,7 @@ def passed_on(
     operator: Any,
     regions: Regions | RadiantRegions,
     first: Float[np.ndarray, "S K J"],
-    to_xyz: Float[np.ndarray, "KJ 3"],
+    to_xyz: Float[np.ndarray, "F 3"],
     white: Float[np.ndarray, "3"],
     reference_lux: float,
     enough: float = ENOUGH,
@@ -211,5 +144,5 @@ def largest_difference(
     return found if found > enough else float(delta_e_xyz(seen + more, seen, white).max(initial=0.0))
 
 
-def _seen(coefficients: Float[np.ndarray, "S K J"], to_xyz: Float[np.ndarray, "KJ 3"]) -> Float[np.ndarray, "S 3"]:
+def _seen(coefficients: Float[np.ndarray, "S K J"], to_xyz: Float[np.ndarray, "F 3"]) -> Float[np.ndarray, "S 3"]:
     return coefficients.reshape(len(coefficients), -1) @ to_xyz

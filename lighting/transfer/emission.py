@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.basis import SpectralBasis
 from ...spectral.memory import check_room, gigabytes
 from ..vectors import dot, unit
-from .glossy_rays import GlossyPart, GlossyRays
+from .coefficients import Coefficients
+from .glossy_part import GlossyPart
+from .glossy_rays import GlossyRays
+from .operator import columns_times
 from .prepared import Prepared
 from .received import Received
 from .reflection import Reflection
@@ -24,15 +26,19 @@ _BLOCK = 1 << 15
 
 @dataclass(frozen=True, eq=False)
 class CellLight:
-    """What the cells of one glossy part send out: `values @ spread` is pi times their radiance in coefficients.
+    """What the cells of one glossy part send out: `values.T @ spread` is pi times their radiance in coefficients.
 
-    values (G_p O, C), spread (C, KJ) : of each spectrum and term, or of each spectrum and coefficient, whichever are
-    fewer.
+    values (C, G_p O), spread (C, F) : of each spectrum and term, or of each field, whichever are fewer.
     """
 
     part: GlossyPart
-    values: Float[np.ndarray, "GO C"]
-    spread: Float[np.ndarray, "C KJ"]
+    values: Float[np.ndarray, "C GO"]
+    spread: Float[np.ndarray, "C F"]
+
+    @property
+    def irradiance(self) -> Float[np.ndarray, "n F"]:
+        """What sites `GlossyPart.rows` receive of them."""
+        return columns_times(self.part.emission, self.values).T @ self.spread
 
 
 def cell_radiosity(
@@ -40,7 +46,7 @@ def cell_radiosity(
     originals: OfParts,
     reflections: OfParts,
     got: Received,
-    basis: SpectralBasis,
+    coefficients: Coefficients,
     dtype: type = np.float32,
 ) -> tuple[CellLight, ...]:
     """What glossy sites send into each cell, of lights that spread; without their matt terms.
@@ -51,20 +57,19 @@ def cell_radiosity(
     ------
     InputError : it would not fit into memory.
     """
-    size, spectra = len(rays.cells), got.incoming.shape[2]
-    most = max((len(reflections[one.part].spectra) + basis.size for one in rays.parts), default=0)
+    size, spectra, count = len(rays.cells), len(got.incoming), coefficients.basis.size
+    most = max((len(reflections[one.part].spectra) + count for one in rays.parts), default=0)
     needed = len(rays.sites) * size * spectra * most * np.dtype(dtype).itemsize
-    words = f"{len(rays.sites):,} glossy sites, {spectra} spectra, {basis.size} coefficients: {gigabytes(needed)}"
+    words = f"{len(rays.sites):,} glossy sites, {spectra} spectra, {count} coefficients: {gigabytes(needed)}"
     check_room(needed, "what glossy parts send out does not fit into memory", words, "ask for fewer sites")
     if not got.incoming.any():
         return ()
     found = []
     for one in rays.parts:
         values = got.scattered(one, originals[one.part]).astype(dtype, copy=False)
-        terms = basis.project(reflections[one.part].spectra)
-        spread = np.kron(np.eye(spectra), terms).astype(dtype)
+        spread = coefficients.rows(coefficients.sent(np.pi * reflections[one.part].spectra)).astype(dtype)
         if spread.shape[0] > spread.shape[1]:
-            values, spread = values @ spread, np.eye(spread.shape[1], dtype=dtype)
+            values, spread = spread.T @ values, np.eye(spread.shape[1], dtype=dtype)
         found.append(CellLight(one, values, spread))
     return tuple(found)
 
@@ -74,19 +79,19 @@ def ray_radiosity(
     rays: GlossyRays,
     reflections: OfParts,
     got: Received,
-    basis: SpectralBasis,
+    coefficients: Coefficients,
     dtype: type = np.float32,
-) -> Float[np.ndarray, "n KJ"]:
+) -> Float[np.ndarray, "n F"]:
     """pi times the radiance that each ray that ends on a glossy part brings, of lights from one direction: their BRDF
     at the very end of the ray. How much of the light is hidden there is mixed of the sites about it.
     """
-    found = np.zeros((len(rays.ray), got.lux.shape[1], basis.size), dtype=dtype)
+    found = np.zeros((len(rays.ray), coefficients.kinds, coefficients.basis.size), dtype=dtype)
     if not got.free:
-        return found.reshape(len(found), found.shape[1] * basis.size)
+        return found.reshape(len(found), coefficients.fields)
     hits, frames, starts = prepared.hits, prepared.frames, prepared.hits.sites.starts
     centre, radius = prepared.centre_and_radius
     of_ray = hits.part[hits.triangle.ravel()[rays.ray] % len(hits.part)]
-    terms = {one.part: basis.project(np.pi * reflections[one.part].spectra) for one in rays.parts}
+    terms = {one.part: coefficients.sent(np.pi * reflections[one.part].spectra) for one in rays.parts}
     for start in range(0, len(found), _BLOCK):
         block = slice(start, start + _BLOCK)
         about, share = rays.about[block], rays.share[block]
@@ -107,8 +112,8 @@ def ray_radiosity(
                 mine = lit[of_ray[block][lit] == number]
                 scattered = reflections[number].scalars(wi[mine], wo[mine]) * lux[mine, None]
                 # Several lights may have one spectrum.
-                found[start + mine, k] += scattered @ terms[number]
-    return found.reshape(len(found), found.shape[1] * basis.size)
+                found[start + mine, k % coefficients.kinds] += scattered @ terms[number][k]
+    return found.reshape(len(found), coefficients.fields)
 
 
 def _directions(prepared: Prepared, ray: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:

@@ -13,15 +13,17 @@ from jaxtyping import Float
 
 from ...materials.fast import Fast
 from ...spectral.basis import SpectralBasis
-from ...spectral.bispectral import Bispectral
 from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
+from ...spectral.wavelengths import common_wavelengths
 from ..plan import bounce_basis
 from ..scene import Scene
-from .bounces import Regions, passed_on
-from .passing_on import even_albedo, regions_of
-from .radiant import RadiantRegions, donaldson, planned_basis
+from .bounces import passed_on
+from .coefficients import Coefficients
+from .passing_on import even_matrix, regions_of
+from .radiant import fluoresces, planned_basis
 from .ray_light import MOST_GLOSSY, RayLight, glossy_light, glossy_parts
+from .reflection import Reflection
+from .regions import RadiantRegions, Regions
 from .transport import Transport
 
 
@@ -53,35 +55,33 @@ def followed(
     shown_in: Sequence[Spectrum],
     enough: float,
 ) -> Followed:
-    """Where every surface keeps each wavelength.
+    """Light of `lux`, what sites receive straight away.
 
-    spectra : of `lux`, what sites receive straight away. which : of all lights' spectra, the number of each in them.
-    Other parameters are those of `indirect_light`.
+    spectra : of it. which : of all lights' spectra, the number of each in them. Other parameters are those of
+    `indirect_light`.
     """
     hits, prepared = transport.hits, transport.prepared
-    wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
-    # Rays outlive materials: parts wear those of this scene.
-    worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]
-    regions, seen = regions_of(replace(transport.fine, parts=tuple(worn)), surfaces, hits, wavelengths)
     glossy = glossy_parts(prepared, scene, surfaces)
-    shown = [one.shown @ interpolation_matrix(one.wavelengths_nm, wavelengths).T for one in glossy.values()]
-    basis = bounce_basis(np.concatenate([seen, *shown]), [*spectra, *shown_in], scene.observer, wavelengths)
-    known = Regions(*regions, basis)
-    evenly = first = known.first(lux)
-    light = then = None
+    radiant = fluoresces(surfaces[name] for name in scene.material_ids)
+    if radiant:
+        known, evenly = _by_radiance(scene, surfaces, transport, glossy, spectra, lux)
+    else:
+        known, evenly = _relative(scene, surfaces, transport, glossy, spectra, shown_in, lux)
+    reference = float(scene.viewing.reference_illuminance_lux)
+    coefficients = Coefficients(known.basis, spectra, scene.observer, reference, radiant)
+    first, light, then = evenly, None, None
     count = int(np.isin(hits.part_of_site, list(glossy)).sum())
     if 0 < count <= MOST_GLOSSY and scene.bounces != 0:
-        light, of_glossy = glossy_light(prepared, glossy, scene.lights, which, basis, lux)
+        light, of_glossy = glossy_light(prepared, glossy, scene.lights, which, coefficients, lux)
         first = evenly.copy()
-        first[light.rays.sites] = of_glossy
+        first[light.rays.sites] = of_glossy.reshape(len(of_glossy), *first.shape[1:])
         arrives = prepared.operator @ first.reshape(len(lux), -1) + light.irradiance(hits)
         then = known.reflected(arrives.reshape(first.shape))
-    reference = float(scene.viewing.reference_illuminance_lux)
     found = passed_on(
         prepared.operator,
         known,
         evenly,
-        np.concatenate([basis.fold(spectrum, scene.observer).T for spectrum in spectra]) / reference,
+        coefficients.to_xyz,
         scene.adopted_white(),
         reference,
         enough,
@@ -89,48 +89,49 @@ def followed(
         then=then,
     )
     sent = RayLight((found.indirect + first).reshape(len(lux), -1), light)
-    return Followed(sent, spectra, basis, found.bounces, found.left, tuple(glossy))
+    if not radiant:
+        return Followed(sent, spectra, known.basis, found.bounces, found.left, tuple(glossy))
+    nm = known.basis.wavelengths_nm
+    equal = Spectrum.sampled(nm, np.ones(len(nm)), "emission")
+    luminous = scene.observer.luminous(equal)
+    return Followed(sent, (equal,), known.basis, found.bounces, found.left, tuple(glossy), luminous)
 
 
-def followed_as_radiance(
+def _relative(
     scene: Scene,
     surfaces: Mapping[str, Fast],
     transport: Transport,
+    glossy: Mapping[int, Reflection],
+    spectra: tuple[Spectrum, ...],
+    shown_in: Sequence[Spectrum],
+    lux: Float[np.ndarray, "S K"],
+) -> tuple[Regions, Float[np.ndarray, "S K J"]]:
+    """What all sites pass on as matt ones, and what they do of `lux`, where every surface keeps each wavelength."""
+    wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
+    # Rays outlive materials: parts wear those of this scene.
+    worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]
+    regions, seen = regions_of(replace(transport.fine, parts=tuple(worn)), surfaces, transport.hits, wavelengths)
+    shown = [one.on(wavelengths).shown for one in glossy.values()]
+    basis = bounce_basis(np.concatenate([seen, *shown]), [*spectra, *shown_in], scene.observer, wavelengths)
+    known = Regions(*regions, basis)
+    return known, known.first(lux)
+
+
+def _by_radiance(
+    scene: Scene,
+    surfaces: Mapping[str, Fast],
+    transport: Transport,
+    glossy: Mapping[int, Reflection],
     spectra: tuple[Spectrum, ...],
     lux: Float[np.ndarray, "S K"],
-    enough: float,
-) -> Followed:
-    """Where some surface fluoresces: once light has met a surface, it matters no more which lamp it is of.
-
-    Glossy parts pass light on as matt ones, and textures their mean. Parameters are those of `followed`.
-    """
-    matrices = {name: _matrix(surfaces[name]) for name in scene.material_ids}
-    basis = planned_basis([*matrices.values()], spectra, scene.observer)
+) -> tuple[RadiantRegions, Float[np.ndarray, "S 1 J"]]:
+    """The same where some surface fluoresces, of all lights together; a texture counts as its mean."""
+    matrices = {name: even_matrix(surfaces[name]) for name in scene.material_ids}
+    shown = [each for one in {id(one): one for one in glossy.values()}.values() for each in one.shown_as_matrices]
+    basis = planned_basis([*matrices.values(), *shown], spectra, scene.observer)
     of_parts = tuple(matrices[part.material] for part in scene.parts)
     known = RadiantRegions(transport.hits.part_of_site, of_parts, spectra, scene.observer, basis)
-    reference = float(scene.viewing.reference_illuminance_lux)
-    found = passed_on(
-        transport.prepared.operator,
-        known,
-        known.first(lux).sum(axis=1, keepdims=True),
-        known.folds()[0].T / reference,
-        scene.adopted_white(),
-        reference,
-        enough,
-        bounces=_more(scene),
-    )
-    nm = basis.wavelengths_nm
-    equal = Spectrum.sampled(nm, np.ones(len(nm)), "emission")
-    glossy = tuple(glossy_parts(transport.prepared, scene, surfaces))
-    sent, luminous = RayLight(found.all.reshape(len(lux), -1)), scene.observer.luminous(equal)
-    return Followed(sent, (equal,), basis, found.bounces, found.left, glossy, luminous)
-
-
-def _matrix(surface: Fast) -> Bispectral:
-    found = donaldson(surface)
-    if found is not None:
-        return found
-    return Bispectral.diagonal(Spectrum.sampled(surface.wavelengths_nm, even_albedo(surface), "reflectance"))
+    return known, known.first(lux).sum(axis=1, keepdims=True)
 
 
 def _more(scene: Scene) -> int | None:

@@ -19,11 +19,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt16
 
 from ...spectral.memory import check_room, gigabytes
-from ..scene import Scene
 from ..vectors import dot
-from ..visibility.occluders import Occluders
-from ..visibility.refinement import refined
-from ..visibility.sites import Corners, Sites, corners_of, pieces_of, scaled_triangles, sites_at
+from ..visibility.sites import Corners, Sites
 
 #: Rays of a site. ΔE94 falls with about their number to the power of -0.7.
 RAYS = 256
@@ -185,49 +182,11 @@ def tangents(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"
     return first, np.stack([b, sign + y * y * a, -y], axis=1)
 
 
-def scene_hits(
-    scene: Scene,
-    rays: int = RAYS,
-    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
-    longest_edge: float | None = None,
-) -> Hits:
-    """Trace the rays of all sites of a scene: its vertices, welded by place and normal (`visibility.sites`), and those
-    that large triangles are divided by (`visibility.refinement`).
-
-    progress : called with (sites done, sites in all, what is done). longest_edge : see `refined`. `kept.kept_hits` has
-    them on disk.
-
-    Raises
-    ------
-    InputError : it would not fit into memory.
-    """
-    bodies = Bodies.of(scene, longest_edge)
-    check_rays_fit(len(bodies.sites), rays)
-    return traced_hits(bodies.sites, bodies.corners, bodies.triangles, rays, progress)
-
-
 def check_rays_fit(sites: int, rays: int) -> None:
     """Raise `InputError` where all rays of so many sites do not fit into memory."""
     needed = sites * rays * BYTES_A_RAY + _AT_ONCE * _BYTES_TRACED
     words = f"{sites:,} vertices, {rays} rays each: {gigabytes(needed)} of memory"
     check_room(needed, "what light does between the parts does not fit into memory", words, "ask for fewer rays")
-
-
-@dataclass(frozen=True, eq=False)
-class Bodies:
-    """What the rays of a scene start from and end on, scaled as `Sites` are. triangles: in float32, as they are met."""
-
-    sites: Sites
-    corners: Corners
-    triangles: Float[np.ndarray, "F 3 3"]
-
-    @classmethod
-    def of(cls, scene: Scene, longest_edge: float | None = None) -> Bodies:
-        """Those of a scene, large triangles divided; see `scene_hits`."""
-        fine = refined(scene, longest_edge)[0]
-        corners = corners_of(fine, pieces_of(fine))
-        triangles = scaled_triangles(fine).astype(np.float32)
-        return cls(sites_at(corners, Occluders(triangles)), corners, triangles)
 
 
 class RayTracer:

@@ -19,29 +19,31 @@ from jaxtyping import Bool, Float, Int
 from ...materials.environment_form import BENDS, bends
 from ...materials.fast import Fast
 from ...spectral.basis import SpectralBasis
+from ...spectral.errors import InputError
 from ...spectral.palette import Palette, SentPalette
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
 from ..convexity import is_convex
 from ..scene import Scene
 from ..vectors import dot
+from ..visibility.halving import Halving
 from ..visibility.occluders import Occluders
-from ..visibility.refinement import Refinement
 from ..visibility.shut import beside_shut, edges
 from ..visibility.sites import scaled_triangles
 from .bounces import ENOUGH
 from .direct import direct_illuminance
-from .followed import followed, followed_as_radiance
+from .followed import followed
 from .hits import Hits
 from .passing_on import EVEN_Z, EVEN_ZZ
 from .radiance_maps import RadianceMaps
-from .radiant import fluoresces
 from .ray_light import MOST_GLOSSY, RayLight
 from .transport import Transport
 
 #: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
 OF_SITE = 2 * BENDS + 3
 FLUX, RADIANCE = slice(BENDS, BENDS + 3), slice(BENDS + 3, OF_SITE)
+#: Rays of a site from which on they tell those moments apart.
+LEAST_RAYS = 16
 #: Glossy sites that have maps: some 10 KB each.
 MOST_MAPS = 100_000
 # A ray's share of the flux is held where it grazes: 1 / cosine at most.
@@ -68,7 +70,7 @@ class IndirectLight:
     at_sites: Float[np.ndarray, "S 21 F"]
     spectra: tuple[Spectrum, ...]
     basis: SpectralBasis
-    refinement: Refinement
+    refinement: Halving
     fronts: Int[np.ndarray, " V"]
     backs: Int[np.ndarray, " V"]
     asked: int | Literal["auto"]
@@ -217,7 +219,7 @@ def indirect_light(
     What lights give straight away is sent on as materials scatter it, by direction where they are glossy (`RayLight`).
     Later on every material passes light on as a matt one that reflects as much as it does of even light, at each
     wavelength, a texture at each site as its texels about there: what receives it is as it is. Where a material
-    fluoresces, light travels as radiance, see `followed_as_radiance`.
+    fluoresces, light travels as radiance, and textures pass on their mean.
 
     Parameters
     ----------
@@ -231,15 +233,15 @@ def indirect_light(
 
     Raises
     ------
-    InputError : a material that reflects all that it receives, or more.
+    InputError : a material that reflects all that it receives, or more; less than `LEAST_RAYS` of each site.
     """
     start, hits = perf_counter(), transport.hits
+    if hits.rays < LEAST_RAYS:
+        words = f"{LEAST_RAYS} or more of each vertex"
+        raise InputError("too few rays for a picture", field="rays", found=hits.rays, expected=words)
     occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
     spectra, which, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
-    if fluoresces(surfaces[name] for name in scene.material_ids):
-        found = followed_as_radiance(scene, surfaces, transport, spectra, lux, enough)
-    else:
-        found = followed(scene, surfaces, transport, spectra, which, lux, shown_in, enough)
+    found = followed(scene, surfaces, transport, spectra, which, lux, shown_in, enough)
     sites = np.flatnonzero(np.isin(hits.part_of_site, found.glossy))
     # What has come by so many surfaces is sent on by them, and arrives by one more.
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
@@ -255,8 +257,7 @@ def indirect_light(
         f"would change no site by more than ΔE94 {found.left:.2g}"
     )
     if not none and found.sent.glossy is None and len(sites):
-        why = f"for they are more than {MOST_GLOSSY:,}" if found.radiant is None else "beside fluorescent ones"
-        words += f"; {len(sites):,} glossy sites pass light on as matt ones, {why}"
+        words += f"; {len(sites):,} glossy sites pass light on as matt ones, for they are more than {MOST_GLOSSY:,}"
     if not none and len(sites) > MOST_MAPS:
         words += f"; highlights without detail, for {len(sites):,} glossy sites are more than {MOST_MAPS:,}"
     where = transport.refinement, transport.fronts, transport.backs

@@ -7,36 +7,29 @@ matt ones, fluorescent ones among them, and of glossy ones what they pass on as 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...materials.points import Points
-from ...materials.sampling import DirectionSampler
 from ...materials.surface import Surface
 from ...spectral.basis import SpectralBasis
-from ...spectral.bispectral import Bispectral
 from ...spectral.difference import delta_e_xyz
-from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
 from ..scene import Scene
 from ..visibility.occluders import Occluders
-from ..visibility.refinement import refined
-from ..visibility.sites import scaled_triangles
-from .bounces import ENOUGH, Interreflection, Regions, interreflected
+from .bodies import Bodies
+from .bounces import ENOUGH, Interreflection, interreflected
 from .direct import direct_illuminance
 from .hits import RAYS, Hits
+from .indirect import needs_none
 from .kept import kept_hits
 from .operator import irradiance_operator
-from .radiant import RadiantRegions, basis_for, donaldson
-
-# Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
-_PAIRS = 4096
-# Steps of an even sequence of the six numbers of each: powers of the inverse of the real root of x^7 = x + 1 (M.
-# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them.
-_STEPS = 1.11277568427870550 ** -np.arange(1.0, 7.0)
+from .passing_on import even_albedo, even_matrix
+from .radiant import basis_for, donaldson, fluoresces
+from .refining import between_sites
+from .regions import RadiantRegions, Regions
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,24 +58,9 @@ class Influence:
     sites: int
     rays: int
     nbytes: int
+    added: int
+    between: Shown
     albedo_y: tuple[float, ...]
-
-
-def albedo(surface: Surface) -> Float[np.ndarray, " L"]:
-    """(L,) what a surface reflects of even light, as a share: a mean over viewers by their cosines, and over texels.
-
-    Directions to the light are drawn as the surface scatters it, however sharp its highlight: off by some 0.3 % with
-    highlights of alpha 0.05, and exact for matt surfaces.
-    """
-    even = (0.5 + np.arange(1, _PAIRS + 1)[:, None] * _STEPS) % 1.0
-    radius, turn = np.sqrt(even[:, 0]), 2.0 * np.pi * even[:, 1]
-    wo = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - even[:, 0])], axis=1)
-    sampler = DirectionSampler(surface)
-    wi = sampler.drawn(wo, even[:, 2:4])
-    density = sampler.density(wo, wi)
-    some = np.flatnonzero((wi[:, 2] > 0.0) & (density > 0.0))
-    weight = wi[some, 2] / density[some] / _PAIRS
-    return weight @ surface.at(Points(wi[some], wo[some], even[some, 4:]))
 
 
 def influence(
@@ -105,9 +83,13 @@ def influence(
     InputError : it would not fit into memory; a material that reflects all that it receives, or more.
     """
     scene.check_surfaces(surfaces)
-    hits = kept_hits(scene, folder, rays, jobs, progress, say=say)
+    bodies = Bodies.of(scene)
+    hits = kept_hits(scene, folder, rays, jobs, progress, say=say, bodies=bodies)
     operator = irradiance_operator(hits)
-    occluders = Occluders(scaled_triangles(refined(scene)[0]).astype(np.float32))
+    if needs_none(scene):
+        # Between the flat triangles of a smooth body rays end that its true shape would not meet.
+        operator = 0.0 * operator
+    occluders = Occluders(bodies.triangles)
     lux = np.concatenate(direct_illuminance(scene, hits.sites, occluders), axis=1)
     part, regions = hits.part_of_site, _regions(scene, surfaces, hits)
     folds = regions.folds() if isinstance(regions, RadiantRegions) else _folds(scene, regions)
@@ -138,8 +120,30 @@ def influence(
         len(hits.sites),
         rays,
         hits.nbytes,
+        bodies.placed.added,
+        _between(bodies.placed.scene, hits, regions, whole, seen, white),
         tuple(_y(scene, surfaces[part.material]) for part in scene.parts),
     )
+
+
+def _between(
+    fine: Scene,
+    hits: Hits,
+    regions: Regions | RadiantRegions,
+    whole: Interreflection,
+    seen: Callable[[Float[np.ndarray, "n K J"]], Float[np.ndarray, "n 3"]],
+    white: Float[np.ndarray, "3"],
+) -> Shown:
+    """Of points that are even in area."""
+    found = between_sites(fine, hits, whole.all.reshape(len(whole.all), -1))
+    part = hits.part_of_site[found.sites[:, 0]]
+    straight = np.einsum("nc,nckj->nkj", found.shares, whole.first[found.sites])
+    there = replace(regions, region=part)
+    traced, mixed = (
+        seen(straight + there.reflected(one.reshape(straight.shape))) for one in (found.traced, found.mixed)
+    )
+    lit = np.flatnonzero(traced.any(axis=1))
+    return _shown(delta_e_xyz(traced, mixed, white)[lit], np.ones(len(lit)), np.ones(len(lit), dtype=bool))
 
 
 def _y(scene: Scene, surface: Surface) -> float:
@@ -147,7 +151,7 @@ def _y(scene: Scene, surface: Surface) -> float:
     light, glowing = scene.lights[0].spectrum, donaldson(surface)
     if glowing is not None:
         return float(glowing.fold(light, scene.observer)[1])
-    return float(scene.observer.weights(light, surface.wavelengths_nm)[1] @ albedo(surface))
+    return float(scene.observer.weights(light, surface.wavelengths_nm)[1] @ even_albedo(surface))
 
 
 def _folds(scene: Scene, regions: Regions) -> list[Float[np.ndarray, "3 J"]]:
@@ -157,20 +161,15 @@ def _folds(scene: Scene, regions: Regions) -> list[Float[np.ndarray, "3 J"]]:
 
 def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regions | RadiantRegions:
     """Every part a region, at all wavelengths; in a basis of radiances where some part fluoresces."""
-    glowing = {name: donaldson(surfaces[name]) for name in scene.material_ids}
-    if any(each is not None for each in glowing.values()):
-        for name in scene.material_ids:
-            if glowing[name] is None:
-                reflected = Spectrum.sampled(surfaces[name].wavelengths_nm, albedo(surfaces[name]), "reflectance")
-                glowing[name] = Bispectral.diagonal(reflected)
-        matrices = {name: each for name, each in glowing.items() if each is not None}
+    if fluoresces(surfaces[name] for name in scene.material_ids):
+        matrices = {name: even_matrix(surfaces[name]) for name in scene.material_ids}
         lights = tuple(spectrum for light in scene.lights for spectrum in light.spectra)
         basis = basis_for([*matrices.values()], lights, scene.observer)
         of_parts = tuple(matrices[part.material] for part in scene.parts)
         return RadiantRegions(hits.part_of_site, of_parts, lights, scene.observer, basis)
     wavelengths = common_wavelengths([surfaces[part.material].wavelengths_nm for part in scene.parts])
     found = {
-        name: interpolation_matrix(surfaces[name].wavelengths_nm, wavelengths) @ albedo(surfaces[name])
+        name: interpolation_matrix(surfaces[name].wavelengths_nm, wavelengths) @ even_albedo(surfaces[name])
         for name in scene.material_ids
     }
     reflectances = np.stack([found[part.material] for part in scene.parts])

@@ -26,7 +26,8 @@ from ...spectral.processes import numbered
 from ..scene import Scene
 from ..visibility.keeping import most_bytes, pruned, used
 from ..visibility.kept_arrays import UNREADABLE, read_arrays, write_arrays
-from .hits import RAYS, Bodies, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
+from .bodies import Bodies
+from .hits import RAYS, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
 from .on_cluster import traced_on_cluster
 
 Progress = Callable[[int, int, str], None]
@@ -109,10 +110,12 @@ def kept_hits(
     progress: Progress = lambda done, total, what: None,
     longest_edge: float | None = None,
     say: Callable[[str], object] = lambda words: None,
+    bodies: Bodies | None = None,
 ) -> Hits:
     """`scene_hits`, from `folder` where they are there, else traced and kept there, within `$METAMER_CACHE_GB`.
 
-    folder : None keeps nothing, nor does a limit of 0. The rest as of `build_rays`.
+    folder : None keeps nothing, nor does a limit of 0. bodies : of the scene, where they are known. The rest as of
+    `build_rays`.
 
     Raises
     ------
@@ -120,7 +123,7 @@ def kept_hits(
     """
     limit = 0 if folder is None else most_bytes()
     where = None if folder is None or not limit else Path(folder)
-    bodies = Bodies.of(scene, longest_edge)
+    bodies = Bodies.of(scene, longest_edge) if bodies is None else bodies
     count = len(bodies.sites)
     check_rays_fit(count, rays)
     triangle, place = np.empty((count, rays), dtype=np.int32), np.empty((count, rays, 2), dtype=np.uint16)

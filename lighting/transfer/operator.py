@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt16
 
 from .hits import Hits
 
 # Sites at once: their rays take some 100 MB.
 _BLOCK = 2048
+# Vectors up to which a sparse operator takes less time for one after the other than for all together.
+_ONE_BY_ONE = 6
 
 
 def irradiance_operator(hits: Hits) -> Any:
@@ -25,23 +28,35 @@ def irradiance_operator(hits: Hits) -> Any:
     -------
     scipy.sparse.csr_array, float32 values.
     """
+    from scipy.sparse import csr_array, vstack
+
+    count = len(hits.sites)
+    blocks = [
+        gathering_rows(hits, hits.triangle[start : start + _BLOCK], hits.place[start : start + _BLOCK])
+        for start in range(0, count, _BLOCK)
+    ]
+    return vstack(blocks, format="csr") if blocks else csr_array((0, 0), dtype=np.float32)
+
+
+def gathering_rows(hits: Hits, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]) -> Any:
+    """The same of any n places, of whose rays this is where they end: (n, S)."""
     from scipy.sparse import csr_array
 
-    count, blocks = len(hits.sites), []
-    for start in range(0, count, _BLOCK):
-        rows = slice(start, min(start + _BLOCK, count))
-        number, share = hits.ends(rows)
-        inside = share > 0.0
-        row = np.broadcast_to(np.arange(rows.stop - rows.start)[:, None, None], share.shape)[inside]
-        size = (rows.stop - rows.start, count)
-        # Small numbers of sites: half the bytes that each bounce reads.
-        places = (row.astype(np.int32), number[inside].astype(np.int32))
-        block = csr_array((share[inside] / hits.rays, places), shape=size)
-        block.sum_duplicates()
-        blocks.append(block.astype(np.float32))
-    from scipy.sparse import vstack
+    number, share = hits.about(triangle, place)
+    inside = share > 0.0
+    row = np.broadcast_to(np.arange(len(triangle))[:, None, None], share.shape)[inside]
+    # Small numbers of sites: half the bytes that each bounce reads.
+    places = (row.astype(np.int32), number[inside].astype(np.int32))
+    found = csr_array((share[inside] / triangle.shape[1], places), shape=(len(triangle), len(hits.sites)))
+    found.sum_duplicates()
+    return found.astype(np.float32)
 
-    return vstack(blocks, format="csr") if blocks else csr_array((0, 0), dtype=np.float32)
+
+def columns_times(operator: Any, vectors: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m k"]:
+    """A sparse operator times each of some vectors."""
+    if len(vectors) > _ONE_BY_ONE:
+        return np.ascontiguousarray((operator @ np.ascontiguousarray(vectors.T)).T)
+    return np.stack([operator @ each for each in vectors])
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,16 +84,16 @@ class ByPart:
         rows = csr_array((operator.data, operator.indices, edges), shape=(len(edges) - 1, operator.shape[1]))
         return cls(rows, of_number[edges[:-1]], np.searchsorted(edges, operator.indptr))
 
-    def amounts(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "n K"]:
+    def amounts(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "K n"]:
         """What sites receive of those of each part, were all white."""
-        return np.stack([self.rows @ np.ascontiguousarray(each) for each in lux.T], axis=1)
+        return columns_times(self.rows, np.ascontiguousarray(lux.T))
 
     def irradiance(
-        self, amounts: Float[np.ndarray, "n K"], terms: Float[np.ndarray, "P J"]
-    ) -> Float[np.ndarray, "S KJ"]:
-        """The same in the colours of the parts."""
+        self, amounts: Float[np.ndarray, "K n"], terms: Sequence[Float[np.ndarray, "P J"]]
+    ) -> list[Float[np.ndarray, "S J"]]:
+        """The same of each light, in the colours that the parts have under it."""
         from scipy.sparse import csr_array
 
-        shape = len(self.first) - 1, len(terms)
-        each = (csr_array((amount, self.part, self.first), shape=shape) @ terms for amount in amounts.T)
-        return np.concatenate([np.ascontiguousarray(one) for one in each], axis=1)
+        shape = len(self.first) - 1, len(terms[0])
+        pairs = zip(amounts, terms, strict=True)
+        return [np.asarray(csr_array((amount, self.part, self.first), shape=shape) @ one) for amount, one in pairs]

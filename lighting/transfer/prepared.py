@@ -13,13 +13,13 @@ from jaxtyping import Bool, Float, Int
 from ..environment.cube import CubeMap
 from ..scene import Scene
 from ..tangents import seen_handedness
-from ..vectors import orthonormal_frame
+from ..vectors import LEAST_COSINE, dot, orthonormal_frame, unit
 from ..visibility.occluders import Occluders
-from ..visibility.refinement import refined
 from ..visibility.sites import scaled_triangles
+from .bodies import Bodies
 from .cells import Cells
 from .glossy_rays import GlossyRays
-from .hits import RAYS, Hits, scene_hits
+from .hits import RAYS, Hits
 from .operator import ByPart, irradiance_operator
 
 #: Texels across a face of the sky: 2.8 degrees in the middle.
@@ -47,11 +47,10 @@ class Prepared:
         rays: int = RAYS,
         longest_edge: float | None = None,
         progress: Callable[[int, int, str], None] = lambda done, total, what: None,
-        hits: Hits | None = None,
     ) -> Prepared:
-        """Trace a scene, or take what was traced of it. See `scene_hits`."""
-        found = scene_hits(scene, rays, progress, longest_edge) if hits is None else hits
-        return cls(refined(scene, longest_edge)[0], found, Cells())
+        """Trace a scene. See `scene_hits`."""
+        bodies = Bodies.of(scene, longest_edge)
+        return cls(bodies.placed.scene, bodies.traced(rays, progress), Cells())
 
     @cached_property
     def operator(self) -> Any:
@@ -119,6 +118,23 @@ class Prepared:
             signed = np.broadcast_to(seen_handedness(hand, has_uv, np.full(len(hand), sign))[:, None], there.shape)
             side[corners[there]] = signed[there]
         return orthonormal_frame(hits.sites.normals, along, side)
+
+    @cached_property
+    def _faces(self) -> tuple[Float[np.ndarray, "F 3"], Float[np.ndarray, "F 3"]]:
+        """A corner of each triangle, in the world, and its normal."""
+        meshes = [part.mesh for part in self.scene.parts]
+        corners = np.concatenate([mesh.vertices[mesh.faces[:, 0]] for mesh in meshes])
+        return corners, np.concatenate([mesh.face_normals for mesh in meshes])
+
+    def seen(self, towards: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n 3"]]) -> Bool[np.ndarray, " S"]:
+        """Which sites are about triangles that look at a viewer, on that side. towards : him, from places."""
+        corners, normals = self._faces
+        cosine = dot(normals, unit(towards(corners)))
+        found = np.zeros(len(self.hits.sites) + 1, dtype=bool)
+        # One that is seen edge-on may be taken for either side. Where the other side is dark it has no sites, -1.
+        for sites, facing in ((self.hits.corners, cosine), (self.hits.backs, -cosine)):
+            found[sites[facing > -LEAST_COSINE].ravel()] = True
+        return found[:-1]
 
     def glossy_rays(self, glossy: Bool[np.ndarray, " P"]) -> GlossyRays:
         """Of these parts; the last few sets are kept."""

@@ -11,10 +11,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...materials.fast import Fast
-from ...spectral.basis import SpectralBasis
-from ...spectral.wavelengths import interpolation_matrix
 from ..lights import Light
 from ..scene import Scene
+from .coefficients import Coefficients
 from .emission import cell_radiosity, ray_radiosity
 from .glossy_rays import GlossyRays
 from .hits import Hits
@@ -23,7 +22,7 @@ from .received import Received, received
 from .reflection import Reflection
 
 #: Glossy sites that send out by direction: up to 40 KB each.
-MOST_GLOSSY = 30_000
+MOST_GLOSSY = 34_000
 # Sites at once.
 _BLOCK = 512
 
@@ -111,9 +110,9 @@ def glossy_light(
     originals: Mapping[int, Reflection],
     lights: Sequence[Light],
     spectrum: Sequence[int],
-    basis: SpectralBasis,
+    coefficients: Coefficients,
     lux: Float[np.ndarray, "S K"],
-) -> tuple[GlossyLight, Float[np.ndarray, "G K J"]]:
+) -> tuple[GlossyLight, Float[np.ndarray, "G F"]]:
     """What glossy parts send out by direction of all lights, and what their sites, G of S, send out evenly of `lux`.
 
     originals : see `glossy_parts`; some. spectrum : of all lights' spectra, one after the other, which of K it is.
@@ -122,30 +121,26 @@ def glossy_light(
     ------
     InputError : it would not fit into memory.
     """
-    part = prepared.hits.part_of_site
+    part, nm = prepared.hits.part_of_site, coefficients.basis.wavelengths_nm
     rays = prepared.glossy_rays(np.isin(np.arange(len(prepared.scene.parts)), list(originals)))
-    fitting = {number: _at(one, basis.wavelengths_nm) for number, one in originals.items()}
+    fitting = {number: one.on(nm) for number, one in originals.items()}
     got = _merged(received(prepared, rays, lights), spectrum, lux)
-    cells = np.zeros((len(rays.sites), len(rays.cells), lux.shape[1] * basis.size), np.float32)
-    for one in cell_radiosity(rays, originals, fitting, got, basis):
-        cells[one.part.sites] = (one.values @ one.spread).reshape(len(one.part.sites), len(rays.cells), -1)
-    at_ends = ray_radiosity(prepared, rays, fitting, got, basis)
-    terms = np.zeros((len(prepared.scene.parts), basis.size))
+    cells = np.zeros((len(rays.sites), len(rays.cells), coefficients.fields), np.float32)
+    for one in cell_radiosity(rays, originals, fitting, got, coefficients):
+        cells[one.part.sites] = (one.values.T @ one.spread).reshape(len(one.part.sites), len(rays.cells), -1)
+    at_ends = ray_radiosity(prepared, rays, fitting, got, coefficients)
+    matt = np.zeros((len(prepared.scene.parts), len(nm)))
     for number, one in fitting.items():
-        terms[number] = basis.project(one.matt)
-    evenly = lux[rays.sites][:, :, None] * terms[part[rays.sites]][:, None, :]
+        matt[number] = one.matt
+    terms = (one[part[rays.sites]] for one in coefficients.sent(matt))
+    evenly = coefficients.joined([one[:, None] * each for one, each in zip(lux[rays.sites].T, terms, strict=True)])
     return GlossyLight(rays, prepared.frames, cells.reshape(-1, cells.shape[2]), at_ends), evenly
-
-
-def _at(one: Reflection, wavelengths_nm: Float[np.ndarray, " L"]) -> Reflection:
-    to = interpolation_matrix(one.wavelengths_nm, wavelengths_nm).T
-    return replace(one, matt=one.matt @ to, spectra=one.spectra @ to, wavelengths_nm=wavelengths_nm)
 
 
 def _merged(got: Received, spectrum: Sequence[int], lux: Float[np.ndarray, "S K"]) -> Received:
     """Lights of one spectrum added up."""
-    incoming = np.zeros((*got.incoming.shape[:2], lux.shape[1]), np.float32)
+    incoming = np.zeros((lux.shape[1], *got.incoming.shape[1:]), np.float32)
     for k, place in enumerate(spectrum):
-        incoming[..., place] += got.incoming[..., k]
+        incoming[place] += got.incoming[k]
     free = tuple((spectrum[k], light, seen) for k, light, seen in got.free)
     return replace(got, lux=lux, incoming=incoming, free=free, _scattered={})

@@ -13,7 +13,8 @@ from ..environment.environment import EnvironmentLight
 from ..lights import DeltaLight, Light, SpreadLight
 from ..vectors import dot
 from .direct import drawn_arrivals
-from .glossy_rays import GlossyPart, GlossyRays
+from .glossy_part import GlossyPart
+from .glossy_rays import GlossyRays
 from .operator import ByPart
 from .prepared import Prepared
 from .reflection import Reflection
@@ -26,34 +27,36 @@ _BLOCK = 1024
 class Received:
     """Of K spectra of all lights, one after the other.
 
-    lux (S,K) : illuminance. incoming (G, I, K) : of lights that spread, what glossy sites receive from each cell of
+    lux (S,K) : illuminance. incoming (K, G, I) : of lights that spread, what glossy sites receive from each cell of
     their hemispheres, lux. free : of each light from one direction its first spectrum's number, and which sites see it.
     """
 
     lux: Float[np.ndarray, "S K"]
-    incoming: Float[np.ndarray, "G I K"]
+    incoming: Float[np.ndarray, "K G I"]
     free: tuple[tuple[int, DeltaLight, Bool[np.ndarray, " S"]], ...]
     by_part: ByPart
     _scattered: dict[int, tuple[Reflection, np.ndarray]] = field(default_factory=dict, repr=False)
 
     @cached_property
-    def amounts(self) -> Float[np.ndarray, "n K"]:
+    def amounts(self) -> Float[np.ndarray, "K n"]:
         """What white parts would send to sites of it, see `ByPart`."""
         return self.by_part.amounts(self.lux)
 
-    def scattered(self, part: GlossyPart, reflection: Reflection) -> Float[np.ndarray, "GO KR"]:
-        """pi times the radiance that the sites of one glossy part send into cells by each term, without its spectrum;
-        kept, since other materials elsewhere leave it as it is.
+    def scattered(self, part: GlossyPart, reflection: Reflection) -> Float[np.ndarray, "KR GO"]:
+        """The radiance that the sites of one glossy part send into cells by each term, without its spectrum; 0 where no
+        ray looks at the site. Kept, since other materials elsewhere leave it as it is.
         """
         known = self._scattered.get(part.part)
         if known is None or known[0] is not reflection:
-            arriving, terms = self.incoming[part.sites], len(reflection.table)
-            found = np.empty((len(part.sites), arriving.shape[1], arriving.shape[2], terms), dtype=arriving.dtype)
-            for k in range(arriving.shape[2]):
-                for r in range(terms):
-                    found[:, :, k, r] = np.ascontiguousarray(arriving[:, :, k]) @ reflection.table[r].T
-            found *= np.pi
-            known = reflection, found.reshape(-1, arriving.shape[2] * terms)
+            terms, cells = len(reflection.table), self.incoming.shape[2]
+            found = np.zeros((len(self.incoming), terms, len(part.sites), cells), dtype=self.incoming.dtype)
+            for arriving, sent in zip(self.incoming, found, strict=True):
+                # Only a product of those that are lit and looked at.
+                some = part.shines[arriving[part.sites[part.shines]].any(axis=1)]
+                lit = arriving[part.sites[some]]
+                for table, one in zip(reflection.table, sent, strict=True):
+                    one[some] = lit @ table.T
+            known = reflection, found.reshape(-1, len(part.sites) * cells)
             self._scattered[part.part] = known
         return known[1]
 
@@ -64,7 +67,7 @@ def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> R
     """
     sites, spectra = prepared.hits.sites, sum(len(light.spectra) for light in lights)
     lux = np.zeros((len(sites), spectra), dtype=np.float32)
-    incoming = np.zeros((len(rays.sites), len(rays.cells), spectra), dtype=np.float32)
+    incoming = np.zeros((spectra, len(rays.sites), len(rays.cells)), dtype=np.float32)
     free, first = [], 0
     for light in lights:
         mine = slice(first, first + len(light.spectra))
@@ -72,12 +75,15 @@ def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> R
             seen, lux[:, first] = _of_delta(prepared, light)
             free.append((first, light, seen))
         elif isinstance(light, EnvironmentLight):
-            sky = np.ascontiguousarray(prepared.sky.means(light, min(256, light.fields.shape[1])).T, dtype=np.float32)
-            lux[:, mine] = prepared.sky_operator @ sky
-            incoming[..., mine] = _of_sky(rays, sky)
+            sky = prepared.sky.means(light, min(256, light.fields.shape[1])).astype(np.float32)
+            cells = rays.sky_in_cells
+            for k, one in enumerate(sky, first):
+                lux[:, k] = prepared.sky_operator @ one
+                # Each ray brings pi / N times the luminance that it meets.
+                incoming[k] = (cells @ one[: cells.shape[1]]).reshape(incoming[k].shape)
         else:
             assert isinstance(light, SpreadLight)
-            lux[:, mine], incoming[..., mine] = _of_near(prepared, rays, light)
+            lux[:, mine], incoming[mine] = _of_near(prepared, rays, light)
         first = mine.stop
     return Received(lux, incoming, tuple(free), prepared.by_part)
 
@@ -93,16 +99,10 @@ def _of_delta(prepared: Prepared, light: DeltaLight) -> tuple[Bool[np.ndarray, "
     return free, arriving.illuminance_lux * cosine * free
 
 
-def _of_sky(rays: GlossyRays, sky: Float[np.ndarray, "D K"]) -> Float[np.ndarray, "G I K"]:
-    """Each ray brings pi / N times the luminance that it meets."""
-    cells = rays.sky_in_cells
-    return (cells @ sky[: cells.shape[1]]).reshape(len(rays.sites), len(rays.cells), sky.shape[1])
-
-
 def _of_near(prepared: Prepared, rays: GlossyRays, light: SpreadLight) -> tuple[np.ndarray, np.ndarray]:
     sites, spectra = prepared.hits.sites, len(light.spectra)
     lux = np.zeros((len(sites), spectra))
-    incoming = np.zeros((len(rays.sites) * len(rays.cells), spectra))
+    incoming = np.zeros((spectra, len(rays.sites) * len(rays.cells)))
     for start in range(0, len(sites), _BLOCK):
         rows = slice(start, min(start + _BLOCK, len(sites)))
         to, brings = drawn_arrivals(light, sites, rows, prepared.occluders, *prepared.centre_and_radius)
@@ -111,5 +111,5 @@ def _of_near(prepared: Prepared, rays: GlossyRays, light: SpreadLight) -> tuple[
         local = np.einsum("nij,ndj->ndi", prepared.frames[rows][own], to[own])
         place = rays.number[rows][own, None] * len(rays.cells) + rays.cells.of(local)
         for k in range(spectra):
-            incoming[:, k] += np.bincount(place.ravel(), brings[own, :, k].ravel(), len(incoming))
-    return lux, incoming.reshape(len(rays.sites), len(rays.cells), spectra)
+            incoming[k] += np.bincount(place.ravel(), brings[own, :, k].ravel(), incoming.shape[1])
+    return lux, incoming.reshape(spectra, len(rays.sites), len(rays.cells))

@@ -7,7 +7,8 @@ and palettes of a fast form) is taken so; any other one has a term for each wave
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -16,10 +17,14 @@ from jaxtyping import Float
 from ...materials.fast import Fast
 from ...materials.points import Points
 from ...materials.surface import Surface
+from ...spectral.bispectral import Bispectral
 from ...spectral.errors import InputError
+from ...spectral.spectrum import Spectrum
+from ...spectral.wavelengths import interpolation_matrix
 from ..vectors import LEAST_COSINE
 from .cells import Cells
 from .hits import shifted_pattern
+from .radiant import donaldson
 
 Scalars = Callable[[Points], Float[np.ndarray, "N R"]]
 # A term that differs by less than this share of itself is the same in all directions; and a surface as a whole.
@@ -61,6 +66,8 @@ class Reflection:
     shown (n,L) : that, and others that are seen from some side, no brighter than the brightest of it.
     by_view (V,R) : share of even light that each term sends towards viewers at evenly spaced cosines from 0 to 1; None
     of an anisotropic surface.
+    glow : what a matt surface that fluoresces sends out of each wavelength, all of it; None of any other. The rest is
+    what keeps its wavelength.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -72,19 +79,17 @@ class Reflection:
     by_view: Float[np.ndarray, "V R"] | None
     _scalars: Scalars
     _kept: slice | np.ndarray
+    glow: Bispectral | None = None
 
     @classmethod
     def of(cls, surface: Surface, cells: Cells, name: str = "") -> Reflection:
-        """Any surface; of one that varies over a texture its mean (`Surface.average`).
+        """Any surface; of one that varies over a texture its mean (`Surface.from_afar`).
 
         Raises
         ------
-        InputError : it sends light out at other wavelengths than it receives.
+        InputError : a surface that fluoresces and is not matt.
         """
-        if surface.bispectral is not None:
-            words = "a surface that keeps wavelengths"
-            raise InputError("a fluorescent surface among others", field="interreflection", found=name, expected=words)
-        known = surface.average() if surface.uses_uv else surface
+        known = surface.from_afar() if surface.uses_uv else surface
         scalars, spectra = _separated(known)
         points = _pairs()
         values = scalars(points)
@@ -99,12 +104,39 @@ class Reflection:
         albedo = matt + np.pi * table.mean(axis=(1, 2), dtype=np.float64) @ spectra[kept]
         shown = _shown(albedo, matt, seen)
         by_view = _by_view(scalars, kept) if known.isotropic else None
-        return cls(known.wavelengths_nm, matt, spectra[kept], table, albedo, shown, by_view, scalars, kept)
+        glow = donaldson(known)
+        if glow is not None and len(kept):
+            words = "one that sends out the same in all directions"
+            raise InputError("a glossy surface that fluoresces", field="interreflection", found=name, expected=words)
+        return cls(known.wavelengths_nm, matt, spectra[kept], table, albedo, shown, by_view, scalars, kept, glow)
 
     @property
     def is_matt(self) -> bool:
         """Whether there is no other term."""
         return not len(self.spectra)
+
+    def on(self, wavelengths_nm: Float[np.ndarray, " M"]) -> Reflection:
+        """The same at other wavelengths; itself where they are its own."""
+        if np.array_equal(self.wavelengths_nm, wavelengths_nm):
+            return self
+        to = interpolation_matrix(self.wavelengths_nm, wavelengths_nm).T
+        spectra = {name: getattr(self, name) @ to for name in ("matt", "spectra", "albedo", "shown")}
+        return replace(self, wavelengths_nm=wavelengths_nm, **spectra)
+
+    @cached_property
+    def bispectral(self) -> Bispectral:
+        """What it passes on of even light, as a matt surface."""
+        if self.glow is not None:
+            return self.glow
+        return Bispectral.diagonal(Spectrum.sampled(self.wavelengths_nm, self.albedo, "reflectance"))
+
+    @cached_property
+    def shown_as_matrices(self) -> list[Bispectral]:
+        """`bispectral`, and all else that is seen of it from some side."""
+        # Of a matt surface that is nothing else.
+        more = [] if self.is_matt else np.unique(np.maximum(self.shown, 0.0), axis=0)
+        samples = (Spectrum.sampled(self.wavelengths_nm, each, "reflectance") for each in more)
+        return [self.bispectral, *map(Bispectral.diagonal, samples)]
 
     def scalars(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N R"]:
         """f_r of each term, 1/sr; 0 where a direction is on or below the horizon."""
@@ -155,15 +187,20 @@ def _pairs() -> Points:
 
 
 def _by_view(scalars: Scalars, kept: np.ndarray) -> Float[np.ndarray, "V R"]:
-    square = shifted_pattern(np.zeros(1, dtype=np.int64), _RAYS)[0]
-    radius, turn = np.sqrt(square[:, 0]), 2.0 * np.pi * square[:, 1]
-    wi = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[:, 0])], axis=1)
+    wi = _even_rays()
     found = np.zeros((_VIEWS, len(kept)))
     for number, cosine in enumerate(np.linspace(0.0, 1.0, _VIEWS) if len(kept) else ()):
         cosine = max(float(cosine), LEAST_COSINE)
         wo = np.broadcast_to([np.sqrt(1.0 - cosine * cosine), 0.0, cosine], wi.shape)
         found[number] = np.pi * scalars(Points(wi, wo))[:, kept].mean(axis=0)
     return found
+
+
+@cache
+def _even_rays() -> Float[np.ndarray, "n 3"]:
+    square = shifted_pattern(np.zeros(1, dtype=np.int64), _RAYS)[0]
+    radius, turn = np.sqrt(square[:, 0]), 2.0 * np.pi * square[:, 1]
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[:, 0])], axis=1)
 
 
 def _shown(albedo: np.ndarray, matt: np.ndarray, seen: np.ndarray) -> Float[np.ndarray, "n L"]:
@@ -178,22 +215,31 @@ def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: Cells) ->
     found = np.zeros((len(kept), len(cells), len(cells)), dtype=np.float32)
     if not len(kept):
         return found
-    # Anywhere in cells, not in their middles: those of the outermost are too far from grazing angles.
-    seen = cells.quarter if isotropic else np.arange(len(cells))
-    first = 0
-    for some in np.array_split(seen, -(-len(seen) // _AT_ONCE)):
-        pairs = (len(some), len(cells), _TIMES)
-        both = np.broadcast_to(some[:, None, None], pairs), np.broadcast_to(np.arange(len(cells))[:, None], pairs)
-        places = _PLACES * np.arange(first, first + np.prod(pairs))[:, None] % 1.0
-        first += len(places)
-        wo, wi = (
-            cells.within(each.ravel(), place) for each, place in zip(both, (places[:, :2], places[:, 2:]), strict=True)
-        )
-        values = scalars(Points(wi, wo))[:, kept].reshape(*pairs, len(kept))
+    for some, wi, wo in _pairs_of_cells(cells, isotropic):
+        values = scalars(Points(wi, wo))[:, kept].reshape(len(some), len(cells), _TIMES, len(kept))
         found[:, some] = np.moveaxis(values.mean(axis=2), 2, 0)
     if isotropic:
         to, source, turn = cells.quarter, cells.quarter, np.arange(len(cells))
         for _ in range(3):
             to, turn = cells.turned(to), cells.turned(turn)
             found[:, to[:, None], turn] = found[:, source]
+    return found
+
+
+@lru_cache(maxsize=2)
+def _pairs_of_cells(cells: Cells, isotropic: bool) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Some cells at once that are looked into; directions wi in all cells and wo in these, `_TIMES` of each pair."""
+    found, first = [], 0
+    seen = cells.quarter if isotropic else np.arange(len(cells))
+    for some in np.array_split(seen, -(-len(seen) // _AT_ONCE)):
+        pairs = (len(some), len(cells), _TIMES)
+        both = np.broadcast_to(some[:, None, None], pairs), np.broadcast_to(np.arange(len(cells))[:, None], pairs)
+        # Anywhere in cells, not in their middles: those of the outermost are too far from grazing angles.
+        places = _PLACES * np.arange(first, first + np.prod(pairs))[:, None] % 1.0
+        first += len(places)
+        wo, wi = (
+            cells.within(each.ravel(), place).astype(np.float32)
+            for each, place in zip(both, (places[:, :2], places[:, 2:]), strict=True)
+        )
+        found.append((some, wi, wo))
     return found

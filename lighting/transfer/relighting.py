@@ -9,7 +9,7 @@
 
 Between surfaces light is J coefficients relative to the spectrum of its light (`transport_basis`). At the surface that
 is seen, the reflectance meets light and observer at all wavelengths: coefficient j of spectrum k is a light s_k b_j of
-its own.
+its own. Where some part fluoresces, coefficients are of the radiance of all lights together (`coefficients`).
 """
 
 from __future__ import annotations
@@ -23,20 +23,24 @@ from jaxtyping import Bool, Float
 
 from ...materials.surface import Surface
 from ...spectral.basis import SpectralBasis
+from ...spectral.bispectral import Bispectral
 from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
+from ...spectral.wavelengths import common_wavelengths
 from ..camera import Camera
 from ..lights import Light
 from ..scene import Scene
-from ..vectors import VectorLike, finite_vector, unit
-from .bounces import ENOUGH, MOST, Interreflection, Regions, passed_on
+from ..vectors import VectorLike, finite_vector
+from .bounces import ENOUGH, MOST, Interreflection, passed_on
+from .coefficients import Coefficients
 from .emission import CellLight, cell_radiosity, ray_radiosity
-from .exits import BEYOND, Seen, Sources, glossy_exits
+from .exits import Seen, Sources, glossy_exits
 from .glossy_rays import GlossyRays
 from .prepared import Prepared
+from .radiant import planned_basis
 from .received import Received, received
 from .reflection import Reflection
+from .regions import RadiantRegions, Regions
 from .settling import settled
 from .transport_basis import transport_basis
 
@@ -49,8 +53,8 @@ class Relighting:
     unless a material or a light has spectra that it was not made for.
 
     prepared : its geometry. reflections : of each part. lights : of which K spectra arrive, one after the other.
-    basis : of J coefficients. bounces : surfaces that light meets before the one that is seen; None is as many as
-    change it by ΔE94 `enough`. dtype : that coefficients are summed up in.
+    basis : of J coefficients; together they are F fields (`Coefficients`). bounces : surfaces that light meets before
+    the one that is seen; None is as many as change it by ΔE94 `enough`. dtype : that coefficients are summed up in.
     """
 
     prepared: Prepared
@@ -61,7 +65,6 @@ class Relighting:
     enough: float = ENOUGH
     dtype: type = np.float32
     _received: Received | None = None
-    _weights: dict[tuple[int, bytes], tuple[Spectrum, np.ndarray]] = field(default_factory=dict, repr=False)
     _seen: Seen = field(default_factory=Seen, repr=False)
 
     @classmethod
@@ -79,7 +82,7 @@ class Relighting:
 
         Raises
         ------
-        InputError : the geometry does not fit into memory; a fluorescent material; bounces below 0.
+        InputError : the geometry does not fit into memory; a glossy material that fluoresces; bounces below 0.
         """
         scene.check_surfaces(surfaces)
         if bounces is not None and bounces < 0:
@@ -93,9 +96,14 @@ class Relighting:
         return cls(known, reflections, scene.lights, planned, bounces, enough, dtype)
 
     def with_material(self, part: str, surface: Surface, basis: SpectralBasis | None = None) -> Relighting:
-        """With another material on one part. basis : None plans anew, where the one that there is does not fit."""
-        names = [one.name for one in self.prepared.scene.parts]
-        number = names.index(self.prepared.scene.part(part).name)
+        """With another material on one part. basis : None plans anew, where the one that there is does not fit.
+
+        Raises
+        ------
+        UnknownNameError : no such part. InputError : it is static; what `of` raises.
+        """
+        self.prepared.scene.check_changes(part)
+        number = [one.name for one in self.prepared.scene.parts].index(part)
         found = list(self.reflections)
         found[number] = Reflection.of(surface, self.prepared.cells, part)
         planned = _planned(self.prepared.scene, found, self.lights, self.basis) if basis is None else basis
@@ -115,10 +123,29 @@ class Relighting:
             basis = self.basis if known else _planned(self.prepared.scene, self.reflections, seen, self.basis)
         return replace(self, lights=seen, basis=basis, _received=None)
 
+    def lit_by(self, illuminant: Spectrum | None) -> Relighting:
+        """With this in place of the spectra of all lights; None leaves them as they are."""
+        if illuminant is None:
+            return self
+        return self.with_lights(*(light.with_spectrum(illuminant) for light in self.lights))
+
+    def excited(self, illuminants: Sequence[Spectrum | None]) -> list[Relighting]:
+        """A state for each of them where something fluoresces, which each excites anew; none where folds do."""
+        own = all(one is None for one in illuminants)
+        return [] if own or not self.coefficients.radiant else [self.lit_by(one) for one in illuminants]
+
+    @cached_property
+    def coefficients(self) -> Coefficients:
+        """What light is between surfaces."""
+        scene = self.prepared.scene
+        reference, radiant = float(scene.viewing.reference_illuminance_lux), _fluoresces(self.reflections)
+        spectra = tuple(spectrum for light in self.lights for spectrum in light.spectra)
+        return Coefficients(self.basis, spectra, scene.observer, reference, radiant)
+
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
         """K, of all lights."""
-        return tuple(spectrum for light in self.lights for spectrum in light.spectra)
+        return self.coefficients.spectra
 
     @cached_property
     def glossy(self) -> Bool[np.ndarray, " P"]:
@@ -136,50 +163,57 @@ class Relighting:
         return received(self.prepared, self.rays, self.lights) if self._received is None else self._received
 
     @cached_property
-    def _matt(self) -> Float[np.ndarray, "S KJ"]:
+    def _matt(self) -> Float[np.ndarray, "S F"]:
         """What sites send out evenly of it."""
-        part = self.prepared.hits.part_of_site
-        sent = self.received.lux[:, :, None] * self._terms[part][:, None, :]
-        return sent.reshape(len(sent), -1).astype(self.dtype, copy=False)
+        part, lux = self.prepared.hits.part_of_site, self.received.lux.T
+        each = [one[:, None] * terms[part] for one, terms in zip(lux, self._terms, strict=True)]
+        return self.coefficients.joined(each).astype(self.dtype, copy=False)
 
     @cached_property
-    def _terms(self) -> Float[np.ndarray, "P J"]:
-        """Of what each part reflects evenly."""
-        return self.basis.project(np.stack([self._on_basis(one, one.matt) for one in self.reflections])).astype(
-            self.dtype
-        )
+    def _terms(self) -> list[Float[np.ndarray, "P J"]]:
+        """What each part sends out evenly of 1 lux of each spectrum."""
+        return self._sent_by_parts(np.stack([one.matt for one in self._fitting]))
+
+    def _sent_by_parts(self, reflected: Float[np.ndarray, "P L"]) -> list[Float[np.ndarray, "P J"]]:
+        """The same of parts that reflect this, and glow besides."""
+        found = [one.astype(self.dtype) for one in self.coefficients.sent(reflected)]
+        for glow, parts in self._glowing.items():
+            for one, sent in zip(found, self.coefficients.glowing(glow), strict=True):
+                one[parts] = sent
+        return found
+
+    @cached_property
+    def _glowing(self) -> dict[Bispectral, list[int]]:
+        """The parts that wear each fluorescent surface."""
+        found: dict[Bispectral, list[int]] = {}
+        for number, one in enumerate(self.reflections):
+            if one.glow is not None:
+                found.setdefault(one.glow, []).append(number)
+        return found
 
     @cached_property
     def _fitting(self) -> tuple[Reflection, ...]:
         """Reflections at the wavelengths of the basis."""
-        return tuple(
-            replace(one, spectra=self._on_basis(one, one.spectra), wavelengths_nm=self.basis.wavelengths_nm)
-            for one in self.reflections
-        )
-
-    def _on_basis(self, one: Reflection, values: Float[np.ndarray, "*n L"]) -> Float[np.ndarray, "*n L"]:
-        to = self.basis.wavelengths_nm
-        if np.array_equal(one.wavelengths_nm, to):
-            return values
-        return values @ interpolation_matrix(one.wavelengths_nm, to).T
+        return tuple(one.on(self.basis.wavelengths_nm) for one in self.reflections)
 
     @cached_property
     def _cells(self) -> tuple[CellLight, ...]:
         """What glossy sites send into cells, of lights that spread."""
-        return cell_radiosity(self.rays, self.reflections, self._fitting, self.received, self.basis, self.dtype)
+        return cell_radiosity(self.rays, self.reflections, self._fitting, self.received, self.coefficients, self.dtype)
 
     @cached_property
-    def _ends(self) -> Float[np.ndarray, "n KJ"]:
+    def _ends(self) -> Float[np.ndarray, "n F"]:
         """What rays that end on glossy parts bring, of lights from one direction."""
-        return ray_radiosity(self.prepared, self.rays, self._fitting, self.received, self.basis, self.dtype)
+        return ray_radiosity(self.prepared, self.rays, self._fitting, self.received, self.coefficients, self.dtype)
 
     @cached_property
-    def _first(self) -> Float[np.ndarray, "S KJ"]:
+    def _first(self) -> Float[np.ndarray, "S F"]:
         """Irradiance of light that met one surface."""
         rays, count = self.rays, len(self.prepared.hits.sites)
-        arriving = self.prepared.by_part.irradiance(self.received.amounts, self._terms)
+        amounts = self.received.amounts
+        arriving = self.coefficients.joined(self.prepared.by_part.irradiance(amounts, self._terms))
         for one in self._cells:
-            arriving[one.part.rows] += (one.part.emission @ one.values) @ one.spread
+            arriving[one.part.rows] += one.irradiance
         if self.received.free and len(rays.ray):
             row = rays.ray // rays.rays
             for column in range(arriving.shape[1]):
@@ -190,38 +224,46 @@ class Relighting:
     def passed(self) -> Interreflection:
         """What sites send on of it, every part as a matt one; `left` and `bound` are those of the whole."""
         scene = self.prepared.scene
-        albedos = np.stack([self._on_basis(one, one.albedo) for one in self.reflections])
-        part = self.prepared.hits.part_of_site
-        regions = Regions(part, albedos, self.basis)
-        first = regions.reflected(self._by_spectrum(self._first))
-        reference = float(scene.viewing.reference_illuminance_lux)
-        weights = [self._observed(spectrum) for spectrum in self.spectra]
-        to_xyz = (np.concatenate([self.basis.synthesis.T @ one.T for one in weights]) / reference).astype(self.dtype)
+        albedos = np.stack([one.albedo for one in self._fitting])
+        regions, coefficients = self._regions(albedos), self.coefficients
+        first = regions.reflected(self._by_kind(self._first))
+        to_xyz, white = coefficients.to_xyz.astype(self.dtype), scene.adopted_white()
         beside, later = self._direct_colours(to_xyz, albedos), self.prepared.later
-        white = scene.adopted_white()
         if self.bounces is None:
-            return settled(later, regions, first, weights, white, reference, self.enough, MOST, beside)
-        more = max(self.bounces - 2, 0)
+            return settled(later, regions, first, to_xyz, coefficients.most_y, white, self.enough, MOST, beside)
+        more, reference = max(self.bounces - 2, 0), coefficients.reference_lux
         return passed_on(later, regions, first, to_xyz, white, reference, self.enough, MOST, None, beside, more)
 
+    def _regions(self, albedos: Float[np.ndarray, "P L"]) -> Regions | RadiantRegions:
+        part, coefficients = self.prepared.hits.part_of_site, self.coefficients
+        if not coefficients.radiant:
+            return Regions(part, albedos, self.basis)
+        # Parts of one surface share its matrix.
+        known = {id(one): one.bispectral for one in self.reflections}
+        number = np.array([[*known].index(id(one)) for one in self.reflections])
+        surfaces = tuple(known.values())
+        return RadiantRegions(number[part], surfaces, coefficients.spectra, coefficients.observer, self.basis)
+
     def _direct_colours(
-        self, to_xyz: Float[np.ndarray, "KJ 3"], albedos: Float[np.ndarray, "P L"]
+        self, to_xyz: Float[np.ndarray, "F 3"], albedos: Float[np.ndarray, "P L"]
     ) -> Float[np.ndarray, "S 3"]:
         """What sites send out of what lights give them, every part as a matt one."""
-        folds = to_xyz.reshape(len(self.spectra), self.basis.size, 3)
-        of_parts = np.einsum("pj,kjc->pkc", self.basis.project(albedos), folds).astype(self.dtype)
-        return np.einsum("sk,skc->sc", self.received.lux, of_parts[self.prepared.hits.part_of_site])
+        sent, part = self._sent_by_parts(albedos), self.prepared.hits.part_of_site
+        kinds = to_xyz.reshape(self.coefficients.kinds, self.basis.size, 3)
+        of_parts = np.stack([one @ kinds[k % len(kinds)] for k, one in enumerate(sent)], axis=1)
+        return np.einsum("sk,skc->sc", self.received.lux, of_parts[part])
 
     @cached_property
-    def _sent(self) -> Float[np.ndarray, "S KJ"]:
+    def _sent(self) -> Float[np.ndarray, "S F"]:
         """What sites send out evenly, of all the light that others are to receive."""
         if self.bounces is not None and self.bounces < 2:
             return self._matt
         return self._matt + self.passed.all.reshape(len(self._matt), -1).astype(self.dtype)
 
     @cached_property
-    def arriving(self) -> Float[np.ndarray, "S K J"]:
-        """(S,K,J) irradiance that other parts give each site: lux of spectrum k times synthesis function j of `basis`.
+    def arriving(self) -> Float[np.ndarray, "S kinds J"]:
+        """Irradiance that other parts give each site, by coefficients: of each of K spectra, or of all together where
+        some part fluoresces (`Coefficients.kinds`).
 
         Both sides of sheets have sites: see `prepared.hits` for which those of a triangle are.
         """
@@ -232,80 +274,67 @@ class Relighting:
         else:
             passed = self.passed.all.reshape(len(self._first), -1).astype(self.dtype)
             found = self._first + self.prepared.operator @ passed
-        return self._by_spectrum(found)
+        return self._by_kind(found)
 
-    def _by_spectrum(self, flat: Float[np.ndarray, "S KJ"]) -> Float[np.ndarray, "S K J"]:
-        return flat.reshape(len(flat), len(self.spectra), self.basis.size)
-
-    def folds(
-        self, spectrum: Float[np.ndarray, "*n L"], illuminants: Sequence[Spectrum | None] = (None,)
-    ) -> Float[np.ndarray, "*n KJ M3"]:
-        """From coefficients that arrive to XYZ that leave a surface, exact at each wavelength of the basis.
-
-        spectrum : at the basis' wavelengths. illuminants : M, each in place of all lights' spectra; None is their own.
-        Y of a perfect diffuser under the reference illuminance is 1.
-        """
-        scene, synthesis = self.prepared.scene, self.basis.synthesis
-        reference = float(scene.viewing.reference_illuminance_lux)
-        found = []
-        for own in self.spectra:
-            lamps = [own if one is None else one for one in illuminants]
-            weights = np.concatenate([self._observed(lamp) for lamp in lamps])
-            found.append(np.einsum("...l,lj,ml->...jm", spectrum, synthesis, weights / reference, optimize=True))
-        return np.concatenate(found, axis=-2)
-
-    def _observed(self, lamp: Spectrum) -> Float[np.ndarray, "m L"]:
-        """`Observer.weights`, kept for all states."""
-        to = self.basis.wavelengths_nm
-        key = id(lamp), to.tobytes()
-        if key not in self._weights:
-            self._weights[key] = lamp, self.prepared.scene.observer.weights(lamp, to)
-        return self._weights[key][1]
+    def _by_kind(self, flat: Float[np.ndarray, "S F"]) -> Float[np.ndarray, "S kinds J"]:
+        return flat.reshape(len(flat), self.coefficients.kinds, self.basis.size)
 
     def exits(
         self, eye: VectorLike | Camera, illuminants: Sequence[Spectrum | None] = (None,)
     ) -> Float[np.ndarray, "S M3"]:
         """(S,3M) XYZ that each site sends towards a place, or a camera, of what other parts give it, without what
-        lights give it straight away; 0 where it looks away, farther than a neighbour that is seen may.
+        lights give it straight away; 0 where no triangle about it looks there.
         """
-        hits, part = self.prepared.hits, self.prepared.hits.part_of_site
-        centre, radius = self.prepared.centre_and_radius
-        points = hits.sites.starts * radius + centre
-        to = unit(eye.to_viewer(points) if isinstance(eye, Camera) else finite_vector(eye, "eye") - points)
-        above = np.einsum("ni,ni->n", to, hits.sites.normals) > -BEYOND
+        if each := self.excited(illuminants):
+            return np.concatenate([one.exits(eye) for one in each], axis=1)
+        prepared, part = self.prepared, self.prepared.hits.part_of_site
+
+        def towards(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+            return eye.to_viewer(points) if isinstance(eye, Camera) else finite_vector(eye, "eye") - points
+
+        seen = prepared.seen(towards)
         arriving = self.arriving.reshape(len(part), -1)
         found = np.zeros((len(part), 3 * len(illuminants)), dtype=self.dtype)
         for number in range(len(self.reflections)):
-            mine = np.flatnonzero((part == number) & above)
+            mine = np.flatnonzero((part == number) & seen)
             found[mine] = arriving[mine] @ self.matt_fold(number, illuminants).astype(self.dtype)
         if self.bounces == 0 or not self.glossy.any():
             return found
         folds = [self.glossy_fold(number, illuminants) if glossy else None for number, glossy in enumerate(self.glossy)]
-        glossy_exits(found, self.prepared, self.rays, self.reflections, folds, self.sources, to, self._seen)
+        centre, radius = prepared.centre_and_radius
+        to = towards(prepared.hits.sites.starts * radius + centre)
+        glossy_exits(found, prepared, self.rays, self.reflections, folds, self.sources, to, seen, self._seen)
         return found
 
     @cached_property
     def sources(self) -> Sources:
         """What rays of glossy sites bring."""
-        return Sources.of(self.rays, self._sent, self._cells, self._ends)
+        return Sources(self.rays, self._sent, self._cells, self._ends if self.received.free else None)
 
-    def matt_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "KJ M3"]:
-        """`folds` of what a part reflects evenly."""
-        one = self.reflections[part]
-        return self.folds(self._on_basis(one, one.matt), illuminants)
+    def matt_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "F M3"]:
+        """From coefficients that arrive to what a part sends out of them evenly, see `Coefficients.folds`."""
+        one = self._fitting[part]
+        if one.glow is not None:
+            return self.coefficients.glowing_fold(one.glow, illuminants)
+        return self.coefficients.folds(one.matt, illuminants)
 
-    def glossy_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "R KJ M3"]:
-        """`folds` of its other terms."""
-        return self.folds(self._fitting[part].spectra, illuminants)
+    def glossy_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "R F M3"]:
+        """The same of its other terms."""
+        return self.coefficients.folds(self._fitting[part].spectra, illuminants)
 
 
 def _planned(
     scene: Scene, reflections: Sequence[Reflection], lights: Sequence[Light], before: SpectralBasis | None = None
 ) -> SpectralBasis:
     """A basis for all that light may meet: the one that was there before, where it is good for that."""
-    wavelengths = common_wavelengths([one.wavelengths_nm for one in reflections])
-    spectra = np.concatenate(
-        [one.shown @ interpolation_matrix(one.wavelengths_nm, wavelengths).T for one in reflections]
-    )
     lamps = [spectrum for light in lights for spectrum in light.spectra]
+    if _fluoresces(reflections):
+        each = {id(one): one for one in reflections}.values()
+        return planned_basis([seen for one in each for seen in one.shown_as_matrices], lamps, scene.observer, before)
+    wavelengths = common_wavelengths([one.wavelengths_nm for one in reflections])
+    spectra = np.concatenate([one.on(wavelengths).shown for one in reflections])
     return transport_basis(spectra, lamps, scene.observer, wavelengths, before=before)
+
+
+def _fluoresces(reflections: Sequence[Reflection]) -> bool:
+    return any(one.glow is not None for one in reflections)

@@ -15,7 +15,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.errors import InputError
-from .bounces import ENOUGH, MOST, Interreflection, Regions, largest_difference
+from .bounces import ENOUGH, MOST, Interreflection, largest_difference
+from .regions import RadiantRegions, Regions
 
 # Bounces that are mixed; then it begins anew with what they leave.
 _DEPTH = 12
@@ -27,28 +28,26 @@ _DARK = 0.008856
 
 def settled(
     operator: Any,
-    regions: Regions,
-    first: Float[np.ndarray, "S K J"],
-    weights: Sequence[Float[np.ndarray, "3 L"]],
+    regions: Regions | RadiantRegions,
+    first: Float[np.ndarray, "S kinds J"],
+    to_xyz: Float[np.ndarray, "F 3"],
+    most_y: Float[np.ndarray, " F"],
     white: Float[np.ndarray, "3"],
-    reference_lux: float,
     enough: float = ENOUGH,
     most: int = MOST,
     beside: Float[np.ndarray, "S 3"] | None = None,
 ) -> Interreflection:
     """What `bounces.passed_on` tends to, within ΔE94 `enough`.
 
-    weights : of each of K spectra, from reflectances at the wavelengths of the basis to XYZ. Other parameters are those
-    of `passed_on`. `left` is estimated of the residual, as a geometric series at the slowest pace of all bounces;
+    most_y : Y that 1 of each coefficient, of any sign, may have (`Coefficients.most_y`). Other parameters are those of
+    `passed_on`. `left` is estimated of the residual, as a geometric series at the slowest pace of all bounces;
     `bound` holds for any.
 
     Raises
     ------
     InputError : `most` bounces are not enough.
     """
-    to_xyz = (np.concatenate([regions.basis.synthesis.T @ one.T for one in weights]) / reference_lux).astype(
-        first.dtype
-    )
+    to_xyz = to_xyz.astype(first.dtype)
     xyz = np.zeros((len(first), 3)) if beside is None else beside.astype(np.float64)
     reflected_most = (float(operator.sum(axis=1).max()) if len(first) else 0.0) * regions.largest
     total, pace, count, left = np.zeros_like(first), 0.0, 0, 0.0
@@ -81,7 +80,8 @@ def settled(
         xyz = xyz + _mixed(seen[:-1], counts)
         rest = _mixed(bounces[1:], mixture)
         if left <= enough:
-            bound = _most_y(rest, regions, weights, reference_lux) * reflected_most / (1.0 - reflected_most)
+            # Light of the largest amount which any site has of each coefficient.
+            bound = float(np.abs(rest).max(axis=0).ravel() @ most_y) * reflected_most / (1.0 - reflected_most)
             return Interreflection(count, first, total + rest, left, bound)
     if not rest.any():
         return Interreflection(count, first, total, 0.0, 0.0)
@@ -89,7 +89,7 @@ def settled(
     raise InputError("light that does not end", found=words, expected=f"at most {enough:g}", hint="allow more bounces")
 
 
-def _seen(coefficients: Float[np.ndarray, "S K J"], to_xyz: Float[np.ndarray, "KJ 3"]) -> Float[np.ndarray, "S 3"]:
+def _seen(coefficients: Float[np.ndarray, "S kinds J"], to_xyz: Float[np.ndarray, "F 3"]) -> Float[np.ndarray, "S 3"]:
     return (coefficients.reshape(len(coefficients), -1) @ to_xyz).astype(np.float64)
 
 
@@ -109,15 +109,3 @@ def _mixed(vectors: Sequence[np.ndarray], shares: Float[np.ndarray, " m"]) -> np
     for vector, share in zip(vectors, shares.tolist(), strict=True):
         found += vector * np.asarray(share, dtype=found.dtype)
     return found
-
-
-def _most_y(
-    rest: Float[np.ndarray, "S K J"],
-    regions: Regions,
-    weights: Sequence[Float[np.ndarray, "3 L"]],
-    reference_lux: float,
-) -> float:
-    """Y that light of the largest amount which any site has of each coefficient has at most."""
-    largest = np.abs(rest).max(axis=0)
-    spectra = largest @ np.abs(regions.basis.synthesis).T
-    return float(sum(one[1] @ spectrum for one, spectrum in zip(weights, spectra, strict=True))) / reference_lux

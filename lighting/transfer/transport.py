@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Int
 
 from ..scene import Scene
-from ..visibility.refinement import Refinement, refined
+from ..visibility.halving import Halving
+from .bodies import Bodies
 from .cells import Cells
 from .hits import RAYS, Hits
 from .kept import kept_hits
@@ -28,7 +29,7 @@ class Transport:
     """
 
     prepared: Prepared
-    refinement: Refinement
+    refinement: Halving
     fronts: Int[np.ndarray, " V"]
     backs: Int[np.ndarray, " V"]
 
@@ -51,10 +52,10 @@ class Transport:
         ------
         InputError : it would not fit into memory; the folder cannot be used.
         """
-        fine, refinement, order = refined(scene, longest_edge)
-        hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say)
-        where = hits.sites
-        return cls(Prepared(fine, hits, Cells()), refinement, where.fronts[order], where.backs[order])
+        bodies = Bodies.of(scene, longest_edge)
+        hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say, bodies)
+        where, at = hits.sites, bodies.placed
+        return cls(Prepared(at.scene, hits, Cells()), at.refinement, where.fronts[at.order], where.backs[at.order])
 
     @property
     def hits(self) -> Hits:

@@ -17,8 +17,9 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ..environment.harmonics import BANDS, COUNT, harmonics
-from ..transfer.bounces import Regions
-from ..transfer.hits import Bodies, Hits, RayTracer, shifted_pattern
+from ..transfer.bodies import Bodies
+from ..transfer.hits import Hits, RayTracer, shifted_pattern
+from ..transfer.regions import Regions
 
 #: Rays of a site, as dense in all directions above it.
 RAYS = 256

@@ -23,7 +23,7 @@ from .before import Before
 from .keeping import most_bytes, pruned, used
 from .kept_arrays import UNREADABLE, read_arrays, write_arrays
 from .precompute import SAID_FROM_SECONDS, Progress, computed_visibility, visibility_cost
-from .refinement import refined
+from .refinement import cuts
 from .sites import nothing_hides, pieces_of
 from .visibility import SceneVisibility
 
@@ -120,4 +120,4 @@ def _read(file: Path, scene: Scene) -> SceneVisibility | None:
         return None
     middles = content["middles"]
     fronts = content["fronts"][: len(content["fronts"]) - len(middles)]
-    return SceneVisibility(**content, refinement=refined(scene)[1].cut(fronts, middles)[0])
+    return SceneVisibility(**content, refinement=cuts(scene)[0].cut(fronts, middles))

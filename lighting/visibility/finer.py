@@ -2,23 +2,22 @@
 
 What is linear between two vertices misses a shadow's edge that runs between them. How much the maps of bent distances
 (`compression`) at both ends differ says where that may be; most meshes have no such edge. Sites in the middles are of
-the same kind as those of vertices, and the triangles on both sides are cut there (`halving`).
+the same kind as those of vertices, and the triangles on both sides are cut there (`halving`). Triangles that were cut
+since they are large (`refinement`) have none: where all edges are that short, middles were worth less than they took.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..scene import Scene
-from ..vectors import dot, unit
-from .compression import BYTES
+from ..vectors import dot
+from .compression import FEW_TERMS, MOST_TERMS, code_bytes
+from .halving import Halving
 from .occluders import Occluders
-from .pieces import Pieces, angles
-from .refinement import Refinement
-from .sites import Corners, Sites, corners_of, sites_at
+from .pieces import angles
+from .refinement import Vertices
+from .sites import Corners, Sites, sites_at
 from .tracing import MAP
 
 #: Root mean square by which maps of bent distances at both ends of an edge differ at least where its middle is a site.
@@ -33,81 +32,74 @@ _VERTEX_BYTES, _MIDDLE_BYTES = 12, 20
 _BLOCK = 1 << 16
 
 
-class Finer(NamedTuple):
-    """Of A middles: their sites, numbered by themselves, their normals (A, 3), and the triangles as they are cut."""
-
-    sites: Sites
-    facing: Float[np.ndarray, "A 3"]
-    refinement: Refinement
+def most_terms(vertices: int, sites: int) -> int:
+    """How many terms the codes of so many sites may have."""
+    return MOST_TERMS if vertices * (MOST_BYTES - _VERTEX_BYTES) >= sites * code_bytes(MOST_TERMS) else FEW_TERMS
 
 
-def most_middles(refinement: Refinement) -> int:
-    """How many there may be in a scene."""
-    return int(MOST_A_VERTEX * len(np.unique(refinement.corners[refinement.undivided])))
+def most_middles(refinement: Halving, codes: Float[np.ndarray, "S K"] | None = None, sheets: bool = False) -> int:
+    """How many there may be in a scene; sheets have two sites in each. codes : of all sites, once these are known."""
+    vertices, whole = (len(np.unique(some)) for some in (refinement.pieces, refinement.pieces[refinement.whole]))
+    most = int(MOST_A_VERTEX * whole)
+    if codes is None:
+        return most
+    code = code_bytes(codes.shape[1])
+    room = MOST_BYTES - _VERTEX_BYTES - code * len(codes) / vertices
+    return min(most, int(vertices * max(room, 0.0) / (_MIDDLE_BYTES + code * (2 if sheets else 1))))
 
 
 def far_apart(
-    refinement: Refinement,
+    ends: Int[np.ndarray, "E 2"],
     facing: Float[np.ndarray, "V 3"],
     fronts: Int[np.ndarray, " V"],
     backs: Int[np.ndarray, " V"],
     codes: Float[np.ndarray, "S K"],
+    most: int,
 ) -> Int[np.ndarray, "A 2"]:
-    """The vertices at the ends of edges that get a site in the middle; those that differ most where there are too many.
+    """Those of edges, by the vertices at their ends, that get a site in the middle; the `most` that differ most where
+    there are too many.
 
     facing : normals of the vertices. codes : of all sites.
     """
-    corners = refinement.corners[refinement.undivided]
-    ends = np.concatenate([corners[:, [1, 2]], corners[:, [2, 0]], corners[:, [0, 1]]])
-    between = np.sort(fronts[ends], axis=1)
-    # Edges of the same two sites are one, as along a seam.
-    ends = ends[np.unique(between[:, 0] * len(codes) + between[:, 1], return_index=True)[1]]
     apart = np.empty(len(ends))
     for start in range(0, len(ends), _BLOCK):
         some = ends[start : start + _BLOCK]
         apart[start : start + _BLOCK] = np.maximum(_differ(codes, fronts[some]), _differ(codes, backs[some]))
     wanted = np.flatnonzero((apart > APART) & (dot(facing[ends[:, 0]], facing[ends[:, 1]]) > 0.0))
-    vertices, terms = len(fronts), codes.shape[1]
-    code = min(terms, BYTES) + max(terms - BYTES, 0) // 2
-    room = MOST_BYTES - _VERTEX_BYTES - code * len(codes) / vertices
-    sides = 2 if (backs[ends] >= 0).any() else 1
-    most = min(most_middles(refinement), int(vertices * max(room, 0.0) / (_MIDDLE_BYTES + code * sides)))
     return ends[np.sort(wanted[np.argsort(-apart[wanted], kind="stable")[:most]])]
 
 
 def middle_sites(
-    scene: Scene,
-    found: tuple[Pieces, ...],
-    refinement: Refinement,
+    bodies: Corners,
+    refinement: Halving,
+    vertices: Vertices,
     fronts: Int[np.ndarray, " V"],
     pairs: Int[np.ndarray, "A 2"],
     occluders: Occluders,
-) -> Finer:
-    """The sites in the middles of pairs of vertices, found as those of vertices are, from the pieces around them.
+) -> tuple[Halving, Sites]:
+    """Triangles cut in the middles of pairs of vertices, and the sites in those, numbered by themselves: found as those
+    of vertices are, from the pieces around them.
 
-    found, occluders : of the scene, which has radius 1 in the coordinates of `occluders`.
+    bodies, occluders : of the scene, which has radius 1 about the origin. refinement, fronts : before these middles.
+    vertices : with them.
     """
-    whole = corners_of(scene, found)
-    finer, pieces, of = refinement.cut(fronts, pairs)
-    places, normals = np.zeros((len(fronts) + len(pairs), 3)), np.zeros((len(fronts) + len(pairs), 3))
-    places[whole.vertex], normals[: len(whole.normals)] = whole.triangles.reshape(-1, 3), whole.normals
-    places[len(fronts) :] = places[pairs].mean(axis=1)
-    normals[len(fronts) :] = unit(normals[pairs].sum(axis=1))
-    triangles = places[pieces]
+    finer, first = refinement.cut(fronts, pairs), len(fronts)
+    mine = (finer.pieces >= first).any(axis=1)
+    triangles, of = vertices.places[finer.pieces[mine]], finer.of[mine]
     around = Corners(
         triangles,
-        pieces.ravel(),
-        normals,
+        finer.pieces[mine].ravel(),
+        vertices.facing,
         angles(triangles).ravel(),
-        whole.face_normals[of],
-        whole.part[of],
-        whole.solid[of],
+        bodies.face_normals[of],
+        bodies.part[of],
+        bodies.solid[of],
     )
     all_sites = sites_at(around, occluders)
-    front, back = all_sites.fronts[len(fronts) :], all_sites.backs[len(fronts) :]
+    front, back = all_sites.fronts[first:], all_sites.backs[first:]
     ours = np.unique(np.concatenate([front, back[back >= 0]]))
     numbers = np.searchsorted(ours, front), np.where(back >= 0, np.searchsorted(ours, back), -1)
-    return Finer(Sites(all_sites.starts[ours], all_sites.normals[ours], *numbers), normals[len(fronts) :], finer)
+    return finer, Sites(all_sites.starts[ours], all_sites.normals[ours], *numbers)
 
 
 def _differ(codes: Float[np.ndarray, "S K"], sites: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:

@@ -50,15 +50,22 @@ def free_share(
     if not (sharpness >= 0.0).all():
         found = float(sharpness[~(sharpness >= 0.0)].flat[0])
         raise InputError("not a sharpness", field="sharpness", found=found, expected="0 or more")
-    lambda_ = np.clip(sharpness, _LEAST_SHARPNESS, 1e12)
-    k = np.sqrt(0.5 * lambda_ * (lambda_ + 0.2098) / (lambda_ + 1.2041))
-    c = -lambda_ / (24.0 * (lambda_ + 0.3460))
+    k, c = steepness(sharpness)
 
     def below(theta: Float[np.ndarray, "*m"]) -> Float[np.ndarray, "*o"]:
         return error_function(k * (theta + c * theta**3))
 
     theta = np.clip(angles, -0.5 * np.pi, 0.5 * np.pi)
     return 0.5 + 0.5 * below(theta) / below(np.full_like(theta, 0.5 * np.pi))
+
+
+def steepness(
+    sharpness: Float[np.ndarray, "*lobes"] | float,
+) -> tuple[Float[np.ndarray, "*lobes"] | float, Float[np.ndarray, "*lobes"] | float]:
+    """k and c of u(t)."""
+    lambda_ = np.clip(sharpness, _LEAST_SHARPNESS, 1e12)
+    k = np.sqrt(0.5 * lambda_ * (lambda_ + 0.2098) / (lambda_ + 1.2041))
+    return k, -lambda_ / (24.0 * (lambda_ + 0.3460))
 
 
 def error_function(x: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:

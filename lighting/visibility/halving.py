@@ -1,8 +1,10 @@
 """Triangles cut in two, and again, at the middles of some of their edges: a point finds its piece in a few steps.
 
-Two triangles that share an edge share its middle, so that whatever is linear over the pieces meets along it. The first
-edge of a triangle that has a middle is cut first, by a line to the opposite corner; then the pieces' own edges. Nothing
-of a triangle without middles changes.
+Two triangles that share an edge share its middle, so that whatever is linear over the pieces meets along it. Of the
+edges of a piece that get a middle together the one with the lowest number is cut first, by a line to the opposite
+corner; then the edges of what that leaves. Where longer edges have lower numbers, this is the longest-edge partition
+of M.-C. Rivara (International Journal for Numerical Methods in Engineering 20, 1984), whose angles do not degenerate.
+Nothing of a triangle without middles changes.
 """
 
 from __future__ import annotations
@@ -10,28 +12,117 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 
 @dataclass(frozen=True, eq=False)
 class Halving:
-    """The cuts of F triangles, C in all.
+    """The cuts of F triangles, C in all, and the T pieces that they leave.
 
-    roots (F,) : the first cut of each triangle, -1 where it is whole. opposite (C,) : which corner, 0 to 2, the line
-    runs to. middle (C,) : the vertex in the middle of the other two. halves (C, 2) : the next cut of the half that has
-    the corner after the opposite one, and of the other half; -1 where that is whole.
+    corners (F, 3) : vertices of the triangles.
+    opposite (C,) : which corner of what it cuts, 0 to 2, the line of a cut runs to. middle (C,) : the vertex in the
+        middle of the other two.
+    next (F + 2 C,) : the cut of each triangle, and then of both halves of each cut: of the one that has the corner
+        after the opposite one, and of the other; -1 where that is a piece.
+    pieces (T, 3), of (T,), slot (T,) : the vertices of each piece, the triangle that it is of, in order, and where in
+        `next` it stands. A triangle without cuts is a piece.
     """
 
-    roots: Int[np.ndarray, " F"]
+    corners: Int[np.ndarray, "F 3"]
     opposite: Int[np.ndarray, " C"]
     middle: Int[np.ndarray, " C"]
-    halves: Int[np.ndarray, "C 2"]
+    next: Int[np.ndarray, " slots"]
+    pieces: Int[np.ndarray, "T 3"]
+    of: Int[np.ndarray, " T"]
+    slot: Int[np.ndarray, " T"]
+
+    @classmethod
+    def none(cls, corners: Int[np.ndarray, "F 3"]) -> Halving:
+        """Whole triangles."""
+        own, nothing = np.arange(len(corners)), np.zeros(0, dtype=np.int64)
+        return cls(corners, nothing, nothing, np.full(len(corners), -1), corners, own, own)
+
+    @property
+    def whole(self) -> Bool[np.ndarray, " T"]:
+        """Which pieces are triangles without cuts."""
+        return self.slot < len(self.corners)
+
+    @property
+    def halves(self) -> Int[np.ndarray, "C 2"]:
+        """The next cuts of both halves of each."""
+        return self.next[len(self.corners) :].reshape(-1, 2)
+
+    @property
+    def shares(self) -> Float[np.ndarray, "T 3 3"]:
+        """Barycentric weights of each corner of a piece in the triangle that it is of: whole numbers over powers of
+        two, so that they are exact.
+        """
+        found = np.tile(np.eye(3), (len(self.pieces), 1, 1))
+        piece = np.full(len(self.next), -1)
+        piece[self.slot] = np.arange(len(self.pieces))
+        at = self.next[: len(self.corners)]
+        at = at[at >= 0]
+        shares = np.tile(np.eye(3), (len(at), 1, 1))
+        while len(at):
+            row, c = np.arange(len(at)), self.opposite[at]
+            p, q = (c + 1) % 3, (c + 2) % 3
+            middle = 0.5 * (shares[row, p] + shares[row, q])
+            one, other = shares.copy(), shares
+            one[row, q] = other[row, p] = middle
+            shares = np.concatenate([one, other])
+            slot = len(self.corners) + np.concatenate([2 * at, 2 * at + 1])
+            ended = piece[slot] >= 0
+            found[piece[slot[ended]]] = shares[ended]
+            at, shares = self.next[slot[~ended]], shares[~ended]
+        return found
+
+    def cut(self, sites: Int[np.ndarray, " V"], pairs: Int[np.ndarray, "A 2"]) -> Halving:
+        """Cut pieces wherever two corners are a pair.
+
+        Parameters
+        ----------
+        sites : of all V vertices; those of one site are one here, as along a seam. pairs : of vertices; their middles
+            are numbered from V, so that the new pieces are those with such a vertex.
+        """
+        if not len(pairs):
+            return self
+        middles = _Middles(sites, pairs)
+        found = middles.of(self.pieces)
+        cut = (found >= 0).any(axis=1)
+        pieces, of, slot = [self.pieces[~cut]], [self.of[~cut]], [self.slot[~cut]]
+        triangles, face, at, found = self.pieces[cut], self.of[cut], self.slot[cut], found[cut]
+        cuts, slots, total = [(self.opposite, self.middle)], [], len(self.opposite)
+        while len(triangles):
+            row, number = np.arange(len(triangles)), total + np.arange(len(triangles))
+            c = np.where(found >= 0, found, middles.beyond).argmin(axis=1)
+            cuts.append((c, found[row, c]))
+            slots.append(at)
+            total += len(row)
+            one, other = triangles.copy(), triangles.copy()
+            one[row, (c + 2) % 3] = other[row, (c + 1) % 3] = found[row, c]
+            triangles, face = np.concatenate([one, other]), np.tile(face, 2)
+            at = len(self.corners) + np.concatenate([2 * number, 2 * number + 1])
+            found = middles.of(triangles)
+            cut = (found >= 0).any(axis=1)
+            for kept, each in ((pieces, triangles), (of, face), (slot, at)):
+                kept.append(each[~cut])
+            triangles, face, at, found = triangles[cut], face[cut], at[cut], found[cut]
+        opposite, middle = (np.concatenate(each) for each in zip(*cuts, strict=True))
+        following = np.full(len(self.corners) + 2 * total, -1)
+        following[: len(self.next)] = self.next
+        following[np.concatenate(slots)] = len(self.opposite) + np.arange(total - len(self.opposite))
+        triangles, face, at = (np.concatenate(each) for each in (pieces, of, slot))
+        order = np.argsort(face, kind="stable")
+        return Halving(self.corners, opposite, middle, following, triangles[order], face[order], at[order])
 
     def located(
-        self, faces: Int[np.ndarray, " N"], corners: Int[np.ndarray, "N 3"], weights: Float[np.ndarray, "N 3"]
+        self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """The piece that each point lies on and its weights there, from its triangle's; both are changed in place."""
-        at = self.roots[faces]
+        """The vertices of the piece that each point lies on and its barycentric weights there; the point is given by
+        its triangle and the weights of that one's corners.
+        """
+        corners, weights = self.corners[faces], np.array(weights, dtype=np.float64)
+        at = self.next[faces]
         which = np.flatnonzero(at >= 0)
         at = at[which]
         while len(which):
@@ -47,60 +138,29 @@ class Halving:
         return corners, weights
 
 
-def halved(
-    corners: Int[np.ndarray, "F 3"], sites: Int[np.ndarray, " V"], pairs: Int[np.ndarray, "A 2"]
-) -> tuple[Halving, Int[np.ndarray, "L 3"], Int[np.ndarray, " L"]]:
-    """Cut triangles wherever two corners are a pair.
+class _Middles:
+    """Which edges have a middle.
 
-    Parameters
-    ----------
-    sites : of all V vertices; those of one site are one here, as along a seam. pairs : of vertices; their middles are
-        numbered from V.
-
-    Returns
-    -------
-    The cuts; the pieces of all triangles that are cut; and the triangle that each is a piece of.
+    beyond : a number above all of theirs.
     """
-    count, many = len(sites), int(sites.max(initial=0)) + 1
-    ends = np.sort(sites[pairs], axis=1)
-    keys = ends[:, 0] * many + ends[:, 1]
-    order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    sites = np.concatenate([sites, np.full(len(pairs), -1)])
 
-    def middles(triangles: Int[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 3"]:
+    def __init__(self, sites: Int[np.ndarray, " V"], pairs: Int[np.ndarray, "A 2"]) -> None:
+        self._count = len(sites)
+        first = int(sites.max(initial=-1)) + 1
+        self._many = first + len(pairs)
+        self._sites = np.concatenate([sites.astype(np.int64), first + np.arange(len(pairs))])
+        keys = self._keys(self._sites[pairs.T])
+        self._order = np.argsort(keys, kind="stable")
+        self._sorted, self.beyond = keys[self._order], self._count + len(pairs)
+
+    def of(self, triangles: Int[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 3"]:
         """Of the edge opposite to each corner; -1 where it has none."""
-        ends = np.sort(np.stack([np.roll(sites[triangles], -1, axis=1), np.roll(sites[triangles], 1, axis=1)]), axis=0)
-        asked = ends[0] * many + ends[1]
-        found = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
-        return np.where((ends[0] >= 0) & (keys[found] == asked), count + order[found], -1)
+        sites = self._sites[triangles]
+        one, other = np.roll(sites, -1, axis=1), np.roll(sites, 1, axis=1)
+        asked = self._keys(np.stack([one, other]))
+        found = np.minimum(np.searchsorted(self._sorted, asked), len(self._sorted) - 1)
+        there = (one >= 0) & (other >= 0) & (self._sorted[found] == asked)
+        return np.where(there, self._count + self._order[found], -1)
 
-    roots, face = np.full(len(corners), -1), np.arange(len(corners))
-    if not len(pairs):
-        return Halving(roots, face[:0], face[:0], np.zeros((0, 2), np.int64)), corners[:0], face[:0]
-    triangles, parent, side = corners, np.full(len(corners), -1), np.zeros(len(corners), dtype=np.int64)
-    cuts: list[tuple[np.ndarray, ...]] = []
-    pieces, of_face, total = [], [], 0
-    while len(triangles):
-        found = middles(triangles)
-        cut = (found >= 0).any(axis=1)
-        whole = ~cut & (parent >= 0)
-        pieces.append(triangles[whole])
-        of_face.append(face[whole])
-        triangles, face, found = triangles[cut], face[cut], found[cut]
-        number, row = total + np.arange(len(triangles)), np.arange(len(triangles))
-        c = (found >= 0).argmax(axis=1)
-        middle = found[row, c]
-        cuts.append((c, middle, parent[cut], side[cut], face))
-        one, other = triangles.copy(), triangles.copy()
-        one[row, (c + 2) % 3] = middle
-        other[row, (c + 1) % 3] = middle
-        total += len(triangles)
-        triangles, face, parent = np.concatenate([one, other]), np.tile(face, 2), np.tile(number, 2)
-        side = np.repeat([0, 1], len(one))
-    opposite, middle, parent, side, face = (np.concatenate(each) for each in zip(*cuts, strict=True))
-    first, number = parent < 0, np.arange(total)
-    roots[face[first]] = number[first]
-    halves = np.full((total, 2), -1)
-    halves[parent[~first], side[~first]] = number[~first]
-    return Halving(roots, opposite, middle, halves), np.concatenate(pieces), np.concatenate(of_face)
+    def _keys(self, ends: Int[np.ndarray, "2 *n"]) -> Int[np.ndarray, "*n"]:
+        return ends.min(axis=0) * self._many + ends.max(axis=0)

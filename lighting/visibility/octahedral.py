@@ -70,6 +70,28 @@ def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*
     return np.stack(texels, axis=-1), np.stack(weights, axis=-1)
 
 
+def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 3"]:
+    """By how much the weights of `around` change with a unit direction, 1/rad: across it, in the world."""
+    on = to / np.abs(to).sum(axis=-1, keepdims=True)
+    x, z = places(to)
+    right, down = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
+    right, down = right - np.floor(right), down - np.floor(down)
+    # How on.x and on.z change: what divides them changes by the signs of all components.
+    length = np.abs(to).sum(axis=-1, keepdims=True)
+    signs = np.copysign(1.0, to)
+    of_x, of_z = ((np.eye(3)[k] - on[..., k : k + 1] * signs) / length for k in (0, 2))
+    turned = -(signs[..., :1] * signs[..., 2:])
+    below = to[..., 1:2] < 0.0
+    across, along = np.where(below, turned * of_z, of_x), np.where(below, turned * of_x, of_z)
+    found = []
+    for row in (0, 1):
+        for column in (0, 1):
+            by_column, by_row = (right if column else 1.0 - right), (down if row else 1.0 - down)
+            one, other = (1.0 if column else -1.0) * by_row, (1.0 if row else -1.0) * by_column
+            found.append(one[..., None] * across + other[..., None] * along)
+    return 0.5 * size * np.stack(found, axis=-2)
+
+
 def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], size: int) -> Int[np.ndarray, "*n"]:
     """The number of a texel that may lie one beyond the rim."""
     over, beside = (row < 0) | (row >= size), (column < 0) | (column >= size)

@@ -21,10 +21,10 @@ from ..scene import Scene
 from . import compression, octahedral, thinning
 from .before import Before
 from .compression import Basis
-from .finer import far_apart, middle_sites, most_middles
+from .finer import far_apart, middle_sites, most_middles, most_terms
 from .occluders import Occluders
 from .pieces import Pieces
-from .refinement import refined
+from .refinement import Vertices, edges_between, refined
 from .shut import beside_shut, edges, shut_sites
 from .sites import Sites, corners_of, nothing_hides, pieces_of, scaled_triangles, sites_at
 from .thinning import Surroundings
@@ -149,11 +149,10 @@ def _computed(
     cost.check_room()
     jobs = cost.with_jobs(jobs).jobs
     triangles = scaled_triangles(scene).astype(np.float32)
-    divided = bool((refinement.divisions > 1).any())
     occluders = Occluders(triangles)
-    corners = corners_of(fine, pieces_of(fine) if divided else found)
+    bodies = corners_of(scene, found)
+    corners = bodies.cut(fine, refinement.of)
     where = sites_at(corners, occluders)
-    bodies = corners if not divided else corners_of(scene, found)
     shut = shut_sites(where, occluders, bodies.face_normals, bodies.solid)
     # Those that are shut come last: what is foretold is foretold from open ones.
     where, shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
@@ -170,7 +169,7 @@ def _computed(
         progress(sum(len(each.distances) for each in first), whole, "visibility")
     distances = np.concatenate([one.distances for one in first])
     weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
-    basis = compression.fitted_basis(values, weights)
+    basis = compression.fitted_basis(values, weights, most_terms(len(order), total))
 
     codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
     free = all(one.all_free for one in first)
@@ -199,25 +198,28 @@ def _computed(
     if free:
         progress(whole, whole, "visibility")
         return None
-    facing = np.concatenate([mesh.normals for mesh in meshes])[order]
+    vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)
     fronts, backs = where.fronts[order], where.backs[order]
     ends = [edges(sites_of[corners.vertex.reshape(-1, 3)]) for sites_of in (where.fronts, where.backs)]
-    pairs = far_apart(refinement, facing, fronts, backs, codes)
+    most = most_middles(refinement, codes, bool((backs >= 0).any()))
+    pairs = far_apart(
+        edges_between(refinement.pieces[refinement.whole], fronts), vertices.facing, fronts, backs, codes, most
+    )
     if len(pairs):
-        finer = middle_sites(scene, found, refinement, fronts, pairs, occluders)
-        more, done, number = [], 0, len(finer.sites)
-        for coded, _ in _in_tiles(triangles, finer.sites, np.arange(len(finer.sites)), basis, jobs):
+        count, vertices = len(fronts), vertices.with_middles(pairs)
+        refinement, finer = middle_sites(bodies, refinement, vertices, fronts, pairs, occluders)
+        more, done, number = [], 0, len(finer)
+        for coded, _ in _in_tiles(triangles, finer, np.arange(number), basis, jobs):
             more.append(coded.astype(np.float16))
             done += len(coded)
             progress(total + (whole - total) * done // (number + 1), whole, "visibility")
         codes = np.concatenate([codes, *more])
-        shut = np.concatenate([shut, shut_sites(finer.sites, occluders, bodies.face_normals, bodies.solid)])
-        refinement, facing = finer.refinement, np.concatenate([facing, finer.facing])
+        shut = np.concatenate([shut, shut_sites(finer, occluders, bodies.face_normals, bodies.solid)])
         fronts, backs = (
             np.concatenate([one, np.where(other >= 0, other + total, -1)])
-            for one, other in ((fronts, finer.sites.fronts), (backs, finer.sites.backs))
+            for one, other in ((fronts, finer.fronts), (backs, finer.backs))
         )
-        middles = np.arange(len(fronts) - len(pairs), len(fronts))
+        middles = np.arange(count, len(fronts))
         ends += [of[np.stack([pairs[:, end], middles], axis=1)] for of in (fronts, backs) for end in (0, 1)]
     codes = beside_shut(codes, shut, np.concatenate(ends))
     progress(whole, whole, "visibility")
@@ -225,7 +227,7 @@ def _computed(
         basis.mean,
         basis.axes,
         *compression.packed(codes.astype(np.float32)),
-        octahedral.in_two(facing),
+        octahedral.in_two(vertices.facing),
         fronts.astype(np.int32),
         backs.astype(np.int32),
         pairs.astype(np.int32),

@@ -71,6 +71,12 @@ class Corners:
     part: Int[np.ndarray, " F"]
     solid: Bool[np.ndarray, " F"]
 
+    def cut(self, fine: Scene, of: Int[np.ndarray, " T"]) -> Corners:
+        """Of the same scene with pieces in place of triangles, `of` which they are: a piece lies in the plane of its
+        triangle, and a body stays a body.
+        """
+        return _corners(fine, self.face_normals[of], self.part[of], self.solid[of])
+
 
 def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
     """All triangles of a scene, or what of them is `before` a light, moved and scaled so that the scene has radius 1
@@ -97,20 +103,34 @@ def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Site
     return sites_at(corners_of(scene, found), occluders)
 
 
+def numbered_faces(scene: Scene) -> Int[np.ndarray, "F 3"]:
+    """The vertices of all triangles, numbered over all parts."""
+    offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in scene.parts[:-1])])
+    return np.concatenate([part.mesh.faces + at for part, at in zip(scene.parts, offsets, strict=True)])
+
+
+def part_of_face(scene: Scene) -> Int[np.ndarray, " F"]:
+    """The part of each triangle."""
+    return np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts])
+
+
 def corners_of(scene: Scene, found: tuple[Pieces, ...]) -> Corners:
     """Those of a scene."""
-    offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in scene.parts)])
-    vertex = np.concatenate(
-        [part.mesh.faces + offset for part, offset in zip(scene.parts, offsets, strict=False)]
-    ).ravel()
+    normals = np.concatenate([part.mesh.face_normals for part in scene.parts])
+    return _corners(scene, normals, part_of_face(scene), np.concatenate([each.solid[each.of_face] for each in found]))
+
+
+def _corners(
+    scene: Scene, face_normals: Float[np.ndarray, "F 3"], part: Int[np.ndarray, " F"], solid: Bool[np.ndarray, " F"]
+) -> Corners:
     return Corners(
         scaled_triangles(scene),
-        vertex,
-        np.concatenate([part.mesh.normals for part in scene.parts]),
-        np.concatenate([corner_angles(part.mesh) for part in scene.parts]).ravel(),
-        np.concatenate([part.mesh.face_normals for part in scene.parts]),
-        np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts]),
-        np.concatenate([each.solid[each.of_face] for each in found]),
+        numbered_faces(scene).ravel(),
+        np.concatenate([each.mesh.normals for each in scene.parts]),
+        np.concatenate([corner_angles(each.mesh) for each in scene.parts]).ravel(),
+        face_normals,
+        part,
+        solid,
     )
 
 

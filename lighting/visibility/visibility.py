@@ -16,9 +16,9 @@ from jaxtyping import Bool, Float, Int, UInt8
 from ...spectral.errors import InputError
 from ..environment import harmonics
 from . import octahedral
-from .compression import SOFT, straight, unpacked
+from .compression import SOFT, straight, straightening, unpacked
 from .free_share import free_share
-from .refinement import Refinement
+from .halving import Halving
 from .tracing import MAP
 
 # Points whose maps are decoded at once: 4 MB. Side of the map that transfer is a sum over.
@@ -47,7 +47,7 @@ class SceneVisibility:
     fronts: Int[np.ndarray, " V"]
     backs: Int[np.ndarray, " V"]
     middles: Int[np.ndarray, "A 2"]
-    refinement: Refinement
+    refinement: Halving
 
     @property
     def vertices(self) -> int:
@@ -82,7 +82,7 @@ class SceneVisibility:
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """The vertices and weights to ask with for points on triangles (numbered over all parts): see `Refinement`.
+        """The vertices and weights to ask with for points on triangles (numbered over all parts): see `Halving`.
 
         The corners of the triangles themselves may be asked with too; on a floor of two triangles they know little.
         """
@@ -107,19 +107,47 @@ class SceneVisibility:
         ------
         InputError : a vertex that no triangle uses.
         """
-        texels, shares = octahedral.around(np.asarray(directions, dtype=np.float64), MAP)
-        found = np.empty(directions.shape[:2])
+        found, _ = self._boundaries(vertices, weights, directions, back, sloping=False)
+        return found
+
+    def boundaries(
+        self,
+        vertices: Int[np.ndarray, "N 3"],
+        weights: Float[np.ndarray, "N 3"],
+        directions: Float[np.ndarray, "N Q 3"],
+        back: Bool[np.ndarray, " N"] | None = None,
+    ) -> tuple[Float[np.ndarray, "N Q"], Float[np.ndarray, "N Q 3"]]:
+        """`signed_distances` of unit directions, and how they change with those: vectors across each, world, that point
+        away from what is hidden; of length 1 where the boundary is near and straight, 0 where there is none.
+        """
+        return self._boundaries(vertices, weights, directions, back, sloping=True)
+
+    def _boundaries(
+        self,
+        vertices: Int[np.ndarray, "N 3"],
+        weights: Float[np.ndarray, "N 3"],
+        directions: Float[np.ndarray, "N Q 3"],
+        back: Bool[np.ndarray, " N"] | None,
+        sloping: bool,
+    ) -> tuple[Float[np.ndarray, "N Q"], Float[np.ndarray, "N Q 3"]]:
+        to = np.asarray(directions, dtype=np.float64)
+        texels, shares = octahedral.around(to, MAP)
+        found, slopes = np.empty(directions.shape[:2]), np.zeros(directions.shape)
         if not found.size:
-            return found
+            return found, slopes
         codes, dark = self.mixed(vertices, weights, back)
         inside = dark > 0.0
         for start in range(0, len(vertices), _BLOCK):
             block = slice(start, start + _BLOCK)
             maps = codes[block] @ self.axes.T.astype(np.float64) + self.mean
             maps[inside[block]] = -1.0
-            here = np.take_along_axis(maps, texels[block].reshape(len(maps), -1), axis=1)
-            found[block] = straight((here.reshape(shares[block].shape) * shares[block]).sum(axis=-1))
-        return found
+            here = np.take_along_axis(maps, texels[block].reshape(len(maps), -1), axis=1).reshape(shares[block].shape)
+            bent = (here * shares[block]).sum(axis=-1)
+            found[block] = straight(bent)
+            if sloping:
+                change = np.einsum("nqt,nqti->nqi", here, octahedral.slopes(to[block], MAP))
+                slopes[block] = change * straightening(bent)[..., None]
+        return found, slopes
 
     def free_shares(
         self,

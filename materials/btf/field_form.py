@@ -19,6 +19,7 @@ from .field_texels import FieldTexels
 from .judging import error_stored, stored_error
 from .lobe_field import LobeField
 from .lobe_gathering import LobeGathering
+from .mean import MeanBtf, basis_of
 from .polynomials import Polynomials
 from .reflectance_field import ReflectanceField
 
@@ -53,6 +54,14 @@ class FieldForm(Fast):
         """See `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
 
+    def from_afar(self) -> MeanBtf:
+        """The mean of all texels, under the lights that were measured: the one that is left at the coarsest level."""
+        field = self.texels.form
+        level = field.levels(filtered=True)[-1]
+        lights, first = field.lights.directions, np.zeros(len(field.lights), np.int64)
+        means = np.stack([level.at(first + view, first, first, lights) for view in range(len(field.views))])
+        return MeanBtf(field.views, field.lights, means, basis_of(self.texels.palette))
+
     def environment_form(self) -> EnvironmentForm:
         """See `Fast.environment_form`; worked out when first asked for."""
         gathering = LobeGathering if isinstance(self.texels.form, LobeField) else FieldGathering
@@ -71,7 +80,5 @@ class FieldForm(Fast):
         if kind not in KINDS:
             raise InputError("an unknown kind of field", field="kind", found=kind, expected=", ".join(KINDS))
         palette = Palette.from_stored(kept["palette"])
-        spectra = palette.samples[0].T
-        basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
-        texels = FieldTexels(KINDS[kind].from_stored(kept["field"], basis), palette)
+        texels = FieldTexels(KINDS[kind].from_stored(kept["field"], basis_of(palette)), palette)
         return cls(texels, error, texel_error=error_stored(kept))

@@ -21,6 +21,7 @@ from .images import BtfImages
 from .judging import Sample, error_stored, stored_error, worst_mean
 from .lobe_field import lobe_field
 from .local_pca import LocalPca, Size, local_pca
+from .mean import MeanBtf, basis_of
 from .paper_pca import PaperPca, paper_pca
 from .polynomials import polynomials
 from .reduced import reduced
@@ -72,6 +73,13 @@ class BtfForm(Fast):
         """See `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
 
+    def from_afar(self) -> MeanBtf:
+        """The mean of all texels: the one that is left at the coarsest level."""
+        form = self.texels.form
+        level = (self.texels.whole, *form.coarser())[-1]
+        means = np.einsum("c,vlcj->vlj", level.weights[0], level.table[int(level.number[0, 0])])
+        return MeanBtf(form.views, form.lights, means, basis_of(self.texels.palette))
+
     def environment_form(self) -> BtfGathering:
         """See `Fast.environment_form`; worked out when first asked for."""
         return BtfGathering(texels=self.texels)
@@ -90,9 +98,7 @@ class BtfForm(Fast):
         if kind not in KINDS:
             raise InputError("an unknown kind of local PCA", field="kind", found=kind, expected=", ".join(KINDS))
         palette = Palette.from_stored(kept["palette"])
-        spectra = palette.samples[0].T
-        basis = SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)
-        texels = BtfTexels(KINDS[kind].from_stored(kept["texels"], basis), palette)
+        texels = BtfTexels(KINDS[kind].from_stored(kept["texels"], basis_of(palette)), palette)
         return cls(texels, error, texel_error=error_stored(kept))
 
 

@@ -12,7 +12,6 @@ from jaxtyping import Float
 from ...spectral.basis import SpectralBasis
 from ...spectral.errors import InputError
 from ...spectral.folding import Folding
-from ..brdf import Brdf, eval_lit
 from ..fast import Fast
 from ..points import Points
 from ..surface import Surface
@@ -21,35 +20,7 @@ from .decoding import Coding
 from .files import BtfFiles
 from .hemisphere import Hemisphere
 from .images import BtfImages, displacement
-
-
-@dataclass(frozen=True, eq=False)
-class MeanBtf(Brdf):
-    """A BTF from afar: the same three views times three lights, of the means over all texels. See `MeasuredBtf`."""
-
-    isotropic = False
-
-    views: Hemisphere
-    lights: Hemisphere
-    means: Float[np.ndarray, "V Lt J"]
-    basis: SpectralBasis
-
-    @property
-    def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """(L,) of the basis."""
-        return self.basis.wavelengths_nm
-
-    def eval(
-        self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
-    ) -> Float[np.ndarray, "... L"]:
-        """See `Brdf.eval`."""
-        return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
-
-    def _lit(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
-        seen, from_views = self.views.shares(wo)
-        shone, from_lights = self.lights.shares(wi, falling=True)
-        found = np.einsum("nv,nl,nvlj->nj", from_views, from_lights, self.means[seen[:, :, None], shone[:, None, :]])
-        return self.basis.reconstruct(found / wi[:, 2:])
+from .mean import MeanBtf
 
 
 @dataclass(frozen=True, eq=False)

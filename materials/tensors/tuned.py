@@ -51,12 +51,16 @@ class Tuned(Brdf):
         return np.stack([self.diffuse, self.specular])
 
     def scalars(self, points: Points) -> Float[np.ndarray, "N 2"]:
-        """1 / pi, and the mixture of members, 1/sr: f_r without spectra, 0 on and below the horizon."""
-        lit = np.flatnonzero((points.wi[:, 2] > 0.0) & (points.wo[:, 2] > 0.0))
-        found = np.zeros((len(points), 2))
-        found[lit, 0] = 1.0 / np.pi
+        """1 / pi, and the mixture of members, 1/sr: f_r without spectra, 0 on and below the horizon; as precise as the
+        directions are.
+        """
+        lit = (points.wi[:, 2] > 0.0) & (points.wo[:, 2] > 0.0)
+        # Where all are lit, none has to be copied.
+        some = slice(None) if lit.all() else lit
+        found = np.zeros((len(points), 2), dtype=np.result_type(points.wi, points.wo))
+        found[some, 0] = 1.0 / np.pi
         if self.specular.any():
-            found[lit, 1] = self._highlight(points.wi[lit], points.wo[lit])
+            found[some, 1] = self._highlight(points.wi[some], points.wo[some])
         return found
 
     def _highlight(self, wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:

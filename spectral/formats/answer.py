@@ -33,6 +33,9 @@ class Answer:
 
     A file that says something else is refused, and not overruled: one answer is given for many files.
 
+    colours_for : illuminant and observer of XYZ and CIELAB that a file states without them; of one of the two, what
+    it leaves open.
+
     maps : None is "texels". normal_map : for normal maps that do not say it and do not prove it themselves.
     specular_map : without it specular maps are kept and not rendered.
 
@@ -57,6 +60,7 @@ class Answer:
     texel_mm: float | None = None
     fill: float | None = None
     btf_form: BtfFormName | None = None
+    colours_for: tuple[str, str] | None = None
 
     def __post_init__(self) -> None:
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))

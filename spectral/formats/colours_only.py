@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import existing_file
+from .answer import NO_ANSWER, Answer
 from .cgats import illuminant_of, observer_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
@@ -20,7 +22,7 @@ from .shared.text import number, read_lines
 from .shared.words import colour_axis, illuminant_in, observer_in, stated_colours
 
 _WORDS = re.compile(r"(lab|lch|xyz)\s*:\s*([^@]+?)\s*(?:@\s*(\S+?)\s*/\s*(\S+))?$", re.I)
-_NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME")
+_NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME", "SAMPLE_LOC")
 _LIKE = "lab:52.1,10.3,-5.6@D65/1964_10"
 
 
@@ -56,8 +58,8 @@ def colour_in(text: str) -> StatedColour | None:
     return StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
 
 
-def read_colours(path: str | Path) -> tuple[tuple[str, tuple[StatedColour, ...]], ...]:
-    """Names, and the colours stated of each.
+def read_colours(path: str | Path, answer: Answer = NO_ANSWER) -> tuple[tuple[str, tuple[StatedColour, ...]], ...]:
+    """Names, and the colours stated of each; what the file leaves open of illuminant and observer is the answer's.
 
     Raises
     ------
@@ -79,7 +81,11 @@ def read_colours(path: str | Path) -> tuple[tuple[str, tuple[StatedColour, ...]]
             expected="spectra, or columns such as LAB_L, LAB_A, LAB_B",
             hint="export the measurement with its spectra",
         )
-    return tuple(found)
+    light, eye = answer.colours_for or (None, None)
+    return tuple(
+        (name, tuple(replace(one, illuminant=one.illuminant or light, observer=one.observer or eye) for one in stated))
+        for name, stated in found
+    )
 
 
 def _cgats(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:

@@ -22,7 +22,7 @@ from ..illuminants import illuminant
 from ..observers import observer
 from ..spectrum import Quantity, Spectrum, check_values
 from ..upsampling import xyz_from_rgb
-from .exr import MAGIC, MOST_SAMPLES, read_exr, write_exr
+from .exr import MAGIC, MOST_SAMPLES, read_picture, write_exr
 from .reading import SpectralFile, names_its_file
 from .shared.gathering import Gathering
 
@@ -35,8 +35,9 @@ MOST_COLOURS = 64
 RELATIVE_UNITS = "relative, 1 for the perfect diffuser under equal energy"
 #: A length or a frequency in the name of a channel: number, prefix and unit, as `wavelength_of` takes them.
 LENGTH = r"(\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)(da|[YZEPTGMkhdcmunpfazy])?(m|Hz)"
-_PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{LENGTH}$")
-_BISPECTRAL = re.compile(rf"^(?:.*\.)?T\.{LENGTH}\.{LENGTH}$")
+#: Names of channels that keep their wavelength, and of pairs of wavelengths.
+PLAIN = re.compile(rf"^(?:.*\.)?(S0|T)\.{LENGTH}$")
+BISPECTRAL = re.compile(rf"^(?:.*\.)?T\.{LENGTH}\.{LENGTH}$")
 _UNIT = rb"(?:da|[YZEPTGMkhdcmunpfazy])?(?:m|Hz)"
 _IN_HEADER = re.compile(rb"(?:S0|T)\.\d[\d,.eE+-]*" + _UNIT + rb"(?:\.\d[\d,.eE+-]*" + _UNIT + rb")?\0")
 _LONGEST_HEADER = 2**20
@@ -106,11 +107,13 @@ class SpectralImage:
     spectrum : values (H,W,L); for a fluorescent surface the part that keeps its wavelength.
     reradiation : (H,W,L,L) or None; [..., out, in], the diagonal included: a Donaldson matrix a pixel.
     units : of emission, as the file gives them.
+    half : whether the file holds some of it in half precision.
     """
 
     spectrum: Spectrum
     reradiation: Float[np.ndarray, "H W L L"] | None = None
     units: str | None = None
+    half: bool = False
 
     def bispectral(self, row: int, column: int) -> Bispectral:
         """The Donaldson matrix of one pixel; an ordinary reflectance where the file holds no re-radiation.
@@ -210,12 +213,12 @@ def read_spectral_exr(path: Path) -> SpectralImage:
     InputError
         No spectral channels, emission and reflectance in one file, or values that the quantity cannot take.
     """
-    header, channels = read_exr(path)
+    picture = read_picture(path, MOST_SAMPLES)
     plain, shifted = {}, {}
-    for name, pixels in channels.items():
-        if match := _PLAIN.match(name):
+    for name, pixels in picture.channels.items():
+        if match := PLAIN.match(name):
             held, key = plain, (match[1], wavelength_of(*match.group(2, 3, 4)))
-        elif match := _BISPECTRAL.match(name):
+        elif match := BISPECTRAL.match(name):
             held, key = shifted, (wavelength_of(*match.group(1, 2, 3)), wavelength_of(*match.group(4, 5, 6)))
         else:
             continue
@@ -233,7 +236,7 @@ def read_spectral_exr(path: Path) -> SpectralImage:
         raise InputError(
             "no spectral channels" if not kinds else "emission and reflectance in one file",
             field="channels",
-            found=", ".join(list(channels)[:6]),
+            found=", ".join(list(picture.channels)[:6]),
             expected="channels such as T.550,000000nm or S0.550,000000nm",
         )
     quantity = _QUANTITY[kinds[0]]
@@ -242,9 +245,10 @@ def read_spectral_exr(path: Path) -> SpectralImage:
     check_values(values, wavelengths_nm, quantity, field=f"{kinds[0]} channels")
     spectrum = Spectrum.sampled(wavelengths_nm, values, quantity)
     # A damaged header may have an attribute of a type of its own, which is no text.
-    units = stated if isinstance(stated := header.get("emissiveUnits"), str) else None
+    units = stated if isinstance(stated := picture.attributes.get("emissiveUnits"), str) else None
+    half = any(pixels.dtype == np.float16 for pixels in (*plain.values(), *shifted.values()))
     if not shifted:
-        return SpectralImage(spectrum, None, units)
+        return SpectralImage(spectrum, None, units, half)
     index = {wavelength: position for position, wavelength in enumerate(wavelengths_nm)}
     reradiation = np.zeros((*values.shape, wavelengths_nm.size))
     diagonal = np.arange(wavelengths_nm.size)
@@ -264,7 +268,7 @@ def read_spectral_exr(path: Path) -> SpectralImage:
                 expected="finite values, >= 0",
             )
         reradiation[..., index[emitted], index[absorbed]] = pixels
-    return SpectralImage(spectrum, reradiation, units)
+    return SpectralImage(spectrum, reradiation, units, half)
 
 
 def _check_shapes(channels: list[np.ndarray], bands: int) -> None:

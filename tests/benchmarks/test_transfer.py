@@ -9,7 +9,7 @@ import pytest
 from metamer.benchmarks.transfer import bars, benchmark, growth, ours, path_tracing, pixels, scenes, spectral, tensors
 from metamer.benchmarks.transfer.pixels import difference, seen_sites, truth_of
 from metamer.lighting.shapes import sphere
-from metamer.lighting.transfer.hits import scene_hits
+from metamer.lighting.transfer.bodies import Bodies
 from metamer.materials.tensors.brdf_tensor import brdf_tensor
 from metamer.materials.tensors.components import components_of
 from metamer.materials.tensors.disc import Disc
@@ -91,8 +91,9 @@ def test_matt_pixels_are_the_paths():
         name: Tuned(one.wavelengths_nm, one.diffuse, np.zeros_like(one.diffuse), one.family, one.parameters)
         for name, one in case.materials.items()
     }
-    hits = scene_hits(case.scene, 16, longest_edge=0.3)
-    seen = seen_sites(case.scene, hits, 0.3)
+    bodies = Bodies.of(case.scene, 0.3)
+    hits = bodies.traced(16)
+    seen = seen_sites(bodies.placed.scene, hits)
     assert len(seen.pixel) > 0.3 * scenes.SIDE**2
     np.testing.assert_allclose(seen.shares.sum(axis=1), 1.0, rtol=1e-9)
     truth = truth_of(scenes.TransferScene("matt", "sky", case.scene, matt, 0.3), 0, lambda line: None)

@@ -39,3 +39,25 @@ def opened(browser):
     yield open_page
     for context in contexts:
         context.close()
+
+
+@pytest.fixture(
+    params=[{"color_scheme": "light"}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}],
+    ids=["light", "dark", "narrow"],
+)
+def read_by_anyone(request, opened):
+    """Opens a file in light, dark and narrow windows, runs a script, and checks what it then is: no fault that axe-core
+    knows, WCAG AA contrast among them; nothing wider than the window; no error and no network.
+    """
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+
+    def check(path, script=None):
+        found = opened(path, **request.param)
+        if script is not None:
+            found.evaluate(script)
+        faults = axe.run(found).response["violations"]
+        assert not faults, [(fault["id"], [node["html"] for node in fault["nodes"]]) for fault in faults]
+        assert found.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        assert found.faults == []
+
+    return check

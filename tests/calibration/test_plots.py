@@ -65,8 +65,9 @@ def test_reduced_map_keeps_its_worst_pixels():
 
 def test_many_rows_are_embedded_smaller():
     assert plots.embedded_side(3) == 512
-    assert 96 < plots.embedded_side(246) < 128
-    assert plots.embedded_side(10**6) == 96
+    assert 90 < plots.embedded_side(246) < 128
+    assert 56 < plots.embedded_side(480, 3000.0) < plots.embedded_side(246)
+    assert plots.embedded_side(10**6) == 56
     assert plots.fitted_size((256, 512), 106) == (53, 106)
     assert plots.fitted_size((300, 200), 512) == (300, 200)
     assert plots.fitted_size((1, 400), 100) == (1, 100)

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from json_schema import problems, schemas
 from metamer.calibration.page import TEMPLATES
+from metamer.calibration.rating import Probed, Rating
 from metamer.calibration.report import write_report
 from metamer.calibration.row import ReferenceNoise, RowColour, review_row
 from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
@@ -60,46 +62,6 @@ def write(folder, rows, **more):
     return write_report(folder, rows, Plan(), "numpy", 1.0, ["Bradford, once."], "0.0", **arguments)
 
 
-def problems(value, schema, at="$") -> list[str]:
-    """What of the JSON Schema a value breaks; the keywords that docs/review_json.md uses, and no others."""
-    known = {
-        "$schema", "type", "required", "properties", "items", "additionalProperties", "const", "enum", "minimum",
-        "exclusiveMinimum",
-    }  # fmt: skip
-    assert set(schema) <= known, f"{at}: {set(schema) - known}"
-    kinds = {
-        "object": dict,
-        "array": list,
-        "string": str,
-        "number": (int, float),
-        "integer": int,
-        "boolean": bool,
-    }
-    found = []
-    names = schema.get("type", [])
-    names = [names] if isinstance(names, str) else names
-    fits = [value is None if name == "null" else isinstance(value, kinds[name]) for name in names]
-    if names and (not any(fits) or (isinstance(value, bool) and "boolean" not in names)):
-        return [f"{at}: {value!r} is no {names}"]
-    if "const" in schema and value != schema["const"]:
-        found.append(f"{at}: {value!r}")
-    if "enum" in schema and value not in schema["enum"]:
-        found.append(f"{at}: {value!r}")
-    if isinstance(value, dict):
-        found += [f"{at}: no {name}" for name in schema.get("required", []) if name not in value]
-        for name, inner in value.items():
-            rule = schema.get("properties", {}).get(name, schema.get("additionalProperties", {}))
-            found += problems(inner, rule, f"{at}.{name}")
-    if isinstance(value, list):
-        for index, inner in enumerate(value):
-            found += problems(inner, schema.get("items", {}), f"{at}[{index}]")
-    if "minimum" in schema and value < schema["minimum"]:
-        found.append(f"{at}: {value}")
-    if "exclusiveMinimum" in schema and value <= schema["exclusiveMinimum"]:
-        found.append(f"{at}: {value}")
-    return found
-
-
 class Tags(HTMLParser):
     """Unclosed tags, addresses, images, text."""
 
@@ -125,7 +87,7 @@ class Tags(HTMLParser):
 
 
 def test_json_follows_its_documented_schema(tmp_path):
-    schema = json.loads(re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text("utf-8"), re.S)[1])
+    (schema,) = schemas("review_json.md")
     rows = [
         row(),
         row(illuminant="A", p99=1.2, files={"XYZ EXR": "a.exr"}),
@@ -172,7 +134,7 @@ def test_the_worst_material_comes_first_and_the_figures_keep_their_order(tmp_pat
     page, figures = write(tmp_path, rows)
     cards = re.findall(r'<article class="card" id="\w+" data-order="(\d)" data-name="(\w+)"', page.read_text("utf-8"))
     assert cards == [("3", "holed"), ("2", "bad"), ("1", "fair")]
-    lights = re.findall(r'<section class="row" data-light="(\w+)"', page.read_text("utf-8"))
+    lights = re.findall(r'<section class="row seen" id="[^"]+" data-light="(\w+)"', page.read_text("utf-8"))
     assert lights == ["D65", "D65", "A", "D65", "A"]
     listed = [(one["material"], one["illuminant"]) for one in json.loads(figures.read_text("utf-8"))["results"]]
     assert listed == [(one.material, one.illuminant) for one in rows]
@@ -207,7 +169,7 @@ def test_noise_of_the_reference_is_said_by_row_and_a_limit_is_a_note(tmp_path):
     assert "reference uncertain by ΔE94 0.09 (mean), 0.42 (p99)" in words and "at most ΔE94 0.25 (mean)" in words
     assert words.count("reference uncertain by") == 2
     document = json.loads(figures.read_text("utf-8"))
-    schema = json.loads(re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text("utf-8"), re.S)[1])
+    (schema,) = schemas("review_json.md")
     assert problems(document, schema) == []
     found = document["results"]
     expected = {"mean": 0.09, "p99": 0.42, "aimed": 0.1, "directions": 1024, "limited": False}
@@ -229,7 +191,7 @@ def test_paper_is_no_narrow_screen():
         "screen and (max-width: 760px)",
     }
     paper = css.partition("@media print {")[2]
-    assert re.search(r"\.card {[^}]*grid-template-columns: 190px 1fr;[^}]*break-inside: avoid", paper)
+    assert re.search(r"\.card {[^}]*display: block;[^}]*break-inside: avoid", paper)
     assert re.search(r"h1, h2, h3, \.hint {[^}]*break-after: avoid", paper)
 
 
@@ -285,7 +247,7 @@ def test_refusals(tmp_path):
 def test_nothing_half_written_is_left(tmp_path):
     write(tmp_path, [row()])
     write(tmp_path, [row()])
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "review.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["history.json", "index.html", "review.json"]
 
 
 def test_a_full_catalogue_stays_quick_to_open(tmp_path):
@@ -315,3 +277,21 @@ def test_largest_p99_is_the_largest_though_another_row_lacks_numbers(tmp_path):
     assert "3.00" in told[:80] and "door" in told[:120], told[:200]
     first = page[page.index("Look at these first") :]
     assert first.index("holed") < first.index("door")
+
+
+def test_what_reviewers_said_stands_in_page_and_figures_and_changes_no_verdict(tmp_path):
+    said = (
+        Rating("paint/red & <blue>", "D65", "1931_2", "rejected", 2, "too <b>green</b>", probed=(Probed("L*", 41.25),)),
+        Rating("paint/other", "A", "1931_2", "approved"),
+    )
+    _, without = write(tmp_path / "without", [row()])
+    page, figures = write(tmp_path / "with", [row()], ratings=said)
+    document = json.loads(figures.read_text("utf-8"))
+    (schema,) = schemas("review_json.md")
+    assert problems(document, schema) == []
+    before = json.loads(without.read_text("utf-8"))
+    assert before["protocol"] == [] and document["status"] == before["status"]
+    assert [one["verdict"] for one in document["protocol"]] == ["rejected", "approved"]
+    html = page.read_text("utf-8")
+    assert "1 approved, 1 rejected" in html and "too &lt;b&gt;green&lt;/b&gt;" in html and "L* 41.25" in html
+    assert "What reviewers said" not in (tmp_path / "without" / "index.html").read_text("utf-8")

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from metamer.benchmarks import basis, shading
+from metamer.benchmarks import basis, false_alarms, injected, shading
 from metamer.benchmarks.btf import benchmark as btf
 from metamer.benchmarks.factor import benchmark
 from metamer.benchmarks.svbrdf import benchmark as svbrdf
@@ -158,3 +158,22 @@ def test_btf_names_the_cases_that_there_are(metamer, monkeypatch):
     monkeypatch.delenv("METAMER_DATA", raising=False)
     code, _, err = metamer("bench", "btf", "--case", "velvet")
     assert code == 4 and "velvet" in err and "synthetic-leather" in err
+
+
+@pytest.mark.parametrize(("more", "size", "repeats"), [((), 24, 8), (("--full",), 64, 24)])
+def test_report_measures_what_is_found_and_what_is_not_there(
+    metamer, monkeypatch, tiny_catalogue, tmp_path, more, size, repeats
+):
+    found = {"change": "x", "rows": 3, "found": 3, "below": 0, "missed": 0, "alarms": 3, "size": 0.2, "floor": 0.02}
+    found |= {"flip": None}
+    quiet = {"renderer": "gl", "threads": 1, "kernel": "Haswell", "rows": 3, "identical": 2, "same": 1, "alarms": 0}
+    quiet |= {"mean": 0.001, "floor_mean": 0.02, "max": 0.01, "floor_max": 0.1}
+    asked = []
+    changed, unchanged = {"materials": 1, "size": 24, "rows": [found]}, {"size": 24, "kernels": ["a"], "rows": [quiet]}
+    monkeypatch.setattr(injected, "run", lambda *words: asked.append(words) or changed)
+    monkeypatch.setattr(false_alarms, "run", lambda *words, say: asked.append(words) or unchanged)
+    words = ["--materials", "tiny/*", "--catalogue", tiny_catalogue, "--json", tmp_path / "bench.json"]
+    code, out, _ = metamer("bench", "report", *more, *words)
+    assert code == 0 and "below the floor" in out and "1 repeats, 3 rows, 0 false alarms" in out
+    assert asked[0][:3] == (tiny_catalogue, "tiny/*", size) and asked[1] == (tiny_catalogue, "tiny/*", size, repeats)
+    assert json.loads((tmp_path / "bench.json").read_text()) == {"injected": changed, "false_alarms": unchanged}

@@ -51,7 +51,7 @@ def test_filters_choose_and_order(metamer, folder, tmp_path):
     html = tmp_path / "page.html"
     chosen = ("--family", "paint", "--sort", "lightness", "--reverse", "--limit", "1")
     code, _, _ = metamer("catalogue", "preview", folder, "--html", html, "--size", 16, *chosen)
-    assert code == 0 and re.findall(r'data-id="([^"]+)"', html.read_text("utf-8")) == ["paint/light"]
+    assert code == 0 and re.findall(r'data-name="([^"]+)"', html.read_text("utf-8")) == ["paint/light"]
 
 
 def test_nothing_fits(metamer, folder, tmp_path):

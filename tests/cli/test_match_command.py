@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -56,7 +60,7 @@ def test_a_page_to_sign_and_every_figure(metamer, master, lots, tmp_path):
     page, figures = tmp_path / "m.html", tmp_path / "m.json"
     words = ("--tolerance", "CMC 2:1 0.5", "--supplier", "Acme <Dye>", "--html", page, "--json", figures)
     code, out, _ = metamer("match", master, lots, *SAID, *words)
-    assert code == 2 and str(page) in out
+    assert code == 2 and str(page) in out and "\nfail: 1 fail, 1 pass\n" in out
     html = page.read_text(encoding="utf-8")
     assert "Acme &lt;Dye&gt;" in html and "Spectro 9" in html and "Approved by" in html
     assert "http://" not in html.replace("http://www.w3.org", "") and "https://" not in html
@@ -66,6 +70,69 @@ def test_a_page_to_sign_and_every_figure(metamer, master, lots, tmp_path):
     square = sum(lot["difference"][axis] ** 2 for axis in ("lightness", "chroma", "hue"))
     assert lot["delta_e"]["CIE 1976"] == pytest.approx(square**0.5)
     assert [one["count"] for one in said["batches"]] == [2, 2, 2]
+
+
+@pytest.mark.parametrize("form", ["html", "json"])
+def test_a_full_disk_leaves_the_file_that_was_there(metamer, master, lots, tmp_path, room_for, form):
+    out = tmp_path / "out" / f"m.{form}"
+    out.parent.mkdir()
+    words = ("match", master, lots, *SAID, "--illuminants", "D65", f"--{form}", out)
+    assert metamer(*words)[0] == 0
+    before = out.read_bytes()
+    for room in (len(before) // 2, len(before) - 1):
+        with room_for(room):
+            code, _, err = metamer(*words)
+        assert code == 4 and "no room" in err and out.name in err, (room, err)
+        assert out.read_bytes() == before and [path.name for path in out.parent.iterdir()] == [out.name]
+
+
+def test_a_table_and_a_workbook_have_a_line_a_sample_and_condition(metamer, master, lots, tmp_path):
+    """The numbers of the JSON, under headings that say what they are."""
+    table, book, figures = (tmp_path / name for name in ("m.csv", "m.xlsx", "m.json"))
+    asked = ("--tolerance", "CMC 2:1 0.5", "--repeatability", "0.1", "--yellowness", "--observers", "1964_10,1931_2")
+    openpyxl = pytest.importorskip("openpyxl")
+    metamer("match", master, lots, *SAID, *asked, "--csv", table, "--xlsx", book, "--json", figures)
+    text = table.read_text(encoding="utf-8")
+    lines = list(csv.reader(text.splitlines()))
+    assert len(lines) == 1 + 2 * 6 and {len(line) for line in lines} == {len(lines[0])} == {len(set(lines[0]))}
+    told = [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
+    found = json.loads(figures.read_text(encoding="utf-8"))["samples"][1]
+    line, difference = told[6 + 1], found["differences"][1]
+    assert (line["sample"], line["illuminant"], line["observer"]) == ("lot 2", "A", "1964_10")
+    assert line["verdict"] == difference["verdict"] and line["direction"] == difference["words"]
+    assert float(line["ΔH*"]) == difference["difference"]["hue"]
+    assert float(line["ΔE CMC 2:1"]) == difference["delta_e"]["CMC 2:1"]
+    assert float(line["ΔE CMC 2:1 ±"]) == difference["uncertainty_k2"]["delta_e"]["CMC 2:1"]
+    assert [float(line[f"{axis} of sample"]) for axis in ("L*", "a*", "b*")] == difference["sample_lab"]
+    index = "metamerism, change of illuminant, parameric"
+    told_by = {one["name"]: one["value"] for one in found["indices"] if one["changed"] == "A, 1964_10"}
+    assert float(line[index]) == told_by[index] and told[6][index] == ""
+    yellow = found["whites"][0]
+    assert float(told[6]["yellowness, ASTM E313, sample"]) == yellow["sample"] and line["yellowness, ASTM E313 ±"] == ""
+    assert [cell.value for cell in openpyxl.load_workbook(book).active[1]] == lines[0]
+
+
+def test_documented_fields_are_those_written(metamer, master, lots):
+    """docs/match.md names every field of `metamer.match/1`, and none that is not there."""
+    _, out, _ = metamer("match", master, lots, *SAID, "--repeatability", "0.1", "--yellowness", "--json", "-")
+    text = (Path(__file__).parents[2] / "docs" / "match.md").read_text(encoding="utf-8")
+    text = text[text.index("## metamer.match/1") :]
+    parts = re.split(r"^Of each ", text, flags=re.MULTILINE)
+    found = json.loads(out)
+    sample = found["samples"][0]
+    written = [found, sample, *(part[0] for part in (sample["differences"], sample["indices"], sample["whites"]))]
+    for part, fields in zip(parts, [*written, found["batches"][0]], strict=True):
+        named = [row.partition("|")[0] for row in re.findall(r"^\| (`.*)", part, re.MULTILINE)] or [part]
+        told = {word for row in named for word in re.findall(r"`([a-z_0-9]+)`", row)}
+        assert set(fields) <= told, set(fields) - told
+        if named != [part]:
+            assert told == set(fields)
+
+
+def test_illuminants_given_twice_add_up(metamer, master, lots):
+    _, out, _ = metamer("match", master, lots, *SAID, "--illuminants", "A", "--illuminants", "D65,A", "--json", "-")
+    found = json.loads(out)["samples"][0]["differences"]
+    assert [one["illuminant"] for one in found] == ["A", "D65"]
 
 
 def test_json_goes_to_standard_output_alone(metamer, master, lots):
@@ -79,6 +146,44 @@ def test_readings_of_one_name_are_one_sample(metamer, master, tmp_path):
     code, out, _ = metamer("match", master, readings(tmp_path / "again.txt", again), *SAID, "--json", "-")
     (lot,) = json.loads(out)["samples"]
     assert code == 0 and lot["readings"] == 5
+
+
+def test_whiteness_and_yellowness_where_asked_for(metamer, tmp_path):
+    near_white = 0.88 + 0.02 * np.tanh((NM - 450.0) / 40.0)
+    sides = [readings(tmp_path / f"{name}.txt", [(name, row)]) for name, row in (("a", near_white), ("b", BASE))]
+    code, out, _ = metamer("match", *sides, *SAID)
+    assert code == 0 and "Whiteness" not in out
+    asked = ("--whiteness", "--yellowness", "--repeatability", "0.1")
+    code, out, _ = metamer("match", *sides, *SAID, *asked)
+    # What is no white has none, and says why.
+    assert code == 0 and "whiteness, CIE 2004" in out and "no commercial white" in out
+    _, out, _ = metamer("match", *sides, *SAID, *asked, "--json", "-")
+    white, yellow = json.loads(out)["samples"][0]["whites"]
+    assert 70 < white["standard"] < 90 and white["sample"] is None and white["uncertainty"] is None
+    assert yellow["conditions"] == "D65, 1964_10" and yellow["sample"] > yellow["standard"]
+    assert 0.0 < yellow["uncertainty"] < 1.0
+    # Defined under none of these lights: said, and not left out.
+    _, out, _ = metamer("match", *sides, *SAID, "--yellowness", "--illuminants", "A")
+    assert "not defined for A, 1964_10; it is for" in out
+    assert metamer("match", *sides, *SAID, "--whiteness", "CIE 1982")[0] == 64
+
+
+def test_colours_of_a_file_that_does_not_say_what_they_are_for(metamer, master, tmp_path):
+    """Asked for, and never guessed; what a file says itself counts more."""
+    rows = "BEGIN_DATA_FORMAT\nSAMPLE_LOC LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\n"
+    path = tmp_path / "target.cie"
+    path.write_text(f"CTI3\nNUMBER_OF_FIELDS 4\n{rows}NUMBER_OF_SETS 1\nBEGIN_DATA\nA1 66 24 45\nEND_DATA\n")
+    code, _, err = metamer("match", f"{path}#A1", master, *SAID)
+    assert code == 3 and "without its illuminant" in err and "--colours-for" in err
+    for sides in ((f"{path}#A1", master), (master, path)):
+        code, out, err = metamer("match", *sides, *SAID, "--colours-for", "D50/1931_2")
+        assert code == 0, err
+        assert "D50, 1931_2" in out and "1964_10" not in out
+    assert metamer("match", path, master, *SAID, "--colours-for", "D50")[0] == 64
+    said = tmp_path / "said.csv"
+    said.write_text("name,L* (D65/10°),a* (D65/10°),b* (D65/10°)\nOrange,66.7,23.5,44.1\n")
+    _, out, _ = metamer("match", said, master, *SAID, "--colours-for", "D50/1931_2")
+    assert "D65, 1964_10" in out
 
 
 def test_a_folder_is_a_batch(metamer, master, tmp_path):
@@ -137,3 +242,30 @@ def test_materials_of_a_catalogue(metamer, tiny_catalogue):
     code, out, err = metamer("match", "tiny/matt-red", "tiny/satin-green", "--catalogue", tiny_catalogue)
     assert code == 0, err
     assert "tiny/satin-green" in out
+
+
+def test_a_build_server_is_told_of_each_sample(metamer, master, lots, tmp_path):
+    """What is not resolved neither passes nor fails."""
+    junit, summary = tmp_path / "m.xml", tmp_path / "m.md"
+    words = ("--tolerance", "CMC 2:1 0.5", "--junit", junit, "--markdown", summary)
+    code, _, _ = metamer("match", master, lots, *SAID, *words)
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    assert code == 2 and (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("2", "1", "0")
+    failed = [case.get("name") for case in suite.findall("testcase") if case.find("failure") is not None]
+    text = summary.read_text(encoding="utf-8")
+    assert failed == ["lot 2"] and "1 fail, 1 pass." in text
+    assert text.index("| lot 2 | ❌ fail |") < text.index("| lot 1 | ✅ pass |")
+    words = ("--tolerance", "CIE 2000 0.1", "--repeatability", "0.1", "--junit", junit, "--markdown", summary)
+    code, _, _ = metamer("match", master, f"{lots}#lot 1", *SAID, *words)
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    assert code == 1 and (suite.get("failures"), suite.get("skipped")) == ("0", "1")
+    assert "not resolved: ΔE CIE 2000" in suite.find("testcase/skipped").get("message")
+    assert "⚠️ not resolved" in summary.read_text(encoding="utf-8")
+
+
+def test_an_empty_file_is_said_to_be_empty_and_what_to_do(metamer, tmp_path):
+    file = tmp_path / "nothing.csv"
+    file.touch()
+    code, _, said = metamer("match", file, file)
+    assert code == 4
+    assert str(file) in said and "the file is empty" in said and "expected: one of: " in said and "try: export" in said

@@ -16,9 +16,20 @@ def reviews(metamer, scene, tiny_catalogue, tmp_path):
     return tmp_path / "a", tmp_path / "b"
 
 
+@pytest.fixture
+def readings(tmp_path):
+    """Two files of twelve greys, lighter in one of them."""
+    names = ",".join(f"grey {index} reflectance" for index in range(12))
+    for name, lighter in (("a", 0.0), ("b", 0.05)):
+        greys = ",".join(f"{0.2 + 0.05 * index + lighter:.2f}" for index in range(12))
+        lines = [f"{nm},{greys}" for nm in range(380, 740, 10)]
+        (tmp_path / f"{name}.csv").write_text("\n".join([f"wavelength,{names}", *lines]), encoding="utf-8")
+    return tmp_path / "a.csv", tmp_path / "b.csv"
+
+
 def test_a_copy_is_identical_and_itself_is_refused(metamer, reviews):
     code, out, err = metamer("report", "compare", *reviews)
-    assert (code, err) == (0, "") and out.rstrip().endswith("identical: 2 rows, byte for byte")
+    assert code == 0 and out.rstrip().endswith("identical: 2 rows, byte for byte"), err
     code, out, err = metamer("report", "compare", reviews[0], reviews[0])
     assert code == 3 and out == "" and "a comparison with itself" in err
 
@@ -47,6 +58,23 @@ def test_files_are_written_and_standard_output_is_json(metamer, reviews, tmp_pat
     assert code == 4 and out == "" and "none" in err
 
 
+@pytest.mark.parametrize("form", ["html", "junit", "csv", "xlsx", "markdown"])
+def test_a_full_disk_leaves_the_file_that_was_there(metamer, readings, tmp_path, room_for, form):
+    if form == "xlsx":
+        pytest.importorskip("openpyxl")
+    out = tmp_path / "out" / f"moved.{form}"
+    out.parent.mkdir()
+    words = ["report", "compare", *readings, "--illuminants", "D65", f"--{form}", out]
+    assert metamer(*words)[0] == 2
+    before = out.read_bytes()
+    # The message itself has to go somewhere.
+    for room in (max(len(before) // 2, 600), len(before) - 1):
+        with room_for(room):
+            code, _, err = metamer(*words)
+        assert code == 4 and "no room" in err and out.name in err, (room, err)
+        assert out.read_bytes() == before and [path.name for path in out.parent.iterdir()] == [out.name]
+
+
 def test_bad_input_ends_with_4_and_names_it(metamer, reviews, tmp_path):
     picture = next((reviews[1] / "pictures").glob("*.D65.exr"))
     picture.write_bytes(picture.read_bytes()[:100])
@@ -61,3 +89,11 @@ def test_unknown_names_are_refused_before_any_file(metamer):
     for option in (("--illuminants", "D66"), ("--observer", "1965"), ("--display", "CRT")):
         code, _, err = metamer("report", "compare", "nothing-here", "neither-here", *option)
         assert code == 4 and "nearest" in err + "nearest" * (option[0] == "--display")
+
+
+def test_a_workbook_that_cannot_be_made_is_refused_before_any_work(metamer, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    words = ("--xlsx", tmp_path / "r.xlsx", "--html", tmp_path / "r.html")
+    for command in (("report", "compare", tmp_path / "no", tmp_path / "none"), ("match", "no.cxf", "none.cxf")):
+        code, _, err = metamer(*command, *words)
+        assert code == 4 and "metamer[xlsx]" in err and "no such" not in err

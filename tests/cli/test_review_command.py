@@ -31,6 +31,12 @@ def altered(scene, old, new):
     scene.write_text(text.replace(old, new), encoding="utf-8")
 
 
+def test_materials_given_twice_add_up(review):
+    """What stands last does not take the place of what stands before it."""
+    _, _, _, found = review("--illuminants", "D65", "--materials", "tiny/matt-red", "--materials", "tiny/copper")
+    assert [row["material"] for row in found["results"]] == ["tiny/matt-red", "tiny/copper"]
+
+
 def test_every_row_has_its_files(review, tmp_path):
     code, said, _, found = review("--illuminants", "D65,A", "--materials", "tiny/matt-red,tiny/copper")
     assert code == 0, said
@@ -50,7 +56,7 @@ def test_every_row_has_its_files(review, tmp_path):
     files = {path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*") if path.is_file()}
     listed = {name for row in rows for name in (row["image"], *row["files"].values())}
     kept = {name for name in files if name.startswith("rows/")}
-    assert len(kept) == 2 and files == {"index.html", "review.json", *listed, *kept}
+    assert len(kept) == 2 and files == {"index.html", "review.json", "history.json", *listed, *kept}
     assert str(tmp_path / "out" / "index.html") in said and str(tmp_path / "out" / "review.json") in said
     assert "4 rows" in said and "Renderer: software (numpy)" in said
 

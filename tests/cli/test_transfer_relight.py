@@ -90,11 +90,93 @@ def test_with_nothing_kept_it_is_traced_for_the_pictures(relight, monkeypatch, t
     assert not (tmp_path / "rays").exists()
 
 
+def test_parts_by_pattern_and_a_name_before_it(relight):
+    code, _, err, found = relight("--material", "*=room/dark", "--material", "ball=room/grey")
+    assert code == 0, err
+    assert [part["after"] for part in found["parts"]] == ["room/dark", "room/grey"]
+
+
+def test_a_file_is_a_material_as_an_import_fits_it(relight, room_catalogue, tmp_path):
+    """From its source and from a catalogue's folder: what the catalogue has under its id."""
+    source = tmp_path / "paint.toml"
+    source.write_text(
+        'family = "mine"\nkind = "analytic"\n[[material]]\nname = "dark"\nmodel = "lambert"\n'
+        "reflectance = { constant = 0.1 }\n"
+    )
+    _, _, _, by_id = relight("--material", "floor=room/dark")
+    for file in (source, room_catalogue / "room" / "dark.h5"):
+        code, said, err, found = relight("--material", f"floor={file}")
+        assert code == 0, err
+        floor = found["parts"][0]
+        assert floor["after"] == str(file) and f"{file}: lambert, from its file" in said
+        assert floor["delta_e94"]["all"]["mean"] == pytest.approx(
+            by_id["parts"][0]["delta_e94"]["all"]["mean"], abs=0.01
+        )
+
+
+def test_a_file_of_several_materials_or_of_a_lamp_says_what_to_do(relight, room_catalogue, write_spectrum, tmp_path):
+    code, _, err, _ = relight("--material", f"floor={room_catalogue.parent / 'room.toml'}")
+    assert code == 4 and "4: white, dark" in err.replace("room/", "") and "catalogue import" in err
+    write_spectrum(tmp_path / "lamps", "tiny/led")
+    code, _, err, _ = relight("--material", f"floor={tmp_path / 'lamps' / 'tiny' / 'led.h5'}")
+    assert code == 4 and "not a surface" in err
+
+
+def test_lights_change_one_by_one(relight, room, tmp_path):
+    text = room.read_text(encoding="utf-8")
+    more = '[[light]]\nname = "lamp"\nposition = [0, 3, 0]\nspectrum = "A"\nintensity_cd = 4000\n\n[[camera]]'
+    room.write_text(text.replace("[[camera]]", more, 1), encoding="utf-8")
+    _, said, _, louder = relight("--light", "lamp.intensity_cd=8000")
+    assert "lamp: intensity_cd 8000" in said
+    assert louder["parts"][0]["delta_e94"]["directly"]["mean"] > 2.0
+    _, said, _, _ = relight("--illuminant", "D65", "--light", "lamp=FL11", "--light", "light 1.illuminance_lux=500")
+    assert "lamp: lit by FL11" in said and "light 1: illuminance_lux 500" in said
+    code, said, _, alone = relight("--light", "la*=off")
+    assert code == 0 and "lamp: put out" in said
+    assert alone["parts"][0]["delta_e94"]["all"]["mean"] > 2.0
+
+
+def test_any_number_of_rays_is_taken_and_kept(relight, tmp_path):
+    rays = 19
+    words = ["--material", "floor=room/dark", "--rays", rays, "--kept", tmp_path / "rays"]
+    code, said, err, _ = relight(*words)
+    assert code == 0, err
+    assert f"vertices of {rays} rays, 0 of" in said
+    assert f"{rays} rays each" in said
+    assert "1 of 1 block of rays were there" in relight(*words)[1]
+
+
+def test_a_static_part_keeps_its_material(relight, room):
+    text = room.read_text(encoding="utf-8")
+    room.write_text(text.replace('name = "floor"', 'name = "floor"\nstatic = true'), encoding="utf-8")
+    for words in (
+        ["--material", "floor=room/dark"],
+        ["--material", "*=room/dark"],
+        ["--set", "floor.reflectance_scale=0.5"],
+        ["--like", "floor=darker:20"],
+    ):
+        code, _, err, _ = relight(*words)
+        assert code == 4 and "a static part keeps its material" in err and "static = true" in err
+    assert relight("--material", "ball=room/dark")[0] == 0
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
         ([], 64, "nothing is changed"),
-        (["--material", "floor"], 64, "PART=ID"),
+        (["--material", "floor"], 64, "PART=MATERIAL"),
+        (["--material", "wall*=room/dark"], 4, "floor"),
+        (["--material", "f*=room/dark", "--material", "*r=room/white"], 64, "floor is given two"),
+        (["--material", "floor=none.toml"], 4, "neither a file nor a material"),
+        (["--light", "lamp=A"], 4, "light 1"),
+        (["--light", "light 1"], 64, "LIGHT=LAMP"),
+        (["--light", "light 1=D66"], 4, "D66"),
+        (["--light", "light 1.intensity_cd=3"], 4, "illuminance_lux"),
+        (["--light", "light 1.illuminance_lux=much"], 4, "not a number"),
+        (["--light", "light 1.illuminance_lux=-1"], 4, "more than 0"),
+        (["--light", "light 1=off"], 4, "no light is left"),
+        (["--material", "floor=room/dark", "--rays", "0"], 64, "at least 1"),
+        (["--material", "floor=room/dark", "--rays", "15"], 64, "16 or more"),
         (["--material", "ground=room/dark"], 4, "floor"),
         (["--material", "floor=room/drak"], 4, "room/dark"),
         (["--material", "floor=room/dark", "--material", "floor=room/white"], 64, "two materials"),

@@ -1,6 +1,9 @@
 """Small BTFs for tests: images in memory, and files as UBO2003 and UTIA name them."""
 
+import runpy
+
 import numpy as np
+import pytest
 from metamer.materials.btf.decoding import uplifted_basis
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
@@ -38,3 +41,10 @@ def written(
             path.parent.mkdir(parents=True, exist_ok=True)
             Image.fromarray(codes[v, at]).save(path)
     return codes
+
+
+def xml3d_btf(folder, name):
+    """A measured cloth, by the script that lies beside it; run as text, so that no byte code is left among the data."""
+    if not (folder / name).is_dir():
+        pytest.skip(f"no {folder / name}")
+    return runpy.run_path(str(folder / "decode.py"))["Xml3dBtf"](folder / name)

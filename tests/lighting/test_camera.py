@@ -115,3 +115,40 @@ def test_a_camera_that_cannot_be_says_which_setting(settings, field, words):
     assert caught.value.field == field
     assert words in str(caught.value)
     assert caught.value.expected
+
+
+@both
+def test_a_part_of_the_picture_has_the_samples_of_the_whole(camera):
+    rows, columns = slice(4, 11), slice(30, 40)
+    part = camera.cropped(rows, columns)
+    assert (part.width, part.height_px) == (10, 7)
+    for mine, whole in zip(part.rays(), camera.rays(), strict=True):
+        np.testing.assert_array_equal(mine, whole[12:33, 90:120])
+    twice = part.cropped(slice(2, 3), slice(5, None))
+    np.testing.assert_array_equal(twice.rays()[1], camera.rays()[1][18:21, 105:120])
+    for mine, band in zip(part.rays(slice(2, 5)), part.rays(), strict=True):
+        np.testing.assert_array_equal(mine, band[6:15])
+    assert part.sample_size == camera.sample_size
+
+
+@both
+def test_a_part_of_the_picture_projects_as_it_looks(camera):
+    part = camera.cropped(slice(4, 11), slice(30, 40))
+    origins, directions = part.rays()
+    ndc, _ = ndc_of(part, origins + 4.7 * directions)
+    x, y = 2 * (np.arange(30) + 0.5) / 30 - 1, 1 - 2 * (np.arange(21) + 0.5) / 21
+    np.testing.assert_allclose(ndc[..., 0], np.broadcast_to(x, (21, 30)), atol=1e-12)
+    np.testing.assert_allclose(ndc[..., 1], np.broadcast_to(y[:, None], (21, 30)), atol=1e-12)
+    whole, _ = ndc_of(camera, origins + 4.7 * directions)
+    np.testing.assert_allclose(ndc[..., 2], whole[..., 2], atol=1e-12)
+
+
+@pytest.mark.parametrize("rows", [slice(3, 3), slice(30, 31), slice(5, 2)])
+def test_no_part_of_the_picture_is_refused(rows):
+    with pytest.raises(InputError, match="no pixel of the picture"):
+        PERSPECTIVE.cropped(rows, slice(0, 1))
+
+
+def test_a_part_beyond_the_picture_is_refused():
+    with pytest.raises(InputError, match="beyond the picture"):
+        Camera(width=10, height_px=10, part_of=(1, 0, 10, 10))

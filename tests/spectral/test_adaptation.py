@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from metamer.spectral.adaptation import CONE_FROM_XYZ, adaptation_matrix
+from metamer.spectral.adaptation import CONE_FROM_XYZ, adaptation_matrix, degree_of_adaptation
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import OBSERVERS, observer
@@ -98,3 +98,23 @@ def test_unknown_method_gives_the_nearest():
     # Behind the check of annotations, which only tests have.
     with pytest.raises(UnknownNameError, match="Bradford, CAT02, CAT16"):
         adaptation_matrix.__wrapped__(np.ones(3), np.ones(3), "bradfort")
+
+
+@given(start=whites, end=whites, method=st.sampled_from(METHODS))
+def test_incomplete_adaptation_lies_between_none_and_full(start, end, method):
+    """None changes nothing; of full adaptation a white is moved as far as the degree says, on the straight way."""
+    np.testing.assert_allclose(adaptation_matrix(start, end, method, 0.0), np.eye(3), atol=1e-12)
+    np.testing.assert_array_equal(adaptation_matrix(start, end, method, 1.0), adaptation_matrix(start, end, method))
+    np.testing.assert_allclose(adaptation_matrix(start, end, method, 0.25) @ start, start + 0.25 * (end - start))
+
+
+def test_an_eye_is_used_to_bright_light_more_than_to_dim_one():
+    """As colour-science has D of CIECAM02."""
+    from colour.appearance.ciecam02 import degree_of_adaptation as reference
+
+    for luminance in (0.0, 3.0, 63.7, 318.3, 1e5):
+        for surround in (1.0, 0.9, 0.8):
+            wanted = float(np.clip(reference(surround, luminance), 0.0, 1.0))
+            assert degree_of_adaptation(luminance, surround) == pytest.approx(wanted, abs=1e-12)
+    with pytest.raises(InputError, match="not a degree of adaptation"):
+        adaptation_matrix(np.ones(3), np.ones(3), "CAT16", 1.5)

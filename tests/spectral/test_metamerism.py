@@ -53,6 +53,42 @@ def test_the_parameric_correction_makes_the_pair_match_under_the_reference():
     assert metamerism_index(*pair, D65, D65, CIE_1976, "none") > 0.5
 
 
+#: X, Y, Z under D65 and under A for the 10 degree observer: the example of ISO 18314-4:2024, as colour-science has it.
+PRINTED = {
+    "standard": {"D65": (7.6576, 10.7116, 5.0731), "A": (8.96442, 10.1878, 1.6663)},
+    "sample": {"D65": (7.6933, 10.5616, 5.54474), "A": (8.56438, 10.0324, 1.9315)},
+}
+
+
+def test_the_printed_example_of_iso_18314_4():
+    """Its XYZ stand for whatever is seen: no spectra are printed beside them."""
+    key = {illuminant(name).key: name for name in ("D65", "A")}
+    pair = [
+        Sample(name, "ISO", seen=lambda light, eye, seen=seen: np.array(seen[key[light.key]]) / 100.0)
+        for name, seen in PRINTED.items()
+    ]
+    found = metamerism_index(*pair, D65, A, CIE_1976, "multiplicative")
+    # Printed relative to a white that is rounded otherwise, in its fifth digit.
+    assert found == pytest.approx(3.7907, abs=1e-3)
+    colour = colour_science()
+    white = colour.XYZ_to_xy(observer("1964_10").white(illuminant("A")))
+    xyz = [np.array(PRINTED[name][light]) / 100 for light in ("A", "D65") for name in ("sample", "standard")]
+    wanted = colour.difference.XYZ_to_metamerism_index(*xyz, "Multiplicative", "CIE 1976", illuminant=white)
+    assert found == pytest.approx(float(wanted), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["CIE 1976", "CIE 1994", "CIE 2000"])
+def test_the_multiplicative_index_is_colour_science_s(name):
+    colour, rng = colour_science(), np.random.default_rng(4)
+    white = colour.XYZ_to_xy(observer("1964_10").white(illuminant("A")))
+    for _ in range(20):
+        rows = np.clip(BASE + 0.1 * np.cumsum(rng.normal(0.0, 0.2, (2, NM.size)), axis=1) / 4.0, 0.01, 1.0)
+        standard, trial = (sample(one, row) for one, row in zip(("standard", "sample"), rows, strict=True))
+        xyz = [side.xyz(light, "1964_10") for light in ("A", "D65") for side in (trial, standard)]
+        wanted = colour.difference.XYZ_to_metamerism_index(*xyz, "Multiplicative", name, illuminant=white)
+        assert metamerism_index(standard, trial, D65, A, formula(name)) == pytest.approx(float(wanted), abs=1e-4)
+
+
 def test_another_observer_is_a_change_like_another_light():
     pair = sample("standard", BASE), sample("sample", metameric())
     assert metamerism_index(*pair, D65, Conditions("D65", "1931_2"), CIE_1976) > 0.1

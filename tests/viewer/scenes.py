@@ -122,6 +122,17 @@ def lamp_scene(material="gloss", size=64, samples=3) -> Scene:
     return scene_of(parts, [lamp((1.6, 2.2, 2.0)), sun((-0.5, 0.8, 0.3), 400.0)], camera)
 
 
+def two_balls(material="gloss", size=32) -> Scene:
+    """A small ball that shades a large one, over the ground: few vertices."""
+    parts = [
+        (shapes.sphere(2), material),
+        (shapes.sphere(2, 0.35).placed(translate=(0.7, 0.9, 0.9)), "matt"),
+        (shapes.plane(5.0, 5.0).placed(translate=(0, -0.9, 0)), "matt"),
+    ]
+    camera = Camera("near", (0.5, 1.0, 5.0), (0, 0, 0), vertical_fov_deg=34, width=size, height_px=size, samples=1)
+    return scene_of(parts, [lamp((1.6, 2.2, 2.0)), sun((-0.5, 0.8, 0.3), 400.0)], camera)
+
+
 def far_lamp_scene(material="gloss", size=64, samples=3) -> Scene:
     """The ball, its shadow and the ground by a lamp so far off that the scene is a point to it."""
     scene = lamp_scene(material, size, samples)

@@ -65,7 +65,7 @@ def test_shape_of_review_json(written):
     _, document = written
     assert list(document) == [
         "schema", "metamer", "created", "renderer", "status", "budget_delta_e94", "formula", "plan", "warnings",
-        "colour_chain", "self_check", "results",
+        "colour_chain", "self_check", "protocol", "results",
     ]  # fmt: skip
     assert document["metamer"] == "test" and document["renderer"] == "software (numpy)"
     assert document["budget_delta_e94"] == 1.0 and document["formula"] == "CIE 1994"
@@ -120,6 +120,30 @@ def test_figures_are_those_of_the_pictures_and_the_reference(written, sphere, ca
         # The file holds the very numbers that were compared.
         np.testing.assert_allclose(list(figures.values()), found, rtol=1e-9, err_msg=str(row))
         assert row["pixels"] == values.size
+
+
+def test_the_worst_pixel_and_its_spectra_are_those_of_the_map(written, catalogue):
+    """The spectrum that the original data have there gives, under the light, the colour that the reference has."""
+    out, document = written
+    spectra = 0
+    for row in document["results"]:
+        delta_e = read_exr(out / row["files"]["ΔE94 EXR"])[1]["deltaE94"]
+        worst = row["worst_pixel"]
+        at = tuple(worst["place"])
+        assert delta_e[at] == pytest.approx(np.nanmax(np.where(np.isfinite(delta_e), delta_e, np.nan)), rel=1e-6)
+        assert worst["delta_e94"] == pytest.approx(delta_e[at], rel=1e-6)
+        image, _ = read_xyz_exr(out / row["files"]["reference EXR"])
+        lab = lab_from_xyz(image.values[at].astype(np.float64), image.white_xyz)
+        np.testing.assert_allclose(worst["reference_lab"], lab, atol=1e-3)
+        if worst["wavelengths_nm"] is None:
+            continue
+        spectra += 1
+        nm, factor = (np.array(worst[name]) for name in ("wavelengths_nm", "reference_factor"))
+        weights = observer("1931_2").weights(illuminant(row["illuminant"]), nm)
+        seen = weights @ factor * (np.array(row["white_xyz"]) / weights.sum(axis=1))
+        assert np.abs(lab_from_xyz(seen, np.array(row["white_xyz"])) - lab).max() < 1.5, row["material"]
+        assert np.abs(np.array(worst["picture_factor"]) - factor).max() < 0.02
+    assert spectra >= 9
 
 
 def test_reference_and_map_are_files_too(written):

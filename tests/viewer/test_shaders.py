@@ -34,6 +34,12 @@ PROGRAMS = (
         )
     ),
     *((*row, None) for row in passes.PROGRAMS),
+    *(("fullscreen.vert", name, {}, None) for name in ("enlarge.frag", "compare.frag", "marked.frag")),
+    *(
+        ("fullscreen.vert", "put.frag", sizes, None)
+        for sizes in ({"PICTURE": 1}, {"COVERAGE": 1}, {"PICTURE": 1, "COVERAGE": 1})
+    ),
+    *(("fullscreen.vert", "difference.frag", {"FORMULA": number}, None) for number in (1994, 2000, 16)),
     *((*row, FACTORS) for row in shading.PROGRAMS),
     *(
         ("fullscreen.vert", "shade.frag", {"AXES": axes, "MIXED": 1, **written, **mipmapped}, FACTORS)

@@ -45,17 +45,6 @@ def make(request):
     return SoftwareRenderer
 
 
-def two_balls(scenes, material="gloss", size=32):
-    """A small ball that shades a large one, over the ground: few vertices."""
-    parts = [
-        (shapes.sphere(2), material),
-        (shapes.sphere(2, 0.35).placed(translate=(0.7, 0.9, 0.9)), "matt"),
-        (shapes.plane(5.0, 5.0).placed(translate=(0, -0.9, 0)), "matt"),
-    ]
-    camera = Camera("near", (0.5, 1.0, 5.0), (0, 0, 0), vertical_fov_deg=34, width=size, height_px=size, samples=1)
-    return scenes.scene_of(parts, [scenes.lamp((1.6, 2.2, 2.0)), scenes.sun((-0.5, 0.8, 0.3), 400.0)], camera)
-
-
 def under(scene, *lights):
     return replace(scene, lights=lights)
 
@@ -84,7 +73,7 @@ def test_gl_equals_numpy(scenes, gl, material, fields):
 
 def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
     # Balls of which one shades the other, on a ground of two triangles; and a cloth whose back is seen.
-    for scene in (two_balls(scenes), scenes.cloth_scene("gloss", size=32, samples=1, divisions=10)):
+    for scene in (scenes.two_balls(), scenes.cloth_scene("gloss", size=32, samples=1, divisions=10)):
         scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))
         surfaces = dict(scenes.SURFACES)
         twin, coverage = SoftwareRenderer().render(scene, None, surfaces)
@@ -117,7 +106,7 @@ def test_gl_equals_numpy_where_triangles_are_cut_between_their_vertices(scenes, 
 
 def test_shadows_under_a_sky_are_the_references(scenes):
     # A small sun in a sky, on matt balls and ground: both of bright parts and of the rest.
-    scene = under(two_balls(scenes, "matt", 24), sky(1, contrast=300.0))
+    scene = under(scenes.two_balls("matt", 24), sky(1, contrast=300.0))
     surfaces = {"matt": scenes.SURFACES["matt"]}
     drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
     truth = reference_images(scene, None, surfaces, budget=3.0)
@@ -127,6 +116,22 @@ def test_shadows_under_a_sky_are_the_references(scenes):
     assert apart.mean() < 0.8 + truth.noise.mean[0] and np.percentile(apart, 90) < 2.0
     unshadowed = np.abs(truth.xyz[0][seen, 1] / drawn[seen, 1] - 1.0)
     assert np.median(unshadowed) < 0.03
+
+
+def test_a_gloss_that_a_table_cuts_off_loses_the_dark_ground_and_not_the_sky(scenes):
+    # Rough metal just above a wide table, under a bright sky over dark ground. What its upper part sees of the table
+    # is little, and without the table as dark: a share of all that lobes see would be off by 0.19, 0.63 and 0.84.
+    table, ball = shapes.plane(8.0, 8.0).placed(translate=(0, -1.02, 0)), shapes.sphere(3)
+    camera = Camera("near", (0.5, 0.6, 5.0), (0, 0, 0), vertical_fov_deg=24, width=24, height_px=24, samples=1)
+    to = latlong.texel_directions(32, 64)
+    light = EnvironmentLight(np.where(to[..., 1] > 0.0, 1.0, 0.02)[None], SPECTRA[:1])
+    scene = under(scenes.scene_of([(ball, "metal"), (table, "matt")], [scenes.sun()], camera), light)
+    surfaces = {"metal": FactoredBrdf((scenes.lobe_pack(0.3),)), "matt": scenes.SURFACES["matt"]}
+    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    alone, of_ball = SoftwareRenderer().render(replace(scene, parts=scene.parts[:1]), None, surfaces)
+    upper = (coverage == 1.0) & (of_ball == 1.0) & (np.arange(24)[:, None] < 15)
+    apart = delta_e_xyz(alone[upper].astype(float), drawn[upper].astype(float), scene.adopted_white())
+    assert upper.sum() > 200 and apart.mean() < 0.1 and np.percentile(apart, 95) < 0.3 and apart.max() < 0.5
 
 
 def test_pictures_are_sums_over_every_texel(scenes):
@@ -166,13 +171,13 @@ def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
     one, _ = renderer.render(under(scene, turned), None, surfaces)
     other, _ = renderer.render(under(scene, moved), None, surfaces)
     assert np.abs(one - other).max() < 2e-3 * np.abs(one).max()
-    assert len(renderer._gathered) == 2
+    assert len(renderer._kept_light._gathered) == 2
     assert np.abs(one - renderer.render(under(scene, still), None, surfaces)[0]).max() > 0.02
-    assert len(renderer._gathered) == 2
+    assert len(renderer._kept_light._gathered) == 2
 
 
 def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_renderer_draws(scenes, make, monkeypatch):
-    scene, surfaces = two_balls(scenes, size=24), dict(scenes.SURFACES)
+    scene, surfaces = scenes.two_balls(size=24), dict(scenes.SURFACES)
     light = sky(2, contrast=300.0)
     found = []
     monkeypatch.setattr(bright_light, "taken_apart", lambda *args: found.append(args) or taken_apart(*args))
@@ -181,7 +186,7 @@ def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_rendere
     for angle in (35.0, 120.0, -60.0, 200.0, 0.0):
         turned = replace(light, rotation_deg=angle)
         drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
-    assert len(found) == 1 and len(renderer._turned) <= 4
+    assert len(found) == 1 and len(renderer._kept_light._turned) <= 4
     for angle in (35.0, 137.0):
         turned = replace(light, rotation_deg=angle)
         drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
@@ -207,7 +212,7 @@ def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
 
 
 def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
-    scene, surfaces = two_balls(scenes), dict(scenes.SURFACES)
+    scene, surfaces = scenes.two_balls(), dict(scenes.SURFACES)
     light = sky(1)
     mixed = under(scene, *scene.lights, light)
     kept = make("linear", True)

@@ -116,16 +116,24 @@ void main() {
             light = under_gaussian(to_map * lobe.xyz, lobe.w);
 #ifdef HIDDEN
             vec3 to = to_world * lobe.xyz;
-            float lambda = 1.0 / lobe.w, angle = signed_distance(hiding, to), alone = free_share(angle, lambda);
+            float lambda = 1.0 / lobe.w;
 #ifdef PANEL
-            light *= free_of_cells(to, lambda, angle);
+            light *= free_of_cells(to, lambda, signed_distance(hiding, to));
 #else
-            light *= alone;
+            vec3 slope;
+            float angle = boundary(hiding, to, slope), steep = length(slope);
+            vec3 cut = cut_lobe(angle, min(steep, 1.0), lambda), middle = to;
+            if (cut.y != 0.0) {
+                middle = cos(cut.y) * to + sin(cut.y) * (slope / steep);
+                light = under_gaussian(map_from_world * middle, 1.0 / cut.z);
+            }
+            light *= cut.x;
             for (int j = 0; j < bright; ++j) {
                 float both = lambda + bright_axes[j].w;
-                float between = mix(angle, angles[j], bright_axes[j].w / both);
-                light += (free_share(between, both) - alone) * bright_under(to, lambda, bright_axes[j])
-                    * bright_amplitudes[j];
+                float free = free_share(mix(angle, angles[j], bright_axes[j].w / both), both);
+                float own = bright_under(to, lambda, bright_axes[j]);
+                float taken = cut.y == 0.0 ? own : bright_under(middle, cut.z, bright_axes[j]);
+                light += (free * own - cut.x * taken) * bright_amplitudes[j];
             }
             light = max(light, vec4(0.0));
 #endif

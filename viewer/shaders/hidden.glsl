@@ -70,14 +70,34 @@ float straight(float value) {
     return clamp(MAP_SOFT * 0.5 * log((1.0 + held) / (1.0 - held)), -0.5 * PI, 0.5 * PI);
 }
 
-// The signed angle to the nearest boundary of what is hidden, of a direction of the world.
-float signed_distance(Hiding at, vec3 to) {
+// The signed angle to the nearest boundary of what is hidden, of a unit direction of the world, and how it changes with
+// that: a vector across it that points away from what is hidden.
+float boundary(Hiding at, vec3 to, out vec3 slope) {
+    slope = vec3(0.0);
     if (at.dark > 0.0) return -0.5 * PI;
     vec2 place = 0.5 * (octahedral(to) + 1.0) * float(MAP_SIDE) + 0.5;
     ivec2 corner = clamp(ivec2(floor(place)), ivec2(0), ivec2(MAP_SIDE));
     vec2 part = place - vec2(corner);
-    return straight(mix(mix(map_texel(at, corner), map_texel(at, corner + ivec2(1, 0)), part.x),
-        mix(map_texel(at, corner + ivec2(0, 1)), map_texel(at, corner + ivec2(1, 1)), part.x), part.y));
+    float a = map_texel(at, corner), b = map_texel(at, corner + ivec2(1, 0));
+    float c = map_texel(at, corner + ivec2(0, 1)), d = map_texel(at, corner + ivec2(1, 1));
+    float bent = mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
+    if (abs(bent) < MOST_BENT) {
+        // How the place changes with the direction: octahedral.slopes.
+        float length = abs(to.x) + abs(to.y) + abs(to.z);
+        vec3 signs = vec3(to.x < 0.0 ? -1.0 : 1.0, to.y < 0.0 ? -1.0 : 1.0, to.z < 0.0 ? -1.0 : 1.0), on = to / length;
+        vec3 of_x = (vec3(1.0, 0.0, 0.0) - on.x * signs) / length, of_z = (vec3(0.0, 0.0, 1.0) - on.z * signs) / length;
+        float turned = -signs.x * signs.z;
+        bool below = to.y < 0.0;
+        vec3 across = below ? turned * of_z : of_x, along = below ? turned * of_x : of_z;
+        slope = (mix(b - a, d - c, part.y) * across + mix(c - a, d - b, part.x) * along)
+            * (0.5 * float(MAP_SIDE) * MAP_SOFT / (1.0 - bent * bent));
+    }
+    return straight(bent);
+}
+
+float signed_distance(Hiding at, vec3 to) {
+    vec3 slope;
+    return boundary(at, to, slope);
 }
 
 float error_function(float theta, float k, float c) {
@@ -86,12 +106,32 @@ float error_function(float theta, float k, float c) {
     return tanh(y);
 }
 
-// The share of a Gaussian that is free, lighting.visibility.free_share.
+// k and c of lighting.visibility.free_share.
+vec2 steepness(float lambda) {
+    return vec2(sqrt(0.5 * lambda * (lambda + 0.2098) / (lambda + 1.2041)), -lambda / (24.0 * (lambda + 0.3460)));
+}
+
+// The share of a Gaussian that is free.
 float free_share(float angle, float lambda) {
-    float k = sqrt(0.5 * lambda * (lambda + 0.2098) / (lambda + 1.2041));
-    float c = -lambda / (24.0 * (lambda + 0.3460));
+    vec2 of = steepness(lambda);
     float theta = clamp(angle, -0.5 * PI, 0.5 * PI);
-    return 0.5 + 0.5 * error_function(theta, k, c) / error_function(0.5 * PI, k, c);
+    return 0.5 + 0.5 * error_function(theta, of.x, of.y) / error_function(0.5 * PI, of.x, of.y);
+}
+
+// What is left of a Gaussian that a boundary cuts, lighting.visibility.cut_lobe: the share, by how much its middle turns
+// towards what is free, and its sharpness.
+vec3 cut_lobe(float angle, float slope, float lambda) {
+    vec2 of = steepness(lambda);
+    float k = of.x, c = of.y, right = 0.5 * PI;
+    float theta = clamp(angle, -right, right), u = k * (theta + c * theta * theta * theta);
+    float last = k * (right + c * right * right * right);
+    float rise = exp(-u * u) * (1.0 + 3.0 * c * theta * theta) - exp(-last * last) * (1.0 + 3.0 * c * right * right);
+    float whole = error_function(right, k, c), share = 0.5 + 0.5 * error_function(theta, k, c) / whole;
+    float across = slope * k / (sqrt(PI) * whole) * max(rise, 0.0) / (lambda * max(share, 1e-3));
+    float alone = lambda < 0.01 ? 0.5 + lambda / 12.0 : 1.0 / (1.0 - exp(-lambda)) - 1.0 / lambda;
+    float along = max(alone + 0.5 * theta * across, 0.0), spread = 1.0 - sqrt(across * across + along * along);
+    float sharper = clamp((1.0 - alone) / max(spread, 0.5 * (1.0 - alone)), 1.0, 2.0);
+    return vec3(share, atan(across, along), lambda * sharper);
 }
 
 // What a Gaussian's light upon a surface is proportional to, above a line `to` below its axis.

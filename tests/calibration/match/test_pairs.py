@@ -112,6 +112,8 @@ def test_an_effect_coating_has_differences_and_no_index():
         ((50, 30, 30), (1, 1, 1), "stronger, lighter"),
         ((50, 1, 1), (-2, 0, -1), "darker, bluer"),
         ((50, 0, 0), (0, 0, 0), "alike"),
+        # From orange to blue no hue lies between that would say it.
+        ((50, 30, 30), (0, -30, -60), "bluer, greener"),
     ],
 )
 def test_directions_in_words(lab, off, words):

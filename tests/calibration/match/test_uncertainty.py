@@ -7,12 +7,14 @@ import pytest
 from metamer.calibration.match.batch import batch
 from metamer.calibration.match.pairs import Asked, matched
 from metamer.calibration.match.uncertainty import Repeatability, scatter, spread
+from metamer.calibration.match.whites import white_indices
 from metamer.spectral.difference import lab_from_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.formula import formula
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.metamerism import Conditions
 from metamer.spectral.observers import observer
+from metamer.spectral.whiteness import index_of_xyz
 from orange_batch import NM, ORANGE, sample
 
 FORMULAS = tuple(formula(name) for name in ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 2:1"))
@@ -43,6 +45,23 @@ def test_what_readings_scatter_by_is_what_monte_carlo_finds(apart):
     xyz = [xyz_from_lab(lab, WHITE) for lab in (first, second)]
     for one in FORMULAS:
         assert found.delta_e[one.name] == pytest.approx(2.0 * one(*xyz, WHITE).std(), rel=0.08), one.name
+
+
+@pytest.mark.parametrize("scale", ["CIE 2004", "ASTM E313", "yellowness"])
+def test_whiteness_scatters_as_monte_carlo_finds(scale):
+    rng = np.random.default_rng(5)
+    many, white = 20_000, 0.85 + 0.01 * np.tanh((NM - 450.0) / 40.0)
+    known = Repeatability(repeated=sample("tile", *noisy(rng, white, 2000)))
+    sides = sample("master", white), sample("lot", 0.99 * white)
+    (found,) = white_indices(*sides, (scale,), (Conditions("D65", "1964_10"),), known)
+    weights = observer("1964_10").weights(illuminant("D65"), NM)
+    method = None if scale == "yellowness" else scale
+    first, second = (
+        index_of_xyz(noisy(rng, side.readings[0].samples, many) @ weights.T, Conditions("D65", "1964_10"), method)
+        for side in sides
+    )
+    assert found.off == pytest.approx((second - first).mean(), abs=0.05)
+    assert found.uncertainty == pytest.approx(2.0 * (second - first).std(), rel=0.06)
 
 
 def test_means_of_more_readings_are_known_better():

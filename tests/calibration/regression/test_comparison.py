@@ -5,12 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.calibration.regression.change import change
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import criteria_of, default_criteria
-from metamer.calibration.regression.row import HALF_STEP, Layer, Noise, Pixels, Row, RowName, Side
+from metamer.calibration.regression.row import HALF_ROUNDOFF, Layer, Noise, Pixels, Row, RowName, Side
 from metamer.calibration.regression.words import as_text
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import lab_from_xyz, xyz_from_lab
 from metamer.spectral.errors import ComparisonError, InputError
+from metamer.spectral.formula import ADAPTING_LUMINANCE, NAMES, formula
 
 WHITE = np.array([0.95, 1.0, 1.09])
 NAME = RowName("paint/red", "D65", "CIE 1931 2 Degree Standard Observer", "Sphere", "front")
@@ -82,16 +85,57 @@ def test_one_wrong_pixel_is_found_where_it_is():
 
 
 def test_a_difference_below_half_precision_is_not_claimed():
-    one = pixels(relative_step=HALF_STEP)
-    off = 1.0 + 0.2 * HALF_STEP * np.random.default_rng(4).choice([-1.0, 1.0], one.xyz.shape)
+    one = pixels(unit_roundoff=HALF_ROUNDOFF)
+    off = 1.0 + 0.2 * HALF_ROUNDOFF * np.random.default_rng(4).choice([-1.0, 1.0], one.xyz.shape)
     found = result(row(one, one), row(replace(one, xyz=(one.xyz * off).astype(np.float32)), pixels()))
     picture = found.rows[0].layers["picture"]
     assert 0 < picture.mean < picture.floor_mean and found.rows[0].state == "same" and found.exit_code == 0
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_no_pixel_of_half_precision_is_beyond_its_bound(name):
+    """Neighbours in half precision are what rounding can make of equal colours, whichever way each number went."""
+    one = pixels()
+    stored = one.xyz.astype(np.float16)
+    towards = np.random.default_rng(6).choice([-np.inf, np.inf], one.xyz.shape).astype(np.float16)
+    before, after = (
+        replace(one, xyz=each.astype(np.float32), unit_roundoff=HALF_ROUNDOFF)
+        for each in (stored, np.nextafter(stored, towards))
+    )
+    moved = change(before, after, (formula(name),), "neighbours")
+    # The formulas are a little curved even over one step.
+    assert (moved.maps[name] <= 1.02 * moved.bounds[name]).all()
+    # And no bound is idle: some come near it.
+    assert (moved.maps[name] / moved.bounds[name]).max() > 0.9
+
+
+@pytest.mark.parametrize("name", [*NAMES, "CMC 1.4:0.8"])
+def test_every_pixel_is_colour_science_s(name):
+    """Of pictures large enough that they are compared in single precision where a formula has a way for that."""
+    colour, one, rng = colour_science(), pixels(), np.random.default_rng(8)
+    shifts = rng.normal(0, 2, one.xyz.shape) * rng.choice([0.01, 0.3, 3.0], (80, 80, 1))
+    other = replace(one, xyz=xyz_from_lab(lab_from_xyz(one.xyz, WHITE) + shifts, WHITE).astype(np.float32))
+    found = change(one, other, (formula(name),), "two").maps[formula(name).name]
+    if name == "CAM16-UCS":
+        seen = [
+            colour.XYZ_to_CAM16(100 * s.xyz.astype(float), 100 * WHITE, ADAPTING_LUMINANCE, 20) for s in (one, other)
+        ]
+        ends = [colour.JMh_CAM16_to_CAM16UCS(np.stack([s.J, s.M, s.h], axis=-1)) for s in seen]
+        wanted = colour.delta_E(*ends, method=name)
+    else:
+        sides = [colour.XYZ_to_Lab(s.xyz.astype(float), colour.XYZ_to_xy(WHITE)) for s in (one, other)]
+        weights = formula(name).cmc
+        if weights is None:
+            wanted = colour.delta_E(*sides, method=name)
+        else:
+            wanted = colour.difference.delta_E_CMC(*sides, l=weights[0], c=weights[1])
+    assert found.shape == (80, 80) and found.max() > 3.0
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-3)
+
+
 def test_a_limit_below_the_floor_fails_nothing_and_says_so():
-    one = pixels(relative_step=HALF_STEP)
-    off = 1.0 + 0.2 * HALF_STEP * np.random.default_rng(4).choice([-1.0, 1.0], one.xyz.shape)
+    one = pixels(unit_roundoff=HALF_ROUNDOFF)
+    off = 1.0 + 0.2 * HALF_ROUNDOFF * np.random.default_rng(4).choice([-1.0, 1.0], one.xyz.shape)
     other = replace(one, xyz=(one.xyz * off).astype(np.float32))
     found = result(row(one), row(other), asked("mean", 1e-6, 1e-6))
     assert found.exit_code == 1 and not found.rows[0].asked[0].resolved
@@ -200,6 +244,10 @@ def test_each_formula_finds_what_was_put_in(formula):
 def test_a_criterion_that_applies_to_nothing_is_said():
     found = result(row(pixels()), row(pixels()), asked("mean", 1, 2, subset={"material": "metal/*"}))
     assert any("applies to no row" in note for note in found.notes)
+    # And nobody has said what its row may do.
+    assert any(note.startswith("A row is held against no criterion") for note in found.notes)
+    found = result(row(pixels()), row(pixels()), asked("mean", 1, 2))
+    assert not any("no criterion" in note for note in found.notes)
 
 
 def test_what_made_the_sides_is_said_where_it_differs():

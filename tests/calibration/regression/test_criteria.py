@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from metamer.calibration.regression.criteria import (
     STATISTICS,
+    TIERS,
     criteria_of,
     default_criteria,
     read_criteria,
     statistic,
 )
+from metamer.calibration.regression.result import worst_tier
 from metamer.calibration.regression.row import RowName
 from metamer.spectral.errors import InputError
 
@@ -110,6 +112,36 @@ def test_tiers_have_their_limits_on_the_better_side():
         "fail",
         "fail",
     ]
+
+
+#: Pixels of 100 and what each is off by; -fail, -failpercent, -hardfail, -warn, -warnpercent and -hardwarn; what idiff
+#: of OpenImageIO 3.2.2 ended with, of a picture of so many pixels beside a black one.
+IDIFF = [
+    ((1, 0.5), (0.5, 0, 9, 0.25, 100, 9), 0),  # on the limit is within it
+    ((1, 0.75), (0.5, 0, 9, 0.25, 100, 9), 2),
+    ((2, 0.75), (0.5, 2, 9, 0.25, 5, 9), 0),  # as many as are allowed
+    ((3, 0.75), (0.5, 2, 9, 0.25, 5, 9), 2),
+    ((2, 0.75), (0.5, 2, 9, 0.25, 1, 9), 1),
+    ((2, 0.75), (0.5, 2, 9, 0.25, 2, 9), 0),
+    ((1, 2.0), (0.5, 1, 3, 0.25, 1, 2), 0),
+    ((1, 3.0), (0.5, 1, 3, 0.25, 1, 2), 1),
+    ((1, 3.5), (0.5, 1, 3, 0.25, 1, 2), 2),
+]
+
+
+@pytest.mark.parametrize(("pixels", "asked", "code"), IDIFF)
+def test_tiers_are_those_of_idiff(pixels, asked, code):
+    """By the lines that docs/regression.md gives for its options."""
+    fail, fail_percent, hard_fail, warn, warn_percent, hard_warn = asked
+    lines = [
+        {"statistic": f"share over {warn}", "warn": warn_percent / 100, "fail": 1.0},
+        {"statistic": f"share over {fail}", "warn": fail_percent / 100, "fail": fail_percent / 100},
+        {"statistic": "max", "warn": hard_warn, "fail": hard_fail},
+    ]
+    off = np.zeros(100, np.float32)
+    off[: pixels[0]] = pixels[1]
+    tiers = [line.tier(statistic(line.statistic, off)) for line in criteria_of({"criteria": lines}).lines]
+    assert TIERS.index(worst_tier(tiers)) == code
 
 
 def test_statistics_are_those_of_numpy():

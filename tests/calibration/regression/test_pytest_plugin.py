@@ -51,6 +51,13 @@ def test_far_fails_and_leaves_evidence(tmp_path):
     }
 
 
+def test_far_fails_though_there_is_no_room_for_evidence(tmp_path, room_for):
+    with room_for(1000), pytest.raises(AssertionError, match="not close") as failed:
+        assert_colour_close((GREY, WHITE), (1.2 * GREY, WHITE), evidence=tmp_path / "evidence")
+    assert "Evidence could not be written" in str(failed.value) and "no room" in str(failed.value)
+    assert list((tmp_path / "evidence").iterdir()) == []
+
+
 def test_what_a_renderer_gives_is_taken():
     picture = SimpleNamespace(xyz=GREY.astype(np.float32), white=WHITE, coverage=np.ones((8, 8)))
     other = SimpleNamespace(xyz=GREY.astype(np.float32), white=WHITE, coverage=np.ones((8, 8)))

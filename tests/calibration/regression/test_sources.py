@@ -7,11 +7,13 @@ import pytest
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.picture_files import Seen
-from metamer.calibration.regression.row import HALF_STEP
+from metamer.calibration.regression.row import HALF_ROUNDOFF
 from metamer.calibration.regression.sources import side_of
+from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.errors import ComparisonError, InputError
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
+from metamer.spectral.formats.spectral_exr import RELATIVE_UNITS, write_bispectral_exr, write_spectral_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
@@ -75,7 +77,7 @@ def test_half_precision_has_a_coarser_floor(tmp_path):
     header = {"type": OpenEXR.scanlineimage, "whiteXYZ": WHITE.astype(np.float32)}
     OpenEXR.File(header, dict.fromkeys("XYZ", values)).write(str(tmp_path / "half.exr"))
     layer = side_of(tmp_path / "half.exr", SEEN).rows[0].layers["picture"]
-    assert layer.load().relative_step == HALF_STEP
+    assert layer.load().unit_roundoff == HALF_ROUNDOFF
 
 
 def test_reflectances_are_seen_under_each_light(tmp_path):
@@ -84,6 +86,52 @@ def test_reflectances_are_seen_under_each_light(tmp_path):
     # Grey stays grey: L* of 0.51 less that of 0.5.
     expected = 116 * (0.51 ** (1 / 3) - 0.5 ** (1 / 3))
     assert all(row.layers["picture"].mean == pytest.approx(expected, abs=1e-4) for row in found.rows)
+
+
+DYE_NM = np.arange(350.0, 701.0, 50.0)
+
+
+def dye(strength=0.4):
+    """Takes in ultraviolet and blue, and sends out green and red."""
+    matrix = np.diag(np.full(DYE_NM.size, 0.3))
+    matrix[3:6, :2] = strength / 3.0
+    return Bispectral(DYE_NM, DYE_NM, matrix)
+
+
+def test_fluorescent_pictures_are_seen_with_what_they_send_out(tmp_path):
+    """Each pixel as its matrix folds with the light; under A, which has little ultraviolet, another colour."""
+    for name, strength in (("a", 0.4), ("b", 0.36)):
+        write_bispectral_exr(tmp_path / f"{name}.exr", dye(strength), (2, 3))
+    found = compared(tmp_path / "a.exr", tmp_path / "b.exr")
+    assert [row.state for row in found.rows] == ["changed", "changed"]
+    assert found.rows[0].layers["picture"].mean > found.rows[1].layers["picture"].mean > 0.1
+    for row in side_of(tmp_path / "a.exr", SEEN).rows:
+        layer = row.layers["picture"]
+        held = layer.load()
+        expected = dye().fold(illuminant(row.name.light), observer("1931_2"))
+        assert held.xyz.shape == (2, 3, 3) and layer.spectrum is None
+        np.testing.assert_allclose(held.xyz, np.broadcast_to(expected, (2, 3, 3)), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("channel", "words"),
+    [("T.350,000000nm.550,000000nm", "more power leaves"), ("T.650,000000nm.400,000000nm", "shorter wavelength")],
+)
+def test_fluorescence_that_cannot_be_is_refused_in_whichever_pixel(tmp_path, channel, words):
+    grey = {f"T.{nm:.6f}nm".replace(".", ",").replace("T,", "T."): np.full((2, 3), 0.3) for nm in DYE_NM}
+    bad = np.zeros((2, 3))
+    bad[1, 2] = 2.0 if "more" in words else 0.01
+    write_exr(tmp_path / "a.exr", {}, {**grey, channel: bad})
+    with pytest.raises(InputError, match=rf"a\.exr[\s\S]*{words}|{words}[\s\S]*a\.exr"):
+        side_of(tmp_path / "a.exr", SEEN).rows[0].layers["picture"].load()
+
+
+def test_spectra_in_half_precision_have_a_coarser_floor(tmp_path):
+    for name, kind in (("a", np.float32), ("b", np.float16)):
+        planes = {f"T.{nm},0nm": np.full((2, 2), 0.3, kind) for nm in range(400, 701, 50)}
+        write_exr(tmp_path / f"{name}.exr", {}, planes)
+    fine, coarse = (side_of(tmp_path / f"{name}.exr", SEEN).rows[0].layers["picture"].load() for name in "ab")
+    assert fine.unit_roundoff < coarse.unit_roundoff == HALF_ROUNDOFF
 
 
 def test_radiances_are_relative_to_the_light_that_the_header_names(tmp_path):
@@ -114,6 +162,23 @@ def test_colours_without_spectra_count_for_what_they_state(tmp_path):
     rows = {row.name.material: row for row in found.rows}
     assert rows["red"].layers["reading"].mean == pytest.approx(1.0, abs=1e-9) and rows["grey"].state == "identical"
     assert rows["red"].name.observer == "CIE 1964 10 Degree Standard Observer"
+
+
+def test_what_readings_do_not_say_is_asked_and_answered(tmp_path):
+    for name, lightness in (("a", 50.0), ("b", 51.0)):
+        rows = "NUMBER_OF_FIELDS 4\nBEGIN_DATA_FORMAT\nSAMPLE_ID LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nNUMBER_OF_SETS 1\n"
+        text = f"CGATS.17\n{rows}BEGIN_DATA\nA1 {lightness} 20 10\nEND_DATA\n"
+        (tmp_path / f"{name}.cie").write_text(text, encoding="utf-8")
+        spectrum = "\n".join(f"{nm},{lightness / 100}" for nm in range(380, 790, 10))
+        (tmp_path / f"{name}.csv").write_text(f"wavelength,red\n{spectrum}\n", encoding="utf-8")
+    for suffix, hint in ((".cie", "--colours-for"), (".csv", "--as")):
+        with pytest.raises(InputError, match=hint):
+            compared(*(tmp_path / f"{name}{suffix}" for name in "ab"))
+    answered = Seen(("D65",), answer=Answer("reflectance", "fraction", colours_for=("D50", "1931_2")))
+    for suffix, light in ((".cie", "D50"), (".csv", "D65")):
+        sides = (side_of(tmp_path / f"{name}{suffix}", answered) for name in "ab")
+        found = compare(*sides, default_criteria())
+        assert [row.name.light for row in found.rows] == [light] and found.rows[0].state == "changed"
 
 
 def test_a_png_needs_a_display(tmp_path):

@@ -43,8 +43,8 @@ def shown(scene_of, hollow):
     return made
 
 
-def at(state, sites, shares, normals):
-    """Points of the first part, with level frames of these normals."""
+def at(state, sites, shares, normals, planes=None):
+    """Points of the first part, with level frames of these normals, on triangles of these or other ones."""
     hits = state.prepared.hits
     centre, radius = state.prepared.centre_and_radius
     places = np.einsum("nc,nci->ni", shares, hits.sites.starts[sites]) * radius + centre
@@ -52,7 +52,9 @@ def at(state, sites, shares, normals):
     frame = np.stack([along, np.cross(normals, along), normals], axis=1)
     wo = np.einsum("nij,nj->ni", frame, unit(EYE - places))
     seen = wo[:, 2] > 0.2
-    return Points(np.zeros(seen.sum(), dtype=np.int64), sites[seen], shares[seen], frame[seen], wo[seen]), seen
+    planes = normals if planes is None else planes
+    part = np.zeros(seen.sum(), dtype=np.int64)
+    return Points(part, sites[seen], shares[seen], frame[seen], wo[seen], planes[seen]), seen
 
 
 def test_at_sites_it_is_what_sites_send(shown):
@@ -80,3 +82,23 @@ def test_between_sites_a_highlight_has_the_normal_of_its_point(shown):
     off, off_mean = (np.abs(one - want).mean() / want.mean() for one in (found, mean))
     assert off < 0.12, off_mean
     assert off < 0.5 * off_mean
+
+
+def test_nothing_comes_from_below_the_triangle_that_is_seen(shown):
+    """A normal that leans out of its triangle: what a highlight would show of the other side is left out."""
+    state = shown(2, 1024)
+    sites = state.prepared.hits.corners[state.prepared.hits.part == 0]
+    shares, normals = np.full((len(sites), 3), 1.0 / 3.0), unit(state.prepared.hits.sites.normals[sites].mean(axis=1))
+    points, seen = at(state, sites, shares, normals)
+    whole = exits_between(state, points)
+    # A plane along the mirrored view cuts the highlight in half; one that the viewer is below leaves nothing of it.
+    to = np.einsum("nij,ni->nj", points.frame, points.wo * (-1.0, -1.0, 1.0))
+    across = unit(normals[seen] - np.einsum("ni,ni->n", normals[seen], to)[:, None] * to)
+    half = exits_between(state, replace(points, plane=across))
+    none = exits_between(state, replace(points, plane=-normals[seen]))
+    slanting = points.wo[:, 2] < 0.8
+    assert slanting.sum() > 5
+    ratio = half[slanting, 1] / whole[slanting, 1]
+    assert 0.35 < np.median(ratio) < 0.75
+    assert (half[:, 1] <= whole[:, 1] + 1e-6).all()
+    assert np.abs(none).max() < 1e-3 * whole.max()

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer.bounces import Regions, interreflected
-from metamer.lighting.transfer.hits import scene_hits
+from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.operator import irradiance_operator
+from metamer.lighting.transfer.regions import Regions
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError

@@ -7,9 +7,10 @@ import pytest
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.direct import direct_illuminance
-from metamer.lighting.transfer.hits import scene_hits
-from metamer.lighting.transfer.influence import albedo, influence
+from metamer.lighting.transfer.influence import influence
+from metamer.lighting.transfer.passing_on import even_albedo
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.refinement import refined
 from metamer.lighting.visibility.sites import scaled_triangles
@@ -65,11 +66,11 @@ def test_even_light_arrives_whole_in_the_open(scene_of, squares):
 
 
 def test_what_is_reflected_of_even_light():
-    np.testing.assert_allclose(albedo(RED), RED.reflectance.samples, rtol=1e-9)
+    np.testing.assert_allclose(even_albedo(RED), RED.reflectance.samples, rtol=1e-9)
     black = Spectrum.sampled(NM, np.zeros(81))
     gloss = CookTorrance(black, np.full(81, 1.5), np.zeros(81), 0.3, 1.0, "ggx", "smith")
     # A smooth surface of n = 1.5 reflects 0.092 of even light; what a rough one scatters twice is lost.
-    assert 0.05 < albedo(gloss).mean() < 0.092
+    assert 0.05 < even_albedo(gloss).mean() < 0.092
 
 
 @pytest.mark.parametrize("alpha", [0.05, 0.1, 0.3, 0.6])
@@ -91,7 +92,7 @@ def test_what_metals_reflect_of_even_light(alpha):
         some = (along > 0.0) & (wi[:, 2] > 0.0)
         f_r = metal.eval(wi[some], np.broadcast_to(wo, wi[some].shape))[:, 0]
         seen.append((f_r * wi[some, 2] * 4.0 * along[some] / density[some]).sum() / len(h))
-    np.testing.assert_allclose(albedo(metal).mean(), 0.5 * weights @ seen, rtol=0.01)
+    np.testing.assert_allclose(even_albedo(metal).mean(), 0.5 * weights @ seen, rtol=0.01)
 
 
 def test_a_convex_body_needs_no_bounce(scene_of):

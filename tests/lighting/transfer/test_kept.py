@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from metamer.lighting.shapes import plane, sphere
 from metamer.lighting.transfer import hits, kept
-from metamer.lighting.transfer.hits import Bodies, scene_hits
+from metamer.lighting.transfer.bodies import Bodies, scene_hits
 from metamer.lighting.transfer.kept import build_rays, kept_hits, ray_key
 from metamer.lighting.visibility import keeping
 from metamer.spectral.errors import NoRoomError
@@ -157,6 +157,44 @@ def test_a_build_that_is_killed_goes_on_from_what_is_there(tmp_path):
     there = {name: held for name, held in contents(killed).items() if not name.startswith(".")}
     assert there and there.items() < contents(whole).items()
     subprocess.run(command(killed, 1), check=True, stdout=subprocess.DEVNULL)
+    assert contents(killed) == contents(whole)
+
+
+SMALL = BUILD.replace("sphere(5", "sphere(3").replace("64 * 16", "16 * 16")
+KILLED = SMALL.replace(
+    "build_rays(scene, sys.argv[1], 16, jobs=int(sys.argv[2]))",
+    """
+import os
+import signal
+from pathlib import Path
+
+folder = Path(sys.argv[1])
+
+
+def killed_after_one_more(done, total, what):
+    if len(list(folder.glob("[!.]*.npz"))) > before:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+folder.mkdir()
+for _ in range(20):
+    before = len(list(folder.glob("[!.]*.npz")))
+    if not (child := os.fork()):
+        build_rays(scene, folder, 16, progress=killed_after_one_more)
+        os._exit(0)
+    print(os.WTERMSIG(os.waitpid(child, 0)[1]), len(list(folder.glob("[!.]*.npz"))) - before, flush=True)
+build_rays(scene, folder, 16)
+build_rays(scene, sys.argv[2], 16)
+""",
+)
+
+
+def test_a_build_that_is_killed_twenty_times_ends_in_the_same_bytes(tmp_path):
+    """By SIGKILL, each time after a further block; each time in a process of its own."""
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    words = [sys.executable, "-c", KILLED, str(killed), str(whole)]
+    told = subprocess.run(words, check=True, capture_output=True, text=True).stdout.splitlines()
+    assert told == ["begins", *["9 1"] * 20]
     assert contents(killed) == contents(whole)
 
 

@@ -7,7 +7,8 @@ import pytest
 from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.transfer import radiance_maps
-from metamer.lighting.transfer.hits import ray_directions, scene_hits
+from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.hits import ray_directions
 from metamer.lighting.transfer.indirect import RADIANCE, arriving, under_lobes
 from metamer.lighting.transfer.radiance_maps import BLUNT, LEVELS, TEXELS, RadianceMaps, hemisphere_places
 from metamer.lighting.transfer.ray_light import RayLight

@@ -7,12 +7,13 @@ import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.reference import reference_images
-from metamer.lighting.transfer.bounces import Regions, interreflected
+from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.direct import direct_illuminance
-from metamer.lighting.transfer.hits import scene_hits
 from metamer.lighting.transfer.influence import influence
 from metamer.lighting.transfer.operator import irradiance_operator
-from metamer.lighting.transfer.radiant import RadiantRegions, basis_for
+from metamer.lighting.transfer.radiant import basis_for
+from metamer.lighting.transfer.regions import RadiantRegions, Regions
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.refinement import refined
 from metamer.lighting.visibility.sites import scaled_triangles

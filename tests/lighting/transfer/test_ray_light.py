@@ -8,13 +8,18 @@ from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.shapes import plane, sphere
 from metamer.lighting.transfer import followed
+from metamer.lighting.transfer.coefficients import Coefficients
 from metamer.lighting.transfer.indirect import indirect_light
 from metamer.lighting.transfer.ray_light import GlossyLight, RayLight, glossy_light, glossy_parts
 from metamer.lighting.transfer.transport import Transport
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
+from metamer.materials.fluorescent import FluorescentLambert
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.bispectral import Bispectral
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
+from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 from ...viewer.scenes import lobe_pack
@@ -44,7 +49,8 @@ SURFACES = {"gloss": GLOSS, "matt": MATT}
 def lit(scene, transport, lights, spectrum, spectra=1):
     glossy = glossy_parts(transport.prepared, scene, SURFACES)
     lux = np.zeros((len(transport.hits.sites), spectra))
-    return glossy_light(transport.prepared, glossy, lights, spectrum, BASIS, lux)[0]
+    coefficients = Coefficients(BASIS, (illuminant("D65"),) * spectra, scene.observer, 1000.0)
+    return glossy_light(transport.prepared, glossy, lights, spectrum, coefficients, lux)[0]
 
 
 def test_only_what_is_glossy_sends_out_by_direction(ball_over_floor):
@@ -73,10 +79,16 @@ def test_what_is_the_same_in_all_directions_arrives_as_of_matt_parts(ball_over_f
 def test_a_highlight_goes_where_the_mirrored_direction_is(ball_over_floor):
     """Of a low sun: to the side of the ball that looks at the sun."""
     scene, transport = ball_over_floor
-    ball, side = transport.hits.part_of_site == 1, transport.hits.sites.normals[:, 0]
+    hits = transport.hits
+    ball, side, areas = hits.part_of_site == 1, hits.sites.normals[:, 0], hits.areas
+
+    def looks(along):
+        return ball & (along > 0.7), ball & (along < -0.7)
+
     for sign in (1.0, -1.0):
-        found = lit(scene, transport, [sun((sign, 0.4, 0.0))], [0]).irradiance(transport.hits)[:, 40]
-        assert found[ball & (sign * side > 0.7)].mean() > 1.6 * found[ball & (sign * side < -0.7)].mean()
+        found = lit(scene, transport, [sun((sign, 0.4, 0.0))], [0]).irradiance(hits)[:, 40]
+        near, far = (np.average(found[one], weights=areas[one]) for one in looks(sign * side))
+        assert near > 1.6 * far
 
 
 def test_lights_of_one_spectrum_add_up_and_others_stay_apart(ball_over_floor):
@@ -99,3 +111,19 @@ def test_glossy_parts_of_too_many_sites_pass_light_on_as_matt_ones(ball_over_flo
     without = indirect_light(scene, SURFACES, transport)
     assert "pass light on as matt ones" in without.words and "as matt" not in known.words
     assert np.abs(known.at_sites - without.at_sites).max() > 1.0
+
+
+def test_highlights_beside_what_fluoresces_go_by_direction_too(ball_over_floor):
+    """A dye that takes no light is an ordinary surface: by radiance as relative to light."""
+    scene, transport = ball_over_floor
+    scene = replace(scene, lights=(sun((0.5, 1.0, 0.0)),), bounces=2)
+    plain = FluorescentLambert(Bispectral.diagonal(Spectrum.sampled(NM, np.full(len(NM), 0.5), "reflectance")))
+    seen = []
+    for surfaces in (SURFACES, SURFACES | {"matt": plain.own_form()}):
+        light = indirect_light(scene, surfaces, transport)
+        radiant = light.radiant is not None
+        coefficients = Coefficients(light.basis, light.spectra, scene.observer, 1000.0, radiant)
+        seen.append(light.at_sites[:, 0] @ coefficients.to_xyz)
+    assert radiant and "as matt ones" not in light.words
+    assert seen[0][:, 1].max() > 0.1
+    assert delta_e_xyz(*(np.maximum(one, 0.0) for one in seen), scene.adopted_white()).max() <= 0.1

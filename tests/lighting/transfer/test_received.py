@@ -52,14 +52,14 @@ def test_glossy_sites_know_from_where(corner):
     sky = EnvironmentLight(np.random.default_rng(1).uniform(0.5, 1.0, (1, 16, 32)), (D65,), 1000.0)
     box = SoftboxLight((0.0, 0.9, 0.5), (0.0, -1.0, 0.5), 0.3, 0.3, D65)
     found, _, rays = of(corner, sky, box)
-    np.testing.assert_allclose(found.incoming.sum(axis=1), found.lux[rays.sites], rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(found.incoming.sum(axis=2).T, found.lux[rays.sites], rtol=1e-4, atol=1e-3)
     centre, radius = prepared.centre_and_radius
     top = [n for n, site in enumerate(rays.sites) if prepared.hits.sites.normals[site, 1] > 0.0]
     for number in top[::9]:
         site = rays.sites[number]
         to = (np.array([0.0, 0.9, 0.5]) - centre) / radius - prepared.hits.sites.starts[site]
         to = prepared.frames[site] @ (to / np.linalg.norm(to))
-        mean = found.incoming[number, :, 1] @ rays.cells.directions()
+        mean = found.incoming[1, number] @ rays.cells.directions()
         assert mean @ to > 0.97 * np.linalg.norm(mean) > 0.0
 
 

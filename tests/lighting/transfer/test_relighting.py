@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.scene import framing_camera
+from metamer.lighting.transfer import exits
 from metamer.lighting.transfer.prepared import Prepared
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.materials.points import Points
@@ -68,7 +69,8 @@ def test_glossy_exits_are_the_sum_over_rays_at_every_wavelength(corner, geometry
     state = Relighting.of(scene, surfaces, geometry, SAMPLED, bounces=1, dtype=np.float64)
     found, rays = state.exits(EYE), state.rays
     centre, radius = geometry.centre_and_radius
-    lux = rays.evenly @ np.where(geometry.hits.part_of_site == 1, state.received.lux[:, 0].astype(float), 0.0)
+    evenly = np.where(geometry.hits.part_of_site == 1, state.received.lux[:, 0].astype(float), 0.0)
+    lux = rays.parts[0].brings[:, : len(evenly)] @ evenly
     to = (np.array(EYE) - centre) / radius - geometry.hits.sites.starts[rays.sites]
     wo = np.einsum("nij,nj->ni", geometry.frames[rays.sites], to / np.linalg.norm(to, axis=1, keepdims=True))
     weights = scene.observer.weights(illuminant("D65"), NM) / 1000.0
@@ -127,6 +129,30 @@ def test_another_material_is_as_if_made_with_it(corner, geometry):
         fresh = Relighting.of(scene, {**surfaces, "0": surface}, geometry, changed.basis)
         np.testing.assert_allclose(changed.exits(EYE), fresh.exits(EYE), rtol=1e-5, atol=1e-7)
     assert state.with_material("0", gloss(GREEN)).received is state.received
+
+
+def test_a_static_part_keeps_its_material_and_what_it_is_seen_by(corner, geometry, monkeypatch):
+    """The last four viewers of it cost nothing again, also after another part's material and the light changed."""
+    scene, surfaces = worn(corner, gloss(GOLD), gloss(RED))
+    parts = (replace(geometry.scene.parts[0], static=True), geometry.scene.parts[1])
+    fixed = replace(geometry, scene=replace(geometry.scene, parts=parts), _glossy={})
+    state, plain = (Relighting.of(scene, surfaces, one) for one in (fixed, geometry))
+    with pytest.raises(InputError, match="a static part keeps its material"):
+        state.with_material("0", matt(RED))
+    views, made, weigh = [(0.2, 0.6, 3.0 + 0.1 * k) for k in range(4)], [], exits.Weights.of
+    monkeypatch.setattr(exits.Weights, "of", lambda *given: made.append(given[2].part) or weigh(*given))
+    for eye in views:
+        np.testing.assert_array_equal(state.exits(eye), plain.exits(eye))
+    made.clear()
+    for eye in views:
+        state.exits(eye)
+    assert made == [1, 1, 1, 1]
+    made.clear()
+    state.with_material("1", gloss(GREEN)).with_lights(slanting("A")).exits(views[1])
+    assert made == [1]
+    made.clear()
+    state.exits((0.0, 1.0, 3.0))
+    assert sorted(made) == [0, 1]
 
 
 def test_another_light_is_as_if_made_with_it(corner, geometry):
@@ -216,7 +242,7 @@ def test_a_white_of_99_percent(scene_of, room):
     inside = np.asarray(prepared.operator.sum(axis=1)) > 0.5
     lux = np.where(inside, 1000.0, 0.0).astype(np.float32)[:, None]
     state = replace(state, _received=replace(state.received, lux=lux))
-    y = state.arriving[inside][:, 0] @ state.folds(ONE)[:, 1]
+    y = state.arriving[inside][:, 0] @ state.coefficients.folds(ONE)[:, 1]
     np.testing.assert_allclose(y, 99.0, rtol=1e-2)
 
 

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer.bounces import Regions, interreflected
-from metamer.lighting.transfer.hits import scene_hits
+from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.bounces import interreflected
+from metamer.lighting.transfer.coefficients import Coefficients
 from metamer.lighting.transfer.operator import ByPart, irradiance_operator
+from metamer.lighting.transfer.regions import Regions
 from metamer.lighting.transfer.settling import settled
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
@@ -15,6 +17,7 @@ from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 SAMPLED, SEEN, LAMP = SpectralBasis.sampled(), observer("1931_2"), illuminant("D65")
 WEIGHTS = [SEEN.weights(LAMP, NM)]
+TO = Coefficients(SAMPLED, (LAMP,), SEEN, 1000.0)
 COLOURS = np.stack([0.5 + 0.45 * np.sin(NM / 40.0 + turn) for turn in range(6)])
 
 
@@ -36,7 +39,7 @@ def test_what_is_left_is_below_what_is_said(box, enough):
     regions = Regions(side, COLOURS, SAMPLED)
     first = regions.first(np.random.default_rng(1).uniform(0.0, 3000.0, (len(side), 1)))
     white = SEEN.white(LAMP)
-    found = settled(operator, regions, first, WEIGHTS, white, 1000.0, enough)
+    found = settled(operator, regions, first, TO.to_xyz, TO.most_y, white, enough)
     all_bounces = interreflected(
         operator, regions, np.random.default_rng(1).uniform(0.0, 3000.0, (len(side), 1)), WEIGHTS, white, 1000.0, 1e-6
     )
@@ -50,7 +53,7 @@ def test_a_box_of_white_99_percent_takes_few(box):
     operator, side, inside = box
     regions = Regions(np.zeros(len(side), dtype=np.int64), np.full((1, 81), 0.99), SAMPLED)
     first = regions.first(np.where(inside, 1000.0, 0.0)[:, None])
-    found = settled(operator, regions, first, WEIGHTS, SEEN.white(LAMP), 1000.0)
+    found = settled(operator, regions, first, TO.to_xyz, TO.most_y, SEEN.white(LAMP))
     np.testing.assert_allclose(found.all[inside], 99_000.0, rtol=5e-3)
     assert found.bounces <= 24
 
@@ -60,7 +63,7 @@ def test_single_precision_does_as_well(box):
     regions = Regions(side, np.clip(COLOURS, 0.0, 0.9), SAMPLED)
     first = regions.first(np.random.default_rng(2).uniform(0.0, 3000.0, (len(side), 1)))
     one, other = (
-        settled(operator, regions, first.astype(kind), WEIGHTS, SEEN.white(LAMP), 1000.0, 1e-3)
+        settled(operator, regions, first.astype(kind), TO.to_xyz, TO.most_y, SEEN.white(LAMP), 1e-3)
         for kind in (np.float64, np.float32)
     )
     assert delta_e_xyz(xyz(one), xyz(other), SEEN.white(LAMP)).max() <= 3e-3
@@ -71,7 +74,7 @@ def test_nothing_comes_of_nothing(box):
     black = Regions(np.zeros(len(side), dtype=np.int64), np.zeros((1, 81)), SAMPLED)
     first = np.ones((len(side), 1, 81))
     for light in (first, 0.0 * first):
-        found = settled(operator, black, light, WEIGHTS, SEEN.white(LAMP), 1000.0)
+        found = settled(operator, black, light, TO.to_xyz, TO.most_y, SEEN.white(LAMP))
         assert (found.left, found.bound) == (0.0, 0.0)
         np.testing.assert_array_equal(found.all, light)
 
@@ -81,13 +84,13 @@ def test_light_that_does_not_end_is_refused(box):
     regions = Regions(side, COLOURS, SAMPLED)
     first = np.random.default_rng(3).uniform(0.0, 3000.0, (len(side), 1, 81))
     with pytest.raises(InputError, match="does not end"):
-        settled(operator, regions, first, WEIGHTS, SEEN.white(LAMP), 1000.0, 1e-9, most=4)
+        settled(operator, regions, first, TO.to_xyz, TO.most_y, SEEN.white(LAMP), 1e-9, most=4)
 
 
 def test_what_comes_of_each_part_adds_up(box):
     operator, side, _ = box
     lux = np.random.default_rng(4).uniform(0.0, 3000.0, (len(side), 2))
     by_part = ByPart.of(operator, side)
-    found = by_part.irradiance(by_part.amounts(lux), COLOURS)
+    found = np.concatenate(by_part.irradiance(by_part.amounts(lux), [COLOURS, COLOURS]), axis=1)
     sent = lux[:, :, None] * COLOURS[side][:, None, :]
     np.testing.assert_allclose(found, operator @ sent.reshape(len(side), -1), rtol=1e-5, atol=1e-3)

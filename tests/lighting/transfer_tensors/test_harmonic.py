@@ -9,9 +9,10 @@ from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
 from metamer.lighting.shapes import plane, sphere
-from metamer.lighting.transfer.bounces import Regions
-from metamer.lighting.transfer.hits import Bodies, scene_hits, tangents
+from metamer.lighting.transfer.bodies import Bodies, scene_hits
+from metamer.lighting.transfer.hits import tangents
 from metamer.lighting.transfer.operator import irradiance_operator
+from metamer.lighting.transfer.regions import Regions
 from metamer.lighting.transfer_tensors import clustered_harmonic, harmonic
 from metamer.lighting.transfer_tensors.clustered_harmonic import clustered_transfer
 from metamer.lighting.transfer_tensors.harmonic import harmonic_transfer

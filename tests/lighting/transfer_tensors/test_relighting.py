@@ -7,8 +7,8 @@ from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
 from metamer.lighting.shapes import sphere
+from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.direct import direct_illuminance
-from metamer.lighting.transfer.hits import scene_hits
 from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.transfer_tensors.clustered import clustered_tensor
 from metamer.lighting.transfer_tensors.frames import local

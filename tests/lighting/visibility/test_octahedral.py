@@ -55,3 +55,18 @@ def test_weights_are_shares_and_meet_the_direction():
     assert weights.min() >= 0.0 and np.allclose(weights.sum(axis=-1), 1.0)
     mixed = np.einsum("nk,nkc->nc", weights, octahedral.directions(32)[texels])
     assert np.degrees(np.arccos((unit(mixed) * RANDOM).sum(axis=1))).max() < 2.5
+
+
+@pytest.mark.parametrize("size", [8, 32])
+def test_slopes_are_how_weights_change_with_the_direction(size):
+    to = RANDOM[:500]
+    across = unit(np.cross(to, RANDOM[500:1000]))
+    texels, weights = octahedral.around(to, size)
+    more, then = octahedral.around(unit(to + 1e-6 * across), size)
+    same = (more == texels).all(axis=1)
+    assert same.sum() > 490
+    found = np.einsum("ntk,nk->nt", octahedral.slopes(to, size), across)
+    assert np.abs((then - weights)[same] / 1e-6 - found[same]).max() < 1e-3 * size
+    # Along the direction itself nothing changes, and weights always add up to 1.
+    assert np.abs(np.einsum("ntk,nk->nt", octahedral.slopes(to, size), to)).max() < 1e-9
+    assert np.abs(octahedral.slopes(to, size).sum(axis=1)).max() < 1e-9

@@ -52,6 +52,21 @@ def test_signed_distances_are_those_to_the_edge_of_a_wall(walled, wall, point_on
     assert np.abs(found - (elevation - edge))[near].max() < np.deg2rad(6.0)
 
 
+def test_distances_grow_straight_away_from_the_edge_of_a_wall(walled, wall, point_on):
+    point = wall.located(*point_on(walled, 0, (0.0, 0.0, 0.8)))
+    edge = np.arctan2(1.0, 0.8)
+    elevation = edge + np.deg2rad(np.array([-20.0, -10.0, 10.0, 20.0]))
+    to = np.stack([0.0 * elevation, np.sin(elevation), -np.cos(elevation)], axis=1)[None]
+    distances, slopes = wall.boundaries(*point, to)
+    assert distances.tolist() == wall.signed_distances(*point, to).tolist()
+    up = np.stack([0.0 * elevation, np.cos(elevation), np.sin(elevation)], axis=1)
+    assert (slopes[0] * up).sum(axis=1) == pytest.approx(np.ones(4), abs=0.2)
+    assert np.abs((slopes * to).sum(axis=2)).max() < 1e-9
+    # A little step along it changes the distance by as much.
+    then = wall.signed_distances(*point, unit(to + 1e-5 * up))
+    assert (then - distances) / 1e-5 == pytest.approx((slopes * up).sum(axis=2), abs=1e-3)
+
+
 def test_contact_the_foot_of_a_wall_sees_no_light_from_below(walled, wall, point_on):
     point = wall.located(*point_on(walled, 1, (0.3, 0.003, 0.0)))
     ahead = UP[UP[:, 2] > 0.2]

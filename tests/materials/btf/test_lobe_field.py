@@ -1,12 +1,11 @@
 """Non-linear reflectance fields: more lobes say more, and hard cases are met."""
 
-import importlib.util
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from btf_sets import UBO
+from btf_sets import UBO, xml3d_btf
 from metamer.lighting.synthetic_btf.samples import woven
 from metamer.materials.btf.decoding import uplifted_basis
 from metamer.materials.btf.fields import judged, rfp
@@ -148,15 +147,8 @@ def test_what_is_refused(cloth):
 
 @pytest.mark.parametrize("name", sorted(WANTED))
 def test_measured_cloths_are_met_with_two_lobes(shared_data, name):
-    folder = shared_data / "btf"
-    if not (folder / name).is_dir():
-        pytest.skip(f"no {folder / name}")
-    spec = importlib.util.spec_from_file_location("decode", folder / "decode.py")
-    assert spec is not None and spec.loader is not None
-    decode = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(decode)
     rows, columns = np.mgrid[96:108, 96:108]
-    codes = decode.Xml3dBtf(folder / name).pixels((rows * 256 + columns).ravel())
+    codes = xml3d_btf(shared_data / "btf", name).pixels((rows * 256 + columns).ravel())
     values = linear_from_srgb(np.maximum(codes, 0.0)).reshape(81, 81, 12, 12, 3) / np.pi
     images = held(values[::3], Hemisphere(ALL.directions[::3]))
     field = lobe_field(images, 2)

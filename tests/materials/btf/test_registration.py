@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from btf_sets import UBO, held
+from btf_sets import UBO, held, xml3d_btf
 from metamer.materials.btf.decoding import uplifted_basis
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import BtfImages, HeldImages, displacement
@@ -103,14 +103,7 @@ def load_btf():
     """The middle of a cloth that is kept as blocks of principal components, and its views averaged over lights."""
 
     def load(folder, name, side=80):
-        import importlib.util
-
-        if not (folder / name).is_dir():
-            pytest.skip(f"no {folder / name}")
-        spec = importlib.util.spec_from_file_location("decode", folder / "decode.py")
-        decode = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(decode)
-        return Blocks(decode.Xml3dBtf(folder / name), side).both()
+        return Blocks(xml3d_btf(folder, name), side).both()
 
     return load
 

@@ -1,0 +1,1 @@
+"""Displays made up to measure how well real ones would be characterised, driven and verified."""

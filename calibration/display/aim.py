@@ -1,0 +1,130 @@
+"""What a display is asked to show: where the white of pictures goes, how bright, and what black is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.errors import InputError
+from .inverse import Inverse
+from .model import DisplayModel
+
+#: White that pictures arrive with: CIE daylight of 6504 K by its rounded chromaticity, as IEC 61966-2-1 and OCIO have
+#: it. The white computed from the D65 table differs from it by 3e-5, enough to miss (1, 1, 1).
+PICTURE_WHITE_XYZ = np.array([0.3127 / 0.3290, 1.0, (1.0 - 0.3127 - 0.3290) / 0.3290])
+Black = Literal["absolute", "bpc"]
+# ΔE94 from the white asked for that still counts as shown, and halvings of the luminance: to a millionth.
+_SHOWN, _HALVINGS = 0.02, 24
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """Where pictures go on one display.
+
+    Parameters
+    ----------
+    white_xyz : (3,) cd/m2 that the picture's white becomes.
+    adapted : (3,3) from XYZ-D65 of pictures, Y of white 1, to cd/m2.
+    black_xyz : (3,) the display's black.
+    words : of the white, for people.
+    """
+
+    white_xyz: Float[np.ndarray, "3"]
+    adapted: Float[np.ndarray, "3 3"]
+    black_xyz: Float[np.ndarray, "3"]
+    words: str
+
+    def xyz(self, xyz_d65: Float[np.ndarray, "*batch 3"], black: Black = "absolute") -> Float[np.ndarray, "*batch 3"]:
+        """cd/m2 that the display should show for XYZ-D65.
+
+        "absolute": as computed; what is darker than the display's black is not shown. "bpc": black of the picture
+        becomes the display's, its white stays, and what is between is moved along (ISO 18619).
+        """
+        found = np.asarray(xyz_d65, dtype=np.float64) @ self.adapted.T
+        if black == "bpc":
+            found = self.black_xyz + found * (1.0 - self.black_xyz / self.white_xyz)
+        return found
+
+    def compensation(self) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
+        """Matrix and offset that take XYZ-D65 to the XYZ-D65 which "absolute" shows as "bpc" would show the first."""
+        back = np.linalg.inv(self.adapted)
+        return back @ np.diag(1.0 - self.black_xyz / self.white_xyz) @ self.adapted, back @ self.black_xyz
+
+
+def aimed(
+    model: DisplayModel,
+    white: Literal["d65", "native"] | tuple[float, float] = "d65",
+    luminance: float | None = None,
+    absolute: bool = True,
+) -> Aim:
+    """The aim of a white by name or chromaticity (x, y), adapted to by Bradford.
+
+    luminance : cd/m2 of white; None: the largest that the display shows of this white. absolute : whether the model is
+    in cd/m2; where it is not, a luminance cannot be asked for.
+
+    Raises
+    ------
+    InputError : the display cannot show this white, or not as brightly.
+    """
+    if luminance is not None and not absolute:
+        raise InputError(
+            "readings without a luminance",
+            field="--luminance",
+            found=f"{luminance:g} cd/m2 asked for, readings relative to white = 100",
+            expected="readings in cd/m2",
+            hint="leave --luminance out: white is then as bright as can be",
+        )
+    native = model.xyz(np.ones((1, 3)))[0]
+    xy = native[:2] / native.sum() if white == "native" else (0.3127, 0.3290) if white == "d65" else white
+    x, y = float(xy[0]), float(xy[1])
+    if not (0.0 < x < 1.0 and 0.0 < y < 1.0 and x + y < 1.0):
+        raise InputError(
+            "not a chromaticity", field="--white", found=f"{x:g},{y:g}", expected="x,y such as 0.3127,0.329"
+        )
+    unit = np.array([x / y, 1.0, (1.0 - x - y) / y])
+    most = float(native[1]) if white == "native" else largest_luminance(model, unit)
+    unit_words = "cd/m2" if absolute else "of the display's white = 100"
+    if luminance is not None and not 0.0 < luminance <= most * (1.0 + 1e-4):
+        raise InputError(
+            "the display cannot show this white as brightly",
+            field="--luminance",
+            found=f"{luminance:g} cd/m2",
+            expected=f"at most {most:.1f} cd/m2 of a white of x {x:.4f}, y {y:.4f}",
+            hint="ask for less, or leave --luminance out",
+        )
+    y_white = most if luminance is None else luminance
+    if not y_white > 0.01 * native[1]:
+        raise InputError(
+            "the display cannot show this white",
+            file=None,
+            field="--white",
+            found=f"x {x:.4f}, y {y:.4f}: {y_white:.2g} of {native[1]:.4g} {unit_words} at most",
+            expected=f"a white nearer to its own, x {native[0] / native.sum():.4f}, y {native[1] / native.sum():.4f}",
+            hint="--white native, or --white d65",
+        )
+    # The display's own white is aimed at as such, to the last digit: its codes are then exactly full.
+    target = native * (y_white / native[1]) if white == "native" else unit * y_white
+    adapted = adaptation_matrix(PICTURE_WHITE_XYZ, target / target[1]) * y_white
+    name = (
+        {"d65": "D65", "native": "the display's own"}.get(white, "as asked for")
+        if isinstance(white, str)
+        else "as asked for"
+    )
+    words = f"{name}, x {x:.4f}, y {y:.4f}, {y_white:.1f} {unit_words}"
+    return Aim(target, adapted, model.xyz(np.zeros((1, 3)))[0], words)
+
+
+def largest_luminance(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"]) -> float:
+    """Most of a white of Y = 1 that the display shows, by halving."""
+    native = model.xyz(np.ones((1, 3)))[0]
+    inverse = Inverse(model, native)
+    low, high = 0.0, float(native[1]) * 1.05
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        shown = inverse.codes(unit_xyz[None] * middle)[1][0] <= _SHOWN
+        low, high = (middle, high) if shown else (low, middle)
+    return low

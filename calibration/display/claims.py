@@ -1,0 +1,97 @@
+"""How far a display is from what it says it is: sRGB, Display P3 or Adobe RGB."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.difference import delta_e_xyz
+from ...spectral.errors import UnknownNameError
+from .readings import Readings
+
+
+def _srgb_curve(codes: np.ndarray) -> np.ndarray:
+    """IEC 61966-2-1."""
+    return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+
+
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """A colour space that a display may claim. primaries : (3,2) chromaticities x, y; white: D65."""
+
+    name: str
+    primaries: Float[np.ndarray, "3 2"]
+    curve: Callable[[np.ndarray], np.ndarray]
+
+    def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """XYZ of codes, Y of white 1."""
+        parts = _xyz(self.primaries)
+        white = _xyz(np.array([[0.3127, 0.3290]]))[0]
+        return self.curve(codes) @ (np.linalg.solve(parts.T, white)[:, None] * parts)
+
+
+def _xyz(xy: np.ndarray) -> np.ndarray:
+    return np.stack([xy[:, 0] / xy[:, 1], np.ones(len(xy)), (1.0 - xy.sum(axis=1)) / xy[:, 1]], axis=1)
+
+
+#: By the words of `--against`: IEC 61966-2-1, SMPTE EG 432-1 with the curve of sRGB, Adobe RGB (1998).
+CLAIMS = {
+    "sRGB": Claim("sRGB", np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]), _srgb_curve),
+    "P3": Claim("Display P3", np.array([[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]]), _srgb_curve),
+    "AdobeRGB": Claim(
+        "Adobe RGB (1998)",
+        np.array([[0.64, 0.33], [0.21, 0.71], [0.15, 0.06]]),
+        lambda codes: codes ** (563.0 / 256.0),
+    ),
+}
+
+
+# By red, green and blue.
+_CORNERS = {
+    "100": "red",
+    "010": "green",
+    "001": "blue",
+    "011": "cyan",
+    "101": "magenta",
+    "110": "yellow",
+    "000": "black",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A display beside what it claims, ΔE94 with the claim as the reference, relative to the claim's white.
+
+    white : of white at its own luminance. delta_e : (N,) by patch. corners : by name, of full codes.
+    """
+
+    claim: Claim
+    readings: Readings
+    white: float
+    delta_e: Float[np.ndarray, " N"]
+    corners: dict[str, float]
+
+
+def held_to(readings: Readings, name: str) -> Held:
+    """Compare readings, whatever their luminance, with a claim.
+
+    Raises
+    ------
+    UnknownNameError : no such claim. InputError : white was not measured.
+    """
+    if name not in CLAIMS:
+        raise UnknownNameError("claim", name, CLAIMS, field="--against")
+    claim, averaged = CLAIMS[name], readings.averaged()
+    luminance = averaged.white_xyz[1]
+    wanted = claim.xyz(averaged.codes) * luminance
+    white = claim.xyz(np.ones((1, 3)))[0] * luminance
+    apart = delta_e_xyz(wanted, averaged.xyz, white)
+    corners = {}
+    for codes, value in zip(averaged.codes, apart, strict=True):
+        name = _CORNERS.get("".join(f"{code:g}" for code in codes), "")
+        if name:
+            corners[name] = float(value)
+    return Held(claim, averaged, float(delta_e_xyz(white, averaged.white_xyz, white)), apart, corners)

@@ -1,0 +1,105 @@
+"""What a verification is held to: a figure, what it may be at most, and what is recommended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...spectral.difference import Formula
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.toml_records import RecordFile
+
+#: Figures that `verification` knows, in words.
+STATISTICS = {
+    "white": "white",
+    "average": "average of all patches",
+    "p95": "95 % of all patches",
+    "p99": "99 % of all patches",
+    "maximum": "worst patch",
+    "grey average": "greys, average ΔC",
+    "grey maximum": "greys, largest ΔC",
+    "primaries": "worst primary or secondary",
+    "tone curve": "greys, largest ΔL*",
+    "luminance": "luminance of white, percent off",
+    "contrast": "contrast, percent off",
+}
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """statistic : of `STATISTICS`. nominal : at most, or it fails. recommended : better. formula : of ΔE."""
+
+    statistic: str
+    nominal: float
+    recommended: float
+    formula: str = "CIE 1994"
+
+    def __post_init__(self) -> None:
+        if self.statistic not in STATISTICS:
+            raise UnknownNameError("statistic", self.statistic, STATISTICS, field="statistic")
+        if not 0.0 < self.recommended <= self.nominal:
+            raise InputError(
+                "limits that contradict each other",
+                field=self.statistic,
+                found=f"nominal {self.nominal:g}, recommended {self.recommended:g}",
+                expected="0 < recommended <= nominal",
+            )
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """A list of them with its name."""
+
+    name: str
+    criteria: tuple[Criterion, ...] = ()
+
+
+_E00: Formula = "CIE 2000"
+#: Criteria by name. The first are those that Metamer takes where none are named.
+KNOWN = {
+    "metamer": Criteria(
+        "Metamer",
+        (
+            Criterion("white", 2.0, 1.0),
+            Criterion("average", 1.5, 1.0),
+            Criterion("p95", 3.0, 2.0),
+            Criterion("maximum", 4.0, 3.0),
+            Criterion("grey average", 1.0, 0.5),
+            Criterion("grey maximum", 2.5, 1.5),
+            Criterion("primaries", 3.0, 2.0),
+            Criterion("tone curve", 2.0, 1.0),
+            Criterion("luminance", 10.0, 5.0),
+            Criterion("contrast", 30.0, 15.0),
+        ),
+    ),
+    "iso-14861": Criteria("ISO 14861", (Criterion("average", 2.5, 2.5, _E00), Criterion("p99", 4.5, 4.5, _E00))),
+    "iso-12647-7": Criteria(
+        "ISO 12647-7:2016",
+        (
+            Criterion("average", 2.5, 2.5, _E00),
+            Criterion("maximum", 5.0, 5.0, _E00),
+            Criterion("grey average", 2.0, 2.0, _E00),
+            Criterion("grey maximum", 3.5, 3.5, _E00),
+        ),
+    ),
+}
+_FILE = RecordFile(Criteria, "metamer_criteria", 1, "criteria of a verification", "you, from docs/display.md")
+
+
+def criteria_named(name: str | Path | None) -> Criteria:
+    """Criteria by name, or of a TOML file; None: Metamer's.
+
+    Raises
+    ------
+    InputError : neither a name that is known nor a file of criteria.
+    """
+    if name is None:
+        return KNOWN["metamer"]
+    if str(name).casefold() in KNOWN:
+        return KNOWN[str(name).casefold()]
+    if not Path(name).exists():
+        raise UnknownNameError("criteria", str(name), KNOWN, field="--criteria")
+    found = _FILE.read(name)
+    if not found.criteria:
+        raise InputError("no criteria", file=name, field="criteria", expected="one [[criteria]] at least")
+    return found

@@ -1,0 +1,162 @@
+"""What a display shows for a code: tone curves, a mixture of what they give, and what is left of the readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .curves import Curve, curve_of
+
+#: Share of white that is added before the cube root: its slope at black is that of CIELAB (CIE 015:2018, eq. 8.5).
+FLOOR = (3.0 * 841.0 / 108.0) ** -1.5
+# Mixtures: black and three channels; and what two or all three channels give together beside their sum.
+_SUMS, _MINIMA = 4, 8
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """A smoothing spline over codes of what a mixture leaves, in cube roots.
+
+    Sums of cubed distances, with a plane (Duchon 1977; Wahba 1990, 2.4): in three dimensions as smooth as cubic splines
+    are in one.
+
+    Parameters
+    ----------
+    codes : (N,3) of the readings. weights : (N,3) of the cubed distances from them. plane : (4,3), of 1 and the codes.
+    """
+
+    codes: Float[np.ndarray, "N 3"]
+    weights: Float[np.ndarray, "N 3"]
+    plane: Float[np.ndarray, "4 3"]
+
+    @classmethod
+    def through(cls, codes: Float[np.ndarray, "N 3"], left: Float[np.ndarray, "N 3"], smoothing: float) -> Residual:
+        """Near (N,3) of what is left at codes; `smoothing` 0 is through them, more passes by them more smoothly."""
+        count = len(codes)
+        system = np.zeros((count + 4, count + 4))
+        system[:count, :count] = _cubed_distances(codes, codes) + smoothing * np.eye(count)
+        system[:count, count:] = _plane(codes)
+        system[count:, :count] = system[:count, count:].T
+        # By least squares where all codes lie in a plane, and the spline is not told beyond it.
+        found = np.linalg.lstsq(system, np.concatenate([left, np.zeros((4, 3))]), rcond=None)[0]
+        return cls(codes, found[:count], found[count:])
+
+    def at(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """What to add to the cube roots; beyond the display's codes as at its nearest one."""
+        held = np.clip(codes, 0.0, 1.0)
+        return _cubed_distances(held, self.codes) @ self.weights + _plane(held) @ self.plane
+
+
+def _cubed_distances(codes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    squares = np.sum(codes**2, axis=1)[:, None] - 2.0 * codes @ others.T + np.sum(others**2, axis=1)
+    np.maximum(squares, 0.0, out=squares)
+    return squares * np.sqrt(squares)
+
+
+def _plane(codes: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.ones((len(codes), 1)), codes], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class DisplayModel:
+    """From codes to XYZ.
+
+    Parameters
+    ----------
+    name : as `fitting.MODELS` has it.
+    curves : tone curves of red, green and blue.
+    mixture : (4,3) XYZ of black and of each channel alone at full code, less black; or (8,3), then also of the smaller
+        of red and green, green and blue, red and blue, and the least of all three: what a white sub-pixel adds.
+    white_xyz : (3,) of the readings, which cube roots are relative to.
+    residual : what is added to that, or None.
+    power : of what is smaller: what is given together need not rise as the channels do.
+    """
+
+    name: str
+    curves: tuple[Curve, Curve, Curve]
+    mixture: Float[np.ndarray, "F 3"]
+    white_xyz: Float[np.ndarray, "3"]
+    residual: Residual | None = None
+    power: float = 1.0
+
+    def xyz(self, codes: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """XYZ in the unit of the readings, for codes within 0 and 1 and somewhat beyond."""
+        flat = np.asarray(codes, dtype=np.float64).reshape(-1, 3)
+        found = self.mixed(flat)
+        if self.residual is not None:
+            found = from_roots(roots(found, self.white_xyz) + self.residual.at(flat), self.white_xyz)
+        return found.reshape(np.shape(codes))
+
+    def mixed(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """XYZ without the residual."""
+        return features(light_of(self.curves, codes), len(self.mixture), self.power) @ self.mixture
+
+    @property
+    def is_additive(self) -> bool:
+        """Whether it is a matrix after tone curves, and so cannot follow a display whose channels do not add up."""
+        return len(self.mixture) == _SUMS and self.residual is None
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What a file keeps of it."""
+        kept: dict[str, Any] = {
+            "name": self.name,
+            "curves": [curve.document for curve in self.curves],
+            "mixture": self.mixture.tolist(),
+            "white_xyz": self.white_xyz.tolist(),
+            "power": self.power,
+        }
+        if self.residual is not None:
+            kept["residual"] = {
+                "codes": self.residual.codes.tolist(),
+                "weights": self.residual.weights.tolist(),
+                "plane": self.residual.plane.tolist(),
+            }
+        return kept
+
+    @classmethod
+    def of_document(cls, document: dict[str, Any]) -> DisplayModel:
+        """The model that a file keeps.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError : it is none.
+        """
+        red, green, blue = (curve_of(one) for one in document["curves"])
+        mixture, white = (np.array(document[key], dtype=np.float64) for key in ("mixture", "white_xyz"))
+        if mixture.shape not in ((_SUMS, 3), (_MINIMA, 3)) or white.shape != (3,):
+            raise ValueError(f"a mixture of shape {mixture.shape}")
+        residual = None
+        if kept := document.get("residual"):
+            residual = Residual(*(np.array(kept[key], dtype=np.float64) for key in ("codes", "weights", "plane")))
+        return cls(str(document["name"]), (red, green, blue), mixture, white, residual, float(document["power"]))
+
+
+def light_of(curves: tuple[Curve, Curve, Curve], codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    """Light of each channel by its own curve."""
+    return np.stack([curve.at(codes[:, at]) for at, curve in enumerate(curves)], axis=1)
+
+
+def features(light: Float[np.ndarray, "N 3"], count: int, power: float = 1.0) -> Float[np.ndarray, "N F"]:
+    """What a mixture is of: 1, the channels, and with eight of them the smaller of each pair and of all, to a power."""
+    columns = [np.ones(len(light)), *light.T]
+    if count == _MINIMA:
+        red, green, blue = light.T
+        smaller = np.stack([np.minimum(red, green), np.minimum(green, blue), np.minimum(red, blue), light.min(axis=1)])
+        columns += [*(np.sign(smaller) * np.abs(smaller) ** power)]
+    return np.stack(columns, axis=1)
+
+
+def roots(xyz: Float[np.ndarray, "*batch 3"], white_xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "*batch 3"]:
+    """Cube roots of XYZ relative to white, in which equal steps are about equally seen, noise near black included."""
+    return np.cbrt(xyz / white_xyz + FLOOR)
+
+
+def from_roots(
+    roots: Float[np.ndarray, "*batch 3"], white_xyz: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """The XYZ that `roots` made these of."""
+    return white_xyz * (roots**3 - FLOOR)

@@ -1,0 +1,45 @@
+"""What of a picture a display cannot show: where its codes would have to leave 0 to 1, and what comes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...spectral.difference import delta_e_xyz
+from .aim import Aim, Black
+from .cube import Cube
+from .model import DisplayModel
+
+# ΔE94 that nobody sees: what is lost by less is shown.
+_SEEN = 0.5
+# Pixels at a time.
+_ROWS = 1 << 18
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """lost : (H,W) whether a pixel cannot be shown. delta_e : (H,W) ΔE94 of what is shown from what was asked for."""
+
+    lost: Bool[np.ndarray, "H W"]
+    delta_e: Float[np.ndarray, "H W"]
+
+
+def proofed(
+    model: DisplayModel, cube: Cube, aim: Aim, xyz_d65: Float[np.ndarray, "H W 3"], black: Black = "absolute"
+) -> Proof:
+    """Of a picture in XYZ-D65, Y of white 1, by the same tables as the display is driven with."""
+    flat = np.asarray(xyz_d65, dtype=np.float64).reshape(-1, 3)
+    # Flat parts of pictures are many pixels and few colours.
+    colours, which = np.unique(flat, axis=0, return_inverse=True)
+    apart, outside = np.empty(len(colours)), np.empty(len(colours), dtype=bool)
+    for start in range(0, len(colours), _ROWS):
+        rows = slice(start, start + _ROWS)
+        wanted = aim.xyz(colours[rows], black)
+        codes = cube.look_up(wanted)
+        held = np.clip(codes, 0.0, 1.0)
+        apart[rows] = delta_e_xyz(wanted, model.xyz(held), aim.white_xyz)
+        outside[rows] = (codes != held).any(axis=1)
+    shape, which = np.shape(xyz_d65)[:2], which.reshape(-1)
+    return Proof((outside & (apart > _SEEN))[which].reshape(shape), apart[which].reshape(shape))

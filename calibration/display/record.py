@@ -1,0 +1,161 @@
+"""What is kept of a characterised display: one JSON file, with the readings that the model came from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.files import existing_file, written_whole
+from .additivity import Additivity
+from .choice import Choice
+from .model import DisplayModel
+from .readings import Readings, Spectra
+
+_MARK, _VERSION = "metamer_display", 1
+
+
+@dataclass(frozen=True, eq=False)
+class DisplayRecord:
+    """A display as it was characterised.
+
+    Parameters
+    ----------
+    name : of the display. model : from codes to XYZ. readings : one a patch, without drift.
+    digest : SHA-256 of the readings as they were read, by which a file is known again.
+    reason : why this model. held_back : mean ΔE94 by model of patches that it had not seen.
+    additivity : whether channels add up. repeatability : relative standard deviation of X, Y, Z, or None.
+    notes : what has to be said, a sentence each. verifications : earlier ones, each as `verification.kept` has it.
+    """
+
+    name: str
+    model: DisplayModel
+    readings: Readings
+    digest: str
+    reason: str
+    held_back: Mapping[str, float]
+    additivity: Additivity
+    repeatability: Float[np.ndarray, "3"] | None
+    notes: tuple[str, ...] = ()
+    verifications: tuple[Mapping[str, Any], ...] = field(default_factory=tuple)
+
+    @classmethod
+    def of(cls, name: str, raw: Readings, used: Readings, choice: Choice, notes: tuple[str, ...]) -> DisplayRecord:
+        """Of readings as they were read, the same without drift, and the choice made by them."""
+        return cls(
+            name,
+            choice.model,
+            used.averaged(),
+            digest(raw),
+            choice.reason,
+            choice.held_back,
+            choice.additivity,
+            used.repeatability,
+            notes,
+        )
+
+    def write(self, path: str | Path) -> None:
+        """Write the file, whole or not at all.
+
+        Raises
+        ------
+        InputError, NoRoomError : the folder is missing or cannot be written to; its disk is full.
+        """
+        readings = self.readings
+        kept: dict[str, Any] = {
+            _MARK: _VERSION,
+            "name": self.name,
+            "instrument": readings.instrument,
+            "observer": readings.observer,
+            "absolute": readings.absolute,
+            "measured": readings.measured,
+            "source": readings.source,
+            "digest": self.digest,
+            "reason": self.reason,
+            "held_back": dict(self.held_back),
+            "additivity": vars(self.additivity),
+            "repeatability": None if self.repeatability is None else self.repeatability.tolist(),
+            "notes": list(self.notes),
+            "model": self.model.document,
+            "readings": {"codes": readings.codes.tolist(), "xyz": readings.xyz.tolist()},
+            "verifications": [dict(one) for one in self.verifications],
+        }
+        if readings.spectra is not None:
+            kept["spectra"] = {
+                "wavelengths_nm": readings.spectra.wavelengths_nm.tolist(),
+                "radiance": readings.spectra.radiance.tolist(),
+            }
+        with written_whole(path) as beside:
+            beside.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def read_record(path: str | Path) -> DisplayRecord:
+    """Read what `DisplayRecord.write` wrote.
+
+    Raises
+    ------
+    InputError : there is no such file, it is not one of these, or it is of a later version.
+    """
+    path = existing_file(path)
+    try:
+        kept = json.loads(path.read_text(encoding="utf-8"))
+        version = kept[_MARK]
+    except (UnicodeDecodeError, json.JSONDecodeError, KeyError, TypeError) as reason:
+        raise _unusable(path, "not a characterised display", str(reason)[:120]) from None
+    if version != _VERSION:
+        raise _unusable(path, "a characterised display of another version", f"version {version}")
+    try:
+        array = {key: np.array(kept["readings"][key], dtype=np.float64).reshape(-1, 3) for key in ("codes", "xyz")}
+        spectra = None
+        if "spectra" in kept:
+            held = kept["spectra"]
+            spectra = Spectra(*(np.array(held[key], dtype=np.float64) for key in ("wavelengths_nm", "radiance")))
+        repeatability = kept["repeatability"]
+        readings = Readings(
+            array["codes"],
+            array["xyz"],
+            kept["source"],
+            kept["name"],
+            kept["instrument"],
+            kept["observer"],
+            bool(kept["absolute"]),
+            spectra,
+            kept["measured"],
+        )
+        return DisplayRecord(
+            kept["name"],
+            DisplayModel.of_document(kept["model"]),
+            readings,
+            kept["digest"],
+            kept["reason"],
+            kept["held_back"],
+            Additivity(**kept["additivity"]),
+            None if repeatability is None else np.array(repeatability, dtype=np.float64),
+            tuple(kept["notes"]),
+            tuple(kept["verifications"]),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as reason:
+        raise _unusable(path, "a damaged file of a display", f"{type(reason).__name__}: {reason}"[:120]) from None
+
+
+def _unusable(path: Path, problem: str, found: str) -> InputError:
+    return InputError(
+        problem,
+        file=path,
+        found=found,
+        expected=f"a file that `metamer display characterise` wrote, version {_VERSION}",
+        hint="characterise the display again from its readings",
+    )
+
+
+def digest(readings: Readings) -> str:
+    """SHA-256 of codes and XYZ, in whatever order they were measured."""
+    rows = np.round(np.concatenate([readings.codes, readings.xyz], axis=1), 9) + 0.0
+    return hashlib.sha256(np.ascontiguousarray(rows[np.lexsort(rows.T)]).tobytes()).hexdigest()

@@ -1,0 +1,41 @@
+"""The page of a verification, which is printed and signed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..page import html_environment
+from .verification import Verification, trend
+
+# How verdicts are coloured, and a sign that needs no colour.
+_SIGNS = {
+    "recommended": ("pass", "✓"),
+    "pass": ("pass", "✓"),
+    "not resolved": ("near", "?"),
+    "fail": ("over", "✕"),
+    "not measured": ("", "·"),
+}
+# Patches and earlier figures that are listed.
+_WORST, _EARLIER = 8, 6
+
+
+def verification_page(found: Verification) -> str:
+    """One self-contained HTML page."""
+    order = np.argsort(-found.delta_e)[:_WORST]
+    white = found.readings.white_xyz
+    unit = "cd/m²" if found.readings.absolute else "of white = 100"
+    rows = [
+        (row, ", ".join(f"{value:.2f}" for _, value in trend(found.record, row.criterion.statistic)[-_EARLIER:]))
+        for row in found.rows
+    ]
+    return (
+        html_environment()
+        .get_template("display.html")
+        .render(
+            found=found,
+            rows=rows,
+            signs=_SIGNS,
+            worst=[(found.readings.codes[at].tolist(), float(found.delta_e[at])) for at in order],
+            white=f"x {white[0] / white.sum():.4f}, y {white[1] / white.sum():.4f}, {white[1]:.1f} {unit}",
+        )
+    )

@@ -1,0 +1,82 @@
+"""A match as one flat table, a line a sample and condition, under `headings`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+
+from ..sheets import Cell, csv_text, write_workbook
+from .page import MatchReport
+from .pairs import Difference, Matched
+
+_AXES = ("ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*")
+_FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "illuminant", "observer", "verdict")
+
+
+def headings(report: MatchReport) -> list[str]:
+    """What stands above the columns: indices and whiteness where there are any, ± where something is known of it."""
+    labs = [f"{axis} of {side}" for side in ("standard", "sample") for axis in ("L*", "a*", "b*")]
+    figures = [*_AXES, *(f"ΔE {one.name}" for one in report.asked.formulas)]
+    known = report.asked.repeatability is not None
+    whites = []
+    for name in _whites(report):
+        whites += [f"{name}, {side}" for side in ("standard", "sample", "tint of standard", "tint of sample")]
+        whites += [f"{name} ±"] if known else []
+    spreads = [f"{one} ±" for one in figures] if known else []
+    return [*_FIRST, *labs, *figures, *spreads, "direction", *_indices(report), *whites, "notes"]
+
+
+def lines(report: MatchReport) -> Iterator[list[Cell]]:
+    """The lines, samples in the order given."""
+    for one in report.samples:
+        for found in one.differences:
+            yield _line(report, one, found)
+
+
+def as_csv(report: MatchReport) -> str:
+    """The table as RFC 4180 has it."""
+    return csv_text(headings(report), lines(report))
+
+
+def write_xlsx(report: MatchReport, path: Path) -> None:
+    """The table as a workbook; raises as `write_workbook` does."""
+    write_workbook(path, "match", headings(report), lines(report))
+
+
+def _indices(report: MatchReport) -> list[str]:
+    """Names of indices without those of observers and illuminants, which are the line's."""
+    return list(dict.fromkeys(index.name for one in report.samples for index in one.indices))
+
+
+def _whites(report: MatchReport) -> list[str]:
+    return list(dict.fromkeys(white.name for one in report.samples for white in one.whites))
+
+
+def _line(report: MatchReport, one: Matched, found: Difference) -> list[Cell]:
+    where, sample = found.conditions, one.sample
+    names = [formula.name for formula in report.asked.formulas]
+    cells: list[Cell] = [report.standard.name, sample.name, sample.source, len(sample.readings), one.verdict]
+    cells += [where.illuminant, where.observer, found.verdict]
+    cells += np.concatenate([found.standard_lab, found.sample_lab]).tolist()
+    off = found.off
+    cells += [float(value) for value in (off.lightness, off.a, off.b, off.chroma, off.hue)]
+    cells += [found.delta_e[name] for name in names]
+    known = report.asked.repeatability is not None
+    if known:
+        spread = found.spread
+        cells += [None] * (len(_AXES) + len(names)) if spread is None else [*astuple(spread)[: len(_AXES)]]
+        cells += [] if spread is None else [spread.delta_e[name] for name in names]
+    cells.append(found.words)
+    told = {index.name: index for index in one.indices if index.changed == where.words}
+    whites = {white.name: white for white in one.whites if white.conditions == where.words}
+    cells += [told[name].value if name in told else None for name in _indices(report)]
+    for name in _whites(report):
+        white = whites.get(name)
+        cells += [None] * 4 if white is None else [white.standard, white.sample, white.standard_tint, white.sample_tint]
+        cells += [None if white is None else white.uncertainty] if known else []
+    # Why a number is missing, each reason once.
+    notes = dict.fromkeys(each.words for each in (*told.values(), *whites.values()) if each.words)
+    return [*cells, "; ".join(notes) or None]

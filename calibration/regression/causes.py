@@ -1,0 +1,65 @@
+"""Whose change it was: the material's, or that of the approximation that pictures are made by.
+
+Neither borrows the other's words: an approximation has an error within limits or over them, and a material passes or
+fails.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from .criteria import Tier
+from .result import Result, RowResult, State, worst_tier
+
+#: Of a row. Where a side has no reference, every change counts as one of the material's.
+Cause = Literal["material", "approximation"]
+#: What pages call a verdict, with a sign that needs no colour, and its style.
+VERDICTS: dict[Cause, dict[Tier, tuple[str, str, str]]] = {
+    "material": {"pass": ("pass", "✓", "pass"), "warn": ("warn", "!", "near"), "fail": ("fail", "✕", "over")},
+    "approximation": {
+        "pass": ("error within limits", "●", "pass"),
+        "warn": ("error near limits", "▲", "near"),
+        "fail": ("error over limits", "■", "over"),
+    },
+}
+_STATES: dict[State, str] = {"worse": "error grew", "better": "error shrank", "changed": "error moved"}
+
+
+def cause_of(row: RowResult) -> Cause:
+    """The approximation's where the picture moved and its reference holds the bytes that it held."""
+    picture, reference = row.layers.get("picture"), row.layers.get("reference")
+    alone = picture is not None and picture.moved and reference is not None and reference.identical
+    return "approximation" if alone else "material"
+
+
+def state_words(row: RowResult) -> str:
+    """The state as pages call it."""
+    return _STATES.get(row.state, row.state) if cause_of(row) == "approximation" else row.state
+
+
+def told_apart(result: Result) -> bool:
+    """Whether any row has a picture and its reference."""
+    return any({"picture", "reference"} <= row.layers.keys() for row in result.rows)
+
+
+def verdicts(row: RowResult) -> dict[Cause, Tier]:
+    """What the change of a row is worth, by whose it is; and its error, where criteria look at that, too."""
+    cause = cause_of(row)
+    change: list[Tier] = [one.tier for one in row.asked if one.of != "approximation"]
+    if not row.layers or any(one.undefined for one in row.layers.values()):
+        # Added, removed, or with pixels that hold no number: no criterion's doing.
+        change.append(row.tier)
+    found: dict[Cause, Tier] = {cause: worst_tier(change)}
+    error: list[Tier] = [one.tier for one in row.asked if one.of == "approximation"]
+    if error:
+        found["approximation"] = worst_tier([*error, found.get("approximation", "pass")])
+    return found
+
+
+def tier_of(result: Result, cause: Cause) -> Tier:
+    """The worst of what is one's doing."""
+    of_rows = worst_tier(tier for row in result.rows for whose, tier in verdicts(row).items() if whose == cause)
+    pooled: list[Tier] = [
+        one.tier for one in result.pooled if (one.of == "approximation") == (cause == "approximation")
+    ]
+    return worst_tier([of_rows, *pooled])

@@ -1,0 +1,36 @@
+"""`metamer display`: what a display really shows: measured, modelled, driven, verified."""
+
+from __future__ import annotations
+
+import argparse
+
+from . import (
+    display_characterise,
+    display_claim,
+    display_config,
+    display_observer,
+    display_patches,
+    display_proof,
+    display_verify,
+)
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `display`."""
+    command = subparsers.add_parser(
+        "display",
+        help="what a display really shows: measured, driven through OpenColorIO, verified",
+        description="What a display really shows: patches to measure, a model of the readings, a configuration of "
+        "OpenColorIO, and a verification that is signed. docs/display.md has the way through.",
+    )
+    kinds = command.add_subparsers(metavar="{patches,characterise,claim,config,verify,proof,observer}", required=True)
+    for module in (
+        display_patches,
+        display_characterise,
+        display_claim,
+        display_config,
+        display_verify,
+        display_proof,
+        display_observer,
+    ):
+        module.add_parser(kinds)

@@ -1,0 +1,90 @@
+"""`metamer view`: the review window."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from ..spectral.errors import InputError
+from .chosen_catalogue import add_catalogue_option, catalogue_for
+
+# What Debian's and Ubuntu's packages of these libraries are called.
+_LIBRARIES = ("libx11-6", "libxext6", "libxcursor1", "libxi6", "libxinerama1", "libxrandr2", "libgl1")
+_INSTALL = "pip install 'metamer[window]', or `make view`"
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    """Add `view`."""
+    command = subparsers.add_parser(
+        "view",
+        help="the review window: look, compare, probe",
+        description="Open the window in which colours are judged: a scene, materials on a shape, a spectral image, or "
+        "a session that was saved. Exit code 4 where no window can be opened.",
+    )
+    command.add_argument(
+        "what",
+        nargs="*",
+        metavar="SCENE | MATERIAL... | IMAGE.exr",
+        help="scene.toml, session.toml, ids or patterns of materials, or a spectral OpenEXR; default: a shipped scene",
+    )
+    command.add_argument("--last", action="store_true", help="go on where the window was closed the last time")
+    add_catalogue_option(command)
+    command.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open it; 0 once it is closed."""
+    from ..spectral.errors import UsageError
+    from ..viewer.window.desk import Desk, begun
+    from ..viewer.window.loading import load, subject_of
+    from ..viewer.window.session import read_session
+    from ..viewer.window.state import Session
+
+    if args.last and args.what:
+        raise UsageError("--last: it says what to look at, name nothing else")
+    shell = _shell()
+    shell.check_display()
+    catalogue = catalogue_for(args.catalogue, 1)
+    kept = _kept()
+    found = read_session(kept) if args.last else subject_of(args.what, catalogue)
+    if isinstance(found, Session):
+        session = found
+        loaded = load(session.subject, session.catalogue)
+        path = None if args.last else Path(args.what[0])
+    else:
+        folder = None if args.catalogue is None else str(args.catalogue)
+        loaded, path = load(found, folder), None
+        session = begun(loaded)
+    desk = Desk(loaded, session)
+    desk.path = path
+    shell.run(desk, keep=kept)
+    return 0
+
+
+def _shell():
+    """What opens the window, where it is installed."""
+    try:
+        from ..viewer.window.shell import running
+    except ImportError as reason:
+        if "cannot open shared object file" in str(reason):
+            hint = "apt-get install " + " ".join(_LIBRARIES)
+            raise InputError("the window lacks a library of the system", found=str(reason), hint=hint) from reason
+        if reason.name not in ("imgui_bundle", "glfw"):
+            raise
+        raise InputError(
+            "the window is not installed", found=str(reason), expected="the extra `window`", hint=_INSTALL
+        ) from reason
+    return running
+
+
+def _kept() -> Path:
+    """Where the session is kept when the window is closed."""
+    state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
+    folder = Path(state) / "metamer"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        hint = "set XDG_STATE_HOME to a folder that can be written"
+        raise InputError("no place to keep sessions", file=folder, found=reason.strerror, hint=hint) from reason
+    return folder / "last-session.toml"

@@ -1,0 +1,76 @@
+"""What is left of a spherical Gaussian that a boundary cuts: how much, and which way it then looks.
+
+Of the share alone (`free_share`) no light follows: a lobe that a table cuts from below loses the dark ground, not as
+much of the sky. What is left is taken for a Gaussian again, with the same mean direction and spread.
+
+With the boundary a great circle at the signed angle theta from the axis p, and M0 the integral of what is free of
+G(i) = exp(lambda (i . p - 1)), the mean direction is exact in M0: its component across p, towards what is free, is
+(dM0 / dtheta) / (lambda M0), since moving p changes G alone, and that along p is 1 + (d ln M0 / dlambda). With
+M0 proportional to `free_share`, which for sharp lobes is a function of theta sqrt(lambda),
+
+    across = share' / (lambda share),      along = 1 / (1 - exp(-lambda)) - 1 / lambda + theta across / 2.
+
+share' is counted from what it is at pi / 2, where nothing is hidden and nothing moves. Beside the integral over what is
+free of the hemisphere about p the middle is then within 0.03 rad, and the sharpness within a fifth, from lambda = 2 on
+and where a sixth is left.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from .free_share import error_function, free_share, steepness
+
+# Where less than this share is free, the little light that there is comes from about the axis.
+_LEAST = 1e-3
+# A Gaussian that is cut in half, or by more, is at most so many times as sharp.
+_SHARPEST = 2.0
+
+
+class CutLobe(NamedTuple):
+    """Of each lobe: the share that is free; the angle, radians, by which the middle of that lies nearer to what is
+    free than the axis; and its sharpness.
+    """
+
+    share: Float[np.ndarray, "*n"]
+    turn: Float[np.ndarray, "*n"]
+    sharpness: Float[np.ndarray, "*n"]
+
+
+def cut_lobe(
+    angles: Float[np.ndarray, "*n"], slopes: Float[np.ndarray, "*n"], sharpness: Float[np.ndarray, "*n"]
+) -> CutLobe:
+    """What is left of lobes.
+
+    Parameters
+    ----------
+    angles : signed angles from the axis to the boundary, as of `free_share`. slopes : by how much the angle changes
+        along the way to what is free, 0 to 1; below 1 the boundary is no great circle, and the middle moves less.
+    sharpness : lambda, positive.
+    """
+    share = free_share(angles, sharpness)
+    k, c = steepness(sharpness)
+
+    def steep(theta: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+        return np.exp(-np.square(k * (theta + c * theta**3))) * (1.0 + 3.0 * c * theta * theta)
+
+    theta, right = np.clip(angles, -0.5 * np.pi, 0.5 * np.pi), np.full_like(angles, 0.5 * np.pi)
+    whole = error_function(k * (right + c * right**3))
+    rise = k / (np.sqrt(np.pi) * whole) * np.maximum(steep(theta) - steep(right), 0.0)
+    across = slopes * rise / (sharpness * np.maximum(share, _LEAST))
+    alone = mean_cosine(sharpness)
+    along = np.maximum(alone + 0.5 * theta * across, 0.0)
+    length = np.hypot(across, along)
+    sharper = np.clip((1.0 - alone) / np.maximum(1.0 - length, (1.0 - alone) / _SHARPEST), 1.0, _SHARPEST)
+    return CutLobe(share, np.arctan2(across, along), sharpness * sharper)
+
+
+def mean_cosine(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """To the axis of a Gaussian, over the hemisphere about it: 1 / (1 - exp(-lambda)) - 1 / lambda."""
+    small = sharpness < 0.01
+    lambda_ = np.where(small, 1.0, sharpness)
+    # By series where the two cancel.
+    return np.where(small, 0.5 + sharpness / 12.0, -1.0 / np.expm1(-lambda_) - 1.0 / lambda_)

@@ -1,0 +1,197 @@
+"""The page of a comparison in a real browser: two verdicts, search, links, keys, slider, map, paper, axe-core."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.calibration.history import Run
+from metamer.calibration.regression.comparison import compare
+from metamer.calibration.regression.criteria import default_criteria
+from metamer.calibration.regression.page import render_page
+from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
+
+WHITE = np.array([0.9505, 1.0, 1.089])
+NM = np.arange(400.0, 701.0, 10.0)
+#: Material and light; what picture and reference are multiplied by afterwards, None where the row is gone.
+ROWS = (
+    ("paint/red", "D65", 1.0, 1.0),
+    ("paint/red", "A", 1.2, 1.2),
+    ("paint/blue", "D65", 1.005, 1.0),
+    ("paint/blue", "A", 1.0, 1.0),
+    ("metal/50 % gold", "D65", None, None),
+    ("metal/50 % gold", "A", 1.01, 1.01),
+)
+TO_CARDS = "[...document.querySelectorAll('.card')].filter((one) => !one.hidden).map((one) => one.dataset.name)"
+
+
+def layer(gain, shape, spectrum=None):
+    """A ramp of greys; new arrays each time."""
+    ramp = gain * np.linspace(0.2, 0.6, shape[0] * shape[1]).reshape(*shape, 1)
+    return Layer(lambda: Pixels(ramp * WHITE, np.ones(shape), WHITE), spectrum=spectrum)
+
+
+def sides(rows, shape=(6, 8)):
+    """Before, and after."""
+    found = ([], [])
+    for material, light, *gains in rows:
+        name = RowName(material, light, "CIE 1931 2 Degree Standard Observer", "booth")
+        for rows_of, (picture, reference) in zip(found, ((1.0, 1.0), gains), strict=True):
+            if picture is not None:
+                layers = {"picture": layer(picture, shape), "reference": layer(reference, shape)}
+                rows_of.append(Row(name, layers, {"p99": 0.1 if picture == reference else 0.9}))
+    return tuple(Side(Path(path), "review", tuple(one)) for path, one in zip(("before", "after"), found, strict=True))
+
+
+def written(folder, pair):
+    result = compare(*pair, default_criteria())
+    runs = [Run(f"2026-01-0{day}T00:00:00", "0", "warn", {str(one.name): 0.3 for one in result.rows}) for day in (1, 2)]
+    path = folder / "page.html"
+    path.write_text(render_page(result, *pair, "0", runs), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("page"), sides(ROWS))
+
+
+def test_anyone_can_read_it_and_it_needs_no_network(page, read_by_anyone):
+    read_by_anyone(page)
+
+
+def test_approximation_and_material_share_no_colour_and_no_word(page, opened):
+    found = opened(page)
+    told = found.evaluate(
+        """[...document.querySelectorAll(".badge, .cell, section.verdict")].map((one) => {
+          const of = one.classList.contains("approximation") ? "approximation" : "material";
+          const style = getComputedStyle(one), marked = one.matches(".near, .over, .badge, section");
+          return [of, marked ? style.color : "", style.backgroundColor, one.matches(".badge") ? one.innerText : ""];
+        })"""
+    )
+    plain = {"", "rgba(0, 0, 0, 0)"}
+    colours, words = ({"approximation": set(), "material": set()} for _ in range(2))
+    for cause, ink, ground, text in told:
+        colours[cause] |= {ink, ground} - plain
+        words[cause] |= set(text.split()) - plain
+    assert all(colours.values()) and not colours["material"] & colours["approximation"]
+    assert {"fail", "error"} <= words["material"] | words["approximation"]
+    assert not words["material"] & words["approximation"]
+    headings = found.locator("section.verdict h2").all_inner_texts()
+    assert headings == ["Colours moved beyond their limits", "The approximation's error is near its limits"]
+
+
+def test_words_in_any_order_states_and_orders(page, opened):
+    found = opened(page)
+    everything = found.evaluate(TO_CARDS)
+    assert everything == ["metal/50 % gold", "paint/red", "paint/blue"]
+    for words, expected in (
+        ("paint identical", ["paint/red", "paint/blue"]),
+        ("a red", ["paint/red"]),
+        ("grew error", ["paint/blue"]),
+        ("removed", ["metal/50 % gold"]),
+        ("green", []),
+    ):
+        found.fill("#find", words)
+        assert found.evaluate(TO_CARDS) == expected, words
+    found.fill("#find", "")
+    for state, expected in (("error grew", 1), ("fail", 2), ("identical", 2)):
+        found.select_option("#show", state)
+        assert len(found.evaluate(TO_CARDS)) == expected, state
+    found.select_option("#show", "")
+    found.select_option("#sort", "name")
+    assert found.evaluate(TO_CARDS) == sorted(everything)
+
+
+def test_links_lead_to_rows_and_few_tab_stops(page, opened):
+    found = opened(page)
+    stops = found.evaluate(
+        "[...document.querySelectorAll('a[href], button, input, select, summary, [tabindex]')]"
+        ".filter((one) => one.tabIndex >= 0 && one.checkVisibility()).length"
+    )
+    # Skip link, the worst four, seven controls, a name, a card with two links and two sliders, other lights' arrows.
+    assert stops == 1 + 4 + 7 + 1 + 5 + 1
+    found.fill("#find", "blue")
+    link = found.locator(".matrix a.cell", has_text="removed").get_attribute("href")
+    found.evaluate(f"location.hash = '{link}'")
+    found.wait_for_function("document.querySelector(':target') && document.querySelector(':target').checkVisibility()")
+    assert found.evaluate("document.querySelector(':target').closest('.card').dataset.name") == "metal/50 % gold"
+    assert found.faults == []
+
+
+def test_the_slider_goes_from_before_to_after_by_key(page, opened):
+    found = opened(page)
+    found.fill("#find", "red")
+    found.locator(".card:visible").first.focus()
+    found.keyboard.press("c")
+    assert found.locator("#compare-title").inner_text() == "paint/red under A, picture"
+    assert found.locator("#compare .sides span").all_inner_texts() == ["Before", "After"]
+    sources = found.evaluate("[...document.querySelectorAll('#compare img')].map((one) => one.alt)")
+    assert sources == ["paint/red under A, picture before", "paint/red under A, picture after"]
+    found.keyboard.press("ArrowRight")
+    assert found.evaluate("document.querySelector('#compare .stack').style.getPropertyValue('--at')") == "51%"
+    found.keyboard.press("Escape")
+    assert not found.locator("#compare").is_visible() and found.faults == []
+
+
+def test_shift_shows_the_picture_before(page, opened):
+    found = opened(page)
+    picture = found.locator("img.hold").first
+    picture.scroll_into_view_if_needed()
+    own, other = picture.get_attribute("src"), found.locator("img.other").first.get_attribute("src")
+    assert own != other
+    found.locator(".card").first.focus()
+    found.keyboard.down("Shift")
+    found.wait_for_function("(src) => document.querySelector('img.hold').src === src", arg=other)
+    found.keyboard.up("Shift")
+    found.wait_for_function("(src) => document.querySelector('img.hold').src === src", arg=own)
+
+
+def test_the_value_under_the_pointer_is_that_of_the_data(page, opened):
+    """Grey of 1.2 times the light: the largest L* difference is in the brightest corner."""
+    found = opened(page)
+    found.fill("#find", "red a")
+    coded = found.locator(".card:visible img.coded").first
+    coded.scroll_into_view_if_needed()
+    box = coded.bounding_box()
+    coded.hover(position={"x": box["width"] - 2, "y": box["height"] - 2})
+    here = found.locator(".card:visible .here").first
+    found.wait_for_function("[...document.querySelectorAll('.here')].some((one) => one.textContent)")
+    low, high = map(float, here.inner_text().partition(" · ")[0].split(" to "))
+    expected = 116 * ((1.2 * 0.6) ** (1 / 3) - 0.6 ** (1 / 3))
+    assert low * 0.995 <= expected <= high * 1.005 and high / low < 1.05
+    assert here.inner_text().endswith(" · pixel 7, 5")
+
+
+def test_readings_show_their_spectra_and_a_table_of_pictures(tmp_path, opened):
+    """A reading is one colour: its spectra stand in the place of a map."""
+    rows = []
+    for gain in (1.0, 1.1):
+        reading = layer(gain, (1, 1), lambda place, gain=gain: (NM, np.full(len(NM), 0.4 * gain)))
+        rows.append((Row(RowName("chip", "D65", "CIE 1931"), {"reading": reading}),))
+    pair = [Side(Path(name), "readings", one) for name, one in zip(("a.cxf", "b.cxf"), rows, strict=True)]
+    found = opened(written(tmp_path, pair))
+    assert found.locator(".spectra .first").count() == 1 and found.locator("img.coded").count() == 0
+    assert found.locator("section.verdict").count() == 1
+    assert "cannot be told apart" in found.locator("section.verdict").inner_text()
+    found.check("#grid")
+    found.wait_for_function("document.querySelectorAll('.thumb[src]').length === 1")
+    assert found.faults == []
+
+
+def test_paper_is_a_summary_and_a_table_and_cards_where_asked_for(tmp_path, opened):
+    """20 materials under three lights, all of them another: the summary is the first sheet, and no card is split."""
+    many = [(f"paint/{n:02}", light, 1.1, 1.1) for n in range(20) for light in ("D65", "A", "FL11")]
+    found = opened(written(tmp_path, sides(many, (4, 4))))
+
+    def sheets():
+        return found.pdf(format="A4").count(b"/Type /Page\n")
+
+    assert sheets() == 3
+    found.emulate_media(media="print")
+    assert not found.locator("#cards").is_visible() and found.locator(".cards-out").is_visible()
+    found.evaluate("document.getElementById('print-cards').checked = true")
+    assert found.locator(".card").first.evaluate("card => getComputedStyle(card).breakInside") == "avoid"
+    assert 5 < sheets() <= 8
+    found.evaluate("document.querySelectorAll('main > :not(.summary)').forEach((one) => one.remove())")
+    found.evaluate("document.querySelector('footer').remove()")
+    assert sheets() == 1

@@ -1,0 +1,46 @@
+"""Every command is done once; every tab is opened; and undo takes all of it back."""
+
+import random
+
+SIZE = (920, 560)
+# What ends the window or leaves the screen, and what opens a dialog, which another check does.
+APART = {"quit", "fullscreen", "reload"}
+# What takes long to draw in software: done, and undone before it is drawn.
+SLOW = ("booth.", "bounces", "influence.", "shape.", "samples.up", "other.reference", "reference")
+
+
+def check_every_command_can_be_done_and_undone(it):
+    it.settled()
+    first = it.session.settled
+    commands = [one for one in it.desk.commands if one.name not in APART]
+    random.Random(7).shuffle(commands)
+    for number, one in enumerate(commands):
+        it.desk.run(one)
+        if one.name.startswith(SLOW):
+            it.desk.undo()
+        elif number % 4 == 0:
+            it.frames(1)
+        # Dialogs and held keys are not left as they are.
+        it.desk.dialog = None
+        if it.session.flicked:
+            it.desk.run("compare.flick")
+    it.window.panels_shown = True
+    it.frames(2)
+    for _ in range(len(it.desk.history.past)):
+        it.desk.undo()
+    assert it.session.settled == first and not it.desk.history.past
+    it.settled()
+
+
+def check_every_tab_is_drawn(it):
+    for tab in ("Edit", "Metamerism", "Protocol", "Trust", "Pins"):
+        it.tab(tab)
+
+
+def check_gl_reports_no_error_and_nothing_is_undefined(it):
+    import numpy as np
+    from metamer.viewer.gl_tile import read
+
+    it.settled()
+    assert it.on_gpu(lambda: it.window._context.error) == "GL_NO_ERROR"
+    assert np.isfinite(it.on_gpu(lambda: read(it.frame.canvases[0]))).all()

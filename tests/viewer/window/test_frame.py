@@ -1,0 +1,254 @@
+"""From one session to the next no more is done than what changed asks for, and what settles is the headless picture."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.errors import UnknownNameError
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+from metamer.viewer import geometry
+from metamer.viewer.gl_tile import read
+from metamer.viewer.headless import GLRenderer
+from metamer.viewer.live import LiveRenderer
+from metamer.viewer.window import drawing
+from metamer.viewer.window.choices import opened
+from metamer.viewer.window.drawing import Quality
+from metamer.viewer.window.frame import Frame
+from metamer.viewer.window.light_choice import LightChoice
+from metamer.viewer.window.sides import Sources
+from metamer.viewer.window.state import Compare, Other, Session, Subject
+from metamer.viewer.window.viewpoint import orbited
+from metamer.viewer.window.work import WORK_OF, Work, work
+
+SIZE = 40, 30
+
+
+class Shelf:
+    """A catalogue in memory."""
+
+    def __init__(self, surfaces):
+        self._surfaces = surfaces
+
+    def surface(self, name):
+        if name not in self._surfaces:
+            raise UnknownNameError("material", name, self._surfaces)
+        return Drawn(self._surfaces[name])
+
+    def ids(self):
+        return tuple(self._surfaces)
+
+
+class Drawn:
+    def __init__(self, fast):
+        self._fast = fast
+
+    def drawn(self):
+        return self._fast
+
+
+@pytest.fixture
+def scene(scenes):
+    return scenes.lamp_scene(size=40)
+
+
+@pytest.fixture
+def session(scene):
+    return opened(scene, Subject(path="lamp.toml"), part="part0")
+
+
+@pytest.fixture
+def frame(gl, scene, scenes):
+    made = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)))
+    yield made
+    made.release()
+
+
+def counted(monkeypatch, holder, name):
+    calls, real = [], getattr(holder, name)
+
+    def counting(*args, **kwargs):
+        calls.append(args)
+        return real(*args, **kwargs)
+
+    monkeypatch.setattr(holder, name, counting)
+    return calls
+
+
+def headless(gl, frame, number=0):
+    side = frame.sides[number]
+    with GLRenderer(gl) as once:
+        return once.render_many(side.scene, frame.camera, side.surfaces, (side.illuminant,))[0]
+
+
+def assert_as_headless(gl, frame, number=0):
+    xyz, coverage = headless(gl, frame, number)
+    found = read(frame.canvases[number])
+    off = np.abs(found[..., :3] - xyz).max(axis=-1)
+    assert (off > 0.002).mean() <= 1e-4, off.max()
+    assert np.abs(found[..., 3] - coverage).max() <= 1.01 / frame.camera.samples**2
+    assert (found[..., 3] != coverage).mean() <= 1e-2
+
+
+def test_every_field_of_a_session_says_what_it_asks_for():
+    assert set(WORK_OF) == {one.name for one in fields(Session)}
+
+
+def test_what_a_change_asks_for():
+    now = Session()
+    asked = {
+        Work.NOTHING: [{"cursor": (0.5, 0.5)}, {"interface": "light"}, {"turntable_deg_s": 30.0}],
+        Work.SHOW: [{"compare": Compare("wipe")}, {"exposure": 1.0}, {"flicked": True}, {"surround": 20.0}],
+        Work.FOLD: [{"light": LightChoice.named("A")}, {"observer": "1964_10"}, {"light": LightChoice(dimming=0.5)}],
+        Work.TERMS: [{"other": Other(material="a/b")}],
+        Work.VIEW: [{"view": orbited(now.view, 10.0)}, {"samples": 1}],
+        Work.GEOMETRY: [
+            {"light": LightChoice(rotation_deg=10.0)},
+            {"other": Other(light=LightChoice(rotation_deg=1.0))},
+        ],
+    }
+    for wanted, changes in asked.items():
+        for change in changes:
+            assert work(now, replace(now, **change)) == wanted, change
+    assert work(None, now) == Work.GEOMETRY and work(now, now) == Work.NOTHING
+
+
+def test_what_settles_is_what_the_headless_renderer_draws(gl, frame, session):
+    session = replace(session.wearing("part0", "sharp"), other=Other(material="brushed", light=LightChoice.named("A")))
+    assert frame.show(session, SIZE) == Work.GEOMETRY
+    assert frame.quality == Quality.MOVING
+    seen = [frame.quality]
+    while frame.step(0.0):
+        seen.append(frame.quality)
+    assert seen == sorted(seen) and frame.quality == Quality.EXACT and frame.reached == 1.0
+    for number in (0, 1):
+        assert_as_headless(gl, frame, number)
+
+
+def test_every_way_to_an_exact_picture_ends_at_the_same_one(gl, frame, session):
+    frame.show(session, SIZE)
+    frame.settle()
+    for change in (
+        lambda s: replace(s, light=LightChoice.named("FL11")),
+        lambda s: s.wearing("part0", "brushed"),
+        lambda s: replace(s, view=orbited(s.view, 25.0)),
+        lambda s: replace(s, observer="1964_10", samples=2),
+        lambda s: replace(s, light=LightChoice.named("A")),
+        lambda s: replace(s, other=Other(material="sharp")),
+    ):
+        session = change(session)
+        frame.show(session, SIZE)
+        frame.settle()
+        assert_as_headless(gl, frame)
+    assert_as_headless(gl, frame, 1)
+
+
+def test_only_the_first_of_many_cameras_builds_geometry(frame, session, monkeypatch):
+    triangles, grids = counted(monkeypatch, geometry, "_triangles"), counted(monkeypatch, geometry, "shadow_grid")
+    for turn in range(6):
+        session = replace(session, view=orbited(session.view, 5.0))
+        frame.show(session, SIZE, moving=turn < 5)
+        frame.step()
+    frame.settle()
+    # Of the scene of fewer triangles, and of the scene itself: for two lights each.
+    assert (len(triangles), len(grids)) == (2, 4)
+
+
+def test_lights_and_observers_of_an_exact_picture_are_a_fold(frame, session, monkeypatch):
+    session = replace(session, other=Other(material="brushed"))
+    frame.show(session, SIZE)
+    frame.settle()
+    terms, tiles = counted(monkeypatch, LiveRenderer, "_terms"), counted(monkeypatch, LiveRenderer, "_tile")
+    for change in ({"light": LightChoice.named("A")}, {"observer": "1964_10"}, {"light": LightChoice(dimming=0.5)}):
+        session = replace(session, **change)
+        assert frame.show(session, SIZE) == Work.FOLD
+        assert frame.quality == Quality.EXACT and not frame.step()
+    assert not terms and not tiles
+
+
+def test_showing_another_way_draws_nothing(frame, session, monkeypatch):
+    session = replace(session, other=Other(material="brushed"))
+    frame.show(session, SIZE)
+    frame.settle()
+    drawn = counted(monkeypatch, LiveRenderer, "drawing")
+    for mode in ("B", "wipe", "side by side", "checkerboard", "difference"):
+        session = replace(session, compare=replace(session.compare, mode=mode))
+        assert frame.show(session, SIZE) == Work.SHOW and not frame.step()
+    assert not drawn
+
+
+def test_what_cannot_be_shown_is_said_and_what_was_seen_stays(gl, frame, session):
+    frame.show(session, SIZE)
+    frame.settle()
+    before = read(frame.canvases[0])
+    for wrong, words in (
+        (replace(session, light=LightChoice.named("D650")), "D650"),
+        (session.wearing("nose", "sharp"), "nose"),
+        (session.wearing("part0", "unknown"), "unknown"),
+        (replace(session, shown=replace(session.shown, view="Nowhere")), "Nowhere"),
+    ):
+        frame.show(wrong, SIZE)
+        assert words in frame.problem
+        frame.settle()
+        np.testing.assert_array_equal(read(frame.canvases[0]), before)
+    frame.show(replace(session, light=LightChoice.named("A")), SIZE)
+    assert frame.problem is None
+
+
+def test_lights_turned_apart_give_each_side_its_own_shadows(gl, frame, session):
+    session = replace(session, other=Other(light=LightChoice(rotation_deg=60.0)))
+    frame.show(session, SIZE)
+    frame.settle()
+    for number in (0, 1):
+        assert_as_headless(gl, frame, number)
+    assert np.abs(read(frame.canvases[0]) - read(frame.canvases[1])).max() > 0.1
+
+
+def test_a_moving_picture_is_near_the_exact_one(gl, scene, scenes, session, monkeypatch):
+    """Of fewer triangles, at one sample a pixel and as many pixels."""
+    monkeypatch.setattr("metamer.viewer.window.sides.MOVING_TRIANGLES", 4000)
+    monkeypatch.setattr(drawing, "COARSEST", 1)
+    frame = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)))
+    frame._coarse = 1
+    try:
+        frame.show(replace(session, samples=1), SIZE, moving=True)
+        frame.step()
+        found = read(frame.canvases[0])
+        xyz, coverage = headless(gl, frame)
+        both = (found[..., 3] == 1.0) & (coverage == 1.0)
+        off = delta_e_xyz(xyz[both].astype(float), found[both][:, :3].astype(float), frame.whites[0])
+        assert both.mean() > 0.9 * (coverage == 1.0).mean() and np.percentile(off, 75) < 1.0
+    finally:
+        frame.release()
+
+
+def test_sizes_of_one_pixel_and_others_follow_each_other(frame, session):
+    for size in ((1, 1), SIZE, (7, 3), (1, 40)):
+        frame.show(session, size)
+        frame.settle()
+        assert frame.texture.size == size and np.isfinite(read(frame.canvases[0])).all()
+
+
+def test_statistics_wait_for_the_exact_picture_and_are_those_of_the_map(gl, frame, session):
+    session = replace(session, other=Other(material="brushed"), compare=Compare("difference", tolerance=2.0))
+    frame.show(session, SIZE)
+    assert frame.statistics() == (None, 0.0)
+    frame.settle()
+    found, over = frame.statistics()
+    first, second = (read(one)[..., :3].astype(float) for one in frame.canvases)
+    coverage = read(frame.canvases[0])[..., 3]
+    chosen = (coverage == 1.0) & ((first != 0.0).any(axis=-1) | (second != 0.0).any(axis=-1))
+    off = delta_e_xyz(first, second, frame.whites[0])[chosen]
+    assert found.pixels == chosen.sum()
+    assert found.mean == pytest.approx(off.mean(), abs=1e-3) and over == pytest.approx((off > 2.0).mean(), abs=1e-3)
+    frame.show(replace(session, compare=replace(session.compare, tolerance=50.0)), SIZE)
+    assert frame.statistics()[1] < over
+
+
+def test_whites_are_those_of_each_sides_light(frame, session):
+    session = replace(session, other=Other(light=LightChoice.named("A"), observer="1964_10"))
+    frame.show(session, SIZE)
+    for white, light, who in zip(frame.whites, ("D65", "A"), ("1931_2", "1964_10"), strict=True):
+        lit = frame.sides[0].scene.with_illuminant(illuminant(light)) if light == "A" else frame.sides[0].scene
+        np.testing.assert_allclose(white, replace(lit, observer=observer(who)).adopted_white())

@@ -1,0 +1,176 @@
+"""What the display is sent: OpenColorIO's own bytes, the sides as they are compared, proofs and warnings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.spectral.adaptation import adaptation_matrix
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+from metamer.viewer.display import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
+from metamer.viewer.proof import Proof
+from metamer.viewer.resources import Owner
+from metamer.viewer.window.showing import STRIPE, Showing, surround_xyz
+from metamer.viewer.window.state import Adaptation, Compare, Session, Shown
+
+ROWS, COLUMNS = 24, 40
+STUDIO = "ocio://studio-config-v2.1.0_aces-v1.3_ocio-v2.3"
+ACES_2 = "ocio://cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
+# Displays and views of three configurations; the first tells all.
+VIEWS = (
+    (PINNED_CONFIG, "sRGB - Display", "Un-tone-mapped"),
+    (PINNED_CONFIG, "Display P3 - Display", "Un-tone-mapped"),
+    (PINNED_CONFIG, "Rec.1886 Rec.709 - Display", "Un-tone-mapped"),
+    (PINNED_CONFIG, "sRGB - Display", "ACES 1.0 - SDR Video"),
+    (STUDIO, "sRGB - Display", "Un-tone-mapped"),
+    (STUDIO, "P3-D65 - Display", "Un-tone-mapped"),
+    (STUDIO, "Rec.1886 Rec.2020 - Display", "Un-tone-mapped"),
+    (ACES_2, "sRGB - Display", "Un-tone-mapped"),
+    (ACES_2, "Display P3 - Display", "Un-tone-mapped"),
+    (ACES_2, "sRGB - Display", "ACES 2.0 - SDR 100 nits (Rec.709)"),
+)
+WHITES = tuple(observer("1931_2").white(illuminant(name)) for name in ("A", "D50"))
+
+
+@pytest.fixture(scope="module")
+def owner(gl):
+    made = Owner(gl)
+    yield made
+    made.release()
+
+
+@pytest.fixture(scope="module")
+def showing(gl):
+    made = Showing(gl)
+    yield made
+    made.release()
+
+
+@pytest.fixture(scope="module")
+def canvases(owner):
+    """Colours in and out of any gamut, some brighter than white, some half covered."""
+    rng = np.random.default_rng(5)
+    found = []
+    for white in WHITES:
+        coverage = np.where(rng.random((ROWS, COLUMNS)) < 0.2, rng.random((ROWS, COLUMNS)), 1.0)
+        xyz = white * rng.uniform(0.0, 1.25, (ROWS, COLUMNS, 1)) * rng.uniform(0.4, 1.2, (ROWS, COLUMNS, 3))
+        found.append(np.dstack([xyz * coverage[..., None], coverage]).astype(np.float32))
+    return found
+
+
+@pytest.fixture(scope="module")
+def textures(owner, canvases):
+    return tuple(owner.texels(one) for one in canvases)
+
+
+@pytest.fixture(scope="module")
+def differences(owner):
+    return owner.texture((COLUMNS, ROWS), 1, np.linspace(-1.0, 8.0, ROWS * COLUMNS, dtype=np.float32).tobytes())
+
+
+def shown(showing, textures, differences, session, display=None):
+    found = showing.draw(textures, differences, WHITES, session, display or DisplayTransform(config=PINNED_CONFIG))
+    return np.frombuffer(found.read(), dtype=np.uint8).reshape(ROWS, COLUMNS, 4)[..., :3]
+
+
+def in_numpy(canvas, white, session):
+    """XYZ under the display's white, in double precision."""
+    matrix = adaptation_matrix(white, DISPLAY_WHITE_XYZ, session.adaptation.method, session.adaptation.degree)
+    xyz = 2.0**session.exposure * canvas[..., :3].astype(np.float64) @ matrix.T
+    return xyz + (1.0 - canvas[..., 3:]) * surround_xyz(session.surround)
+
+
+def codes(xyz_d65, display):
+    return np.round(255.0 * np.clip(display.apply(xyz_d65), 0.0, 1.0)).astype(int)
+
+
+@pytest.mark.parametrize("config, display, view", VIEWS)
+def test_bytes_are_those_of_opencolorio_on_the_cpu(showing, textures, differences, canvases, config, display, view):
+    import PyOpenColorIO as ocio
+
+    if config.removeprefix("ocio://") not in [one[0] for one in ocio.BuiltinConfigRegistry().getBuiltinConfigs()]:
+        pytest.skip(f"this OpenColorIO has no {config}")
+    transform = DisplayTransform(display, view, config)
+    session = Session(exposure=0.25, surround=40.0, adaptation=Adaptation(degree=0.8))
+    found = shown(showing, textures, differences, session, transform).astype(int)
+    off = np.abs(found - codes(in_numpy(canvases[0], WHITES[0], session), transform))
+    assert off.max() <= 1 and (off > 0).mean() < 0.02
+
+
+def test_every_way_to_compare_shows_the_side_that_it_says(showing, textures, differences):
+    session = Session()
+    sides = [
+        shown(showing, textures, differences, replace(session, compare=Compare(mode))).copy() for mode in ("A", "B")
+    ]
+    rows, columns = np.mgrid[:ROWS, :COLUMNS]
+    cell = max(1, round(0.25 * ROWS))
+    whose = {
+        "wipe": (columns + 0.5 >= 0.3 * COLUMNS, columns),
+        "checkerboard": ((columns // cell + rows // cell) % 2 == 1, columns),
+        "side by side": (columns >= COLUMNS // 2, columns % (COLUMNS // 2) + COLUMNS // 4),
+    }
+    for mode, (b, at) in whose.items():
+        now = replace(session, compare=Compare(mode, position=0.3, cell=0.25))
+        found = shown(showing, textures, differences, now)
+        np.testing.assert_array_equal(found, np.where(b[..., None], sides[1][rows, at], sides[0][rows, at]))
+        # A held flick shows the other side, whole.
+        np.testing.assert_array_equal(shown(showing, textures, differences, replace(now, flicked=True)), sides[1])
+    for mode, other in (("A", 1), ("B", 0)):
+        now = replace(session, compare=Compare(mode), flicked=True)
+        np.testing.assert_array_equal(shown(showing, textures, differences, now), sides[other])
+
+
+def test_a_map_has_a_step_of_its_scale_at_each_pixel_and_none_where_nothing_is_compared(showing, textures, differences):
+    from metamer.calibration import plots
+
+    session = Session(compare=Compare("difference", scale=5.0, contour=False), surround=30.0)
+    found = shown(showing, textures, differences, session).reshape(-1, 3).astype(int)
+    values = np.linspace(-1.0, 8.0, ROWS * COLUMNS)
+    table = np.concatenate([plots.scale_rgb(), [plots.OVER_RGB]])
+    steps = len(table) - 1
+    wanted = table[np.where(values > 5.0, steps, np.minimum((values / 5.0 * steps).astype(int), steps - 1))]
+    numbers = values >= 0.0
+    # A value on the edge of a step may fall to either side.
+    assert (np.abs(found - wanted).max(axis=1)[numbers] > 1).mean() < 0.01
+    assert len(np.unique(found[~numbers], axis=0)) == 1
+    contoured = replace(session, compare=replace(session.compare, contour=True, tolerance=2.0))
+    changed = (shown(showing, textures, differences, contoured).reshape(-1, 3) != found).any(axis=1)
+    assert changed.any() and np.abs(values[changed] - 2.0).max() < 0.5
+
+
+def test_a_proof_is_what_the_other_display_can_show(showing, textures, differences, canvases):
+    display = DisplayTransform("Rec.1886 Rec.2020 - Display", "Un-tone-mapped", STUDIO)
+    session = Session(shown=Shown(proof="sRGB - Display"))
+    plain = codes(in_numpy(canvases[0], WHITES[0], session), display)
+    found = shown(showing, textures, differences, session, display).astype(int)
+    proof = Proof(DisplayTransform("sRGB - Display", "Un-tone-mapped", STUDIO))
+    wanted = codes(proof.apply(in_numpy(canvases[0], WHITES[0], session)), display)
+    assert np.abs(found - wanted).max() <= 1
+    assert (np.abs(wanted - plain).max(axis=-1) > 3).mean() > 0.05
+    held = proof.apply(np.array([0.4, 0.42, 0.45]))
+    np.testing.assert_allclose(held, (0.4, 0.42, 0.45), atol=1e-5)
+
+
+@pytest.mark.parametrize("proof", [None, "sRGB - Display"])
+def test_a_warning_marks_the_pixels_that_are_clipped_and_no_others(showing, textures, differences, canvases, proof):
+    display = DisplayTransform("Rec.1886 Rec.2020 - Display", "Un-tone-mapped", STUDIO)
+    session = Session(shown=Shown(proof=proof))
+    plain = shown(showing, textures, differences, session, display).copy()
+    found = shown(
+        showing, textures, differences, replace(session, shown=Shown(gamut_warning=True, proof=proof)), display
+    )
+    asked = display if proof is None else DisplayTransform(proof, "Un-tone-mapped", STUDIO)
+    rgb = asked.apply(in_numpy(canvases[0], WHITES[0], session))
+    rows, columns = np.mgrid[:ROWS, :COLUMNS]
+    band = (rows + columns) // STRIPE % 4
+    above = (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1) & (band == 0)
+    below = (rgb < -CLIP_TOLERANCE).any(axis=-1) & (band == 2)
+    assert above.any() and below.any() == (proof is not None)
+    wanted = np.where(above[..., None], (255, 0, 0), np.where(below[..., None], (0, 0, 255), plain))
+    np.testing.assert_array_equal(found, wanted)
+
+
+def test_turned_round_transforms_undo_themselves(gl):
+    display = DisplayTransform(config=PINNED_CONFIG)
+    xyz = np.random.default_rng(0).uniform(0.1, 0.6, (50, 3)).astype(np.float32)
+    np.testing.assert_allclose(display.decode(display.apply(xyz)), xyz, atol=2e-6)

@@ -1,0 +1,57 @@
+// Two pictures as they are compared, over their surround, in XYZ of the display's white.
+
+uniform sampler2D first;        // XYZ and coverage of A
+uniform sampler2D second;       // of B
+uniform sampler2D differences;  // ΔE; -1 where nothing is compared, infinite where there is no number
+uniform sampler2D scale;        // XYZ of the steps of ΔE, of what is beyond them, and of what holds no number
+uniform mat3 adapt_first, adapt_second;
+uniform float exposure;
+uniform vec3 surround;
+uniform int mode;
+uniform float position;         // of the wipe, pixels
+uniform int cell;               // of the checkerboard, pixels
+uniform float largest;          // ΔE at the end of the scale
+uniform float tolerance;        // where the contour runs; negative where there is none
+uniform vec3 contour;
+
+layout(location = 0) out vec4 xyz_d65;
+
+vec3 no_number() { return texelFetch(scale, ivec2(textureSize(scale, 0).x - 1, 0), 0).xyz; }
+
+vec3 over_surround(sampler2D picture, ivec2 at, mat3 adapt) {
+    vec4 found = texelFetch(picture, at, 0);
+    vec3 xyz = adapt * found.xyz * exposure + (1.0 - found.w) * surround;
+    return any(isnan(xyz)) || any(isinf(xyz)) ? no_number() : xyz;
+}
+
+vec3 mapped(ivec2 at) {
+    float difference = texelFetch(differences, at, 0).x;
+    if (difference < 0.0) return surround;
+    if (isinf(difference)) return no_number();
+    if (tolerance >= 0.0 && difference <= tolerance) {
+        ivec2 last = textureSize(differences, 0) - 1;
+        for (int side = 0; side < 4; ++side) {
+            ivec2 off = ivec2(side == 0 ? 1 : side == 1 ? -1 : 0, side == 2 ? 1 : side == 3 ? -1 : 0);
+            if (texelFetch(differences, clamp(at + off, ivec2(0), last), 0).x > tolerance) return contour;
+        }
+    }
+    int steps = textureSize(scale, 0).x - 2;
+    int step = difference > largest ? steps : min(int(difference / largest * float(steps)), steps - 1);
+    return texelFetch(scale, ivec2(step, 0), 0).xyz;
+}
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy), size = textureSize(first, 0);
+    bool b = mode == 1;
+    if (mode == 2) b = gl_FragCoord.x >= position;
+    if (mode == 3) {
+        // Both sides show the middle of the picture.
+        int half_width = size.x / 2;
+        b = at.x >= half_width;
+        at.x += (b ? -half_width : 0) + (size.x - half_width) / 2;
+    }
+    if (mode == 4) b = (((at.x / cell) ^ (at.y / cell)) & 1) != 0;
+    vec3 xyz = mode == 5 ? mapped(at)
+        : b ? over_surround(second, at, adapt_second) : over_surround(first, at, adapt_first);
+    xyz_d65 = vec4(xyz, 1.0);
+}

@@ -1,0 +1,18 @@
+// What the display is sent, striped where a display cannot show it: red above its range, blue below.
+
+uniform sampler2D sent;       // codes of this display
+uniform sampler2D limited;    // codes of the display that is asked, as they are before it clips them
+uniform float tolerance;
+uniform int stripe;           // pixels
+
+layout(location = 0) out vec4 rgb;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    vec3 codes = texelFetch(limited, at, 0).rgb;
+    bool above = any(greaterThan(codes, vec3(1.0 + tolerance))), below = any(lessThan(codes, vec3(-tolerance)));
+    int band = ((at.x + at.y) / stripe) % 4;
+    rgb = vec4(texelFetch(sent, at, 0).rgb, 1.0);
+    if (above && band == 0) rgb.rgb = vec3(1.0, 0.0, 0.0);
+    if (below && band == 2) rgb.rgb = vec3(0.0, 0.0, 1.0);
+}

@@ -1,0 +1,94 @@
+"""Work beside the window, in one thread: of each kind the newest, heard of without waiting."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ...spectral.errors import MetamerError
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """What came of a piece of work: `result`, or in `problem` why there is none."""
+
+    kind: str
+    result: Any = None
+    problem: str | None = None
+
+
+class Background:
+    """One thread that does what it is asked for, one after the other. Of a kind that waits only the newest is done.
+
+    For work in numpy and files: nothing of it may touch the GPU or the window.
+    """
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._waiting: dict[str, Callable[[], Any]] = {}
+        self._doing: str | None = None
+        self._heard: list[Heard] = []
+        self._closed = False
+        self._thread: threading.Thread | None = None
+
+    def ask(self, kind: str, work: Callable[[], Any]) -> None:
+        """Have it done, in place of what waits of the same kind."""
+        with self._changed:
+            self._waiting[kind] = work
+            if self._thread is None and not self._closed:
+                self._thread = threading.Thread(target=self._run, daemon=True)
+                self._thread.start()
+            self._changed.notify_all()
+
+    def forget(self, kind: str) -> None:
+        """Do not begin what waits of a kind; what is being done goes on."""
+        with self._changed:
+            self._waiting.pop(kind, None)
+
+    def busy(self, kind: str | None = None) -> bool:
+        """Whether work of this kind, or any, waits, is being done, or has come and was not heard of yet."""
+        with self._changed:
+            kinds = {*self._waiting, *filter(None, [self._doing]), *(heard.kind for heard in self._heard)}
+        return bool(kinds) if kind is None else kind in kinds
+
+    def poll(self) -> list[Heard]:
+        """What has come since the last time."""
+        with self._changed:
+            heard, self._heard = self._heard, []
+        return heard
+
+    def close(self) -> None:
+        """Do nothing more; what is being done ends by itself, and is not heard of."""
+        with self._changed:
+            self._closed = True
+            self._waiting.clear()
+            self._changed.notify_all()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._doing = None
+                while not self._waiting and not self._closed:
+                    self._changed.wait()
+                if self._closed:
+                    return
+                kind = next(iter(self._waiting))
+                work = self._waiting.pop(kind)
+                self._doing = kind
+            found = _done(kind, work)
+            with self._changed:
+                self._heard.append(found)
+                self._doing = None
+
+
+def _done(kind: str, work: Callable[[], Any]) -> Heard:
+    try:
+        return Heard(kind, work())
+    except MetamerError as reason:
+        return Heard(kind, problem=str(reason))
+    except OSError as reason:
+        return Heard(kind, problem=f"{reason.filename or 'a file'}: {reason.strerror or reason}")
+    except MemoryError:
+        return Heard(kind, problem="not enough memory")

@@ -1,0 +1,40 @@
+"""The colour chain of what is seen, in words: from the light to the display."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+from ..display import DisplayTransform
+from .state import Session
+
+
+def chain(session: Session, display: DisplayTransform) -> tuple[str, ...]:
+    """Light, observer, adaptation, exposure, display and view, each in a few words; B's own where it has any."""
+    return tuple(_links(session, display))
+
+
+def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
+    other = session.other
+    light, observer = session.light.words, observer_words(session.observer)
+    yield light if other.light is None or other.light == session.light else f"{light} (B: {other.light.words})"
+    beside = other.observer and other.observer != session.observer
+    yield f"{observer} (B: {observer_words(other.observer or '')})" if beside else observer
+    yield f"{session.adaptation.words}{' to D65' if session.adaptation.degree else ''}"
+    if session.exposure:
+        yield f"exposure {session.exposure:+g} EV"
+    if session.shown.proof:
+        yield f"soft proof of {session.shown.proof}"
+    yield f"OCIO {display.display} / {display.view}"
+    yield "colorimetric, no tone mapping" if is_colorimetric(display) else "NOT colorimetric: this view changes colours"
+
+
+def observer_words(name: str) -> str:
+    """An observer as people call it: "CIE 1964 10°"."""
+    return f"CIE {name.replace('_', ' ')}°"
+
+
+@lru_cache(maxsize=8)
+def is_colorimetric(display: DisplayTransform) -> bool:
+    """Whether a view shows white as white: what it becomes is measured."""
+    return not any("not colorimetric" in words for words in display.describe())

@@ -1,0 +1,52 @@
+"""What of a colour the display is sent, by OpenColorIO on the CPU: value, code, and whether it had to be clipped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.difference import xyz_from_lab
+from ..display import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
+from ..png import quantise
+from .state import Adaptation
+
+
+@dataclass(frozen=True, eq=False)
+class Displayed:
+    """rgb (3,) : encoded, before it is clipped. codes : what is sent, 8 bits. clipped : "R above, B below"; "" where
+    the display can show it; a view that limits values itself hides what it does.
+    """
+
+    rgb: Float[np.ndarray, "3"]
+    codes: tuple[int, int, int]
+    clipped: str
+
+
+def displayed(
+    xyz: Float[np.ndarray, "3"],
+    white: Float[np.ndarray, "3"],
+    display: DisplayTransform,
+    adaptation: Adaptation,
+    exposure: float = 0.0,
+    surround: float = 50.0,
+    coverage: float = 1.0,
+) -> Displayed:
+    """A colour as the window shows it.
+
+    Parameters
+    ----------
+    xyz, white : (3,) of the picture, premultiplied by coverage, and the white of its light.
+    exposure : stops. surround : L* of what lies behind, under the display's white. coverage : of the pixel, 0 to 1.
+    """
+    method, degree = adaptation.method, adaptation.degree
+    to_display = adaptation_matrix(white, DISPLAY_WHITE_XYZ, method, degree)  # pyright: ignore[reportArgumentType]
+    behind = xyz_from_lab(np.array([surround, 0.0, 0.0]), DISPLAY_WHITE_XYZ)
+    xyz_d65 = to_display @ (2.0**exposure * np.asarray(xyz, dtype=np.float64)) + (1.0 - coverage) * behind
+    rgb = display.apply(xyz_d65).astype(np.float64)
+    sides = [("above", rgb > 1.0 + CLIP_TOLERANCE), ("below", rgb < -CLIP_TOLERANCE)]
+    clipped = [f"{name} {side}" for side, which in sides for name, hit in zip("RGB", which, strict=True) if hit]
+    red, green, blue = (int(code) for code in quantise(rgb[None, None])[0, 0])
+    return Displayed(rgb, (red, green, blue), ", ".join(clipped))

@@ -1,0 +1,294 @@
+"""Both sides of a comparison on their canvases: something at once, what is exact in small steps.
+
+While something moves, a scene of fewer triangles is drawn at one sample a pixel and fewer pixels. What then stands
+still is drawn with all triangles at one sample, and last as the headless renderer draws it, a window of the picture at
+a time. Where only spectra or observers change, terms that are kept are folded: what is exact stays exact.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from enum import IntEnum
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.camera import Camera
+from ...spectral.errors import MetamerError
+from ..geometry import same_geometry
+from ..live import LiveRenderer
+from ..resources import Owner
+from ..side import Side
+from ..side_layers import Prepared
+from .showing import Whites
+from .sides import Sources
+from .state import Session
+from .viewpoint import Viewpoint
+from .work import Work
+
+if TYPE_CHECKING:
+    import moderngl
+
+Clock = Callable[[], float]
+#: Seconds that a moving picture may take before it gets coarser, and below which it gets finer.
+SLOW, QUICK = 0.08, 0.03
+#: Pixels of the picture along a side of one of a moving picture, at most.
+COARSEST = 4
+# Seconds that a window of the exact picture should take, and the sides of such windows in samples.
+_SLICE, _SIDES = 0.04, (192, 2048)
+# Seconds that a step waits for what is worked out beside it.
+_WAIT = 0.01
+
+
+class Quality(IntEnum):
+    """Of what is on the canvases: fewer triangles and pixels; one sample a pixel; as the headless renderer has it."""
+
+    NONE = 0
+    MOVING = 1
+    STILL = 2
+    EXACT = 3
+
+
+@lru_cache(maxsize=8)
+def _camera(view: Viewpoint, width: int, height: int, samples: int) -> Camera:
+    """The same object for the same view: what is worked out of it is kept by that."""
+    return view.camera(width, height, samples)
+
+
+class Drawing:
+    """What is drawn of a session's sides.
+
+    Attributes
+    ----------
+    quality : of what is on the canvases. reached : the share of the exact picture that is done.
+    sides : A and B as they are drawn, one object where they are alike.
+    seconds : what each kind of work took last, by name.
+    """
+
+    def __init__(self, context: moderngl.Context, sources: Sources, clock: Clock = time.perf_counter) -> None:
+        self._context, self._sources, self._clock = context, sources, clock
+        self._sized = Owner(context)
+        # By quality, and one more each for a side B of another geometry.
+        self._renderers: dict[tuple[Quality, int], LiveRenderer] = {}
+        self._session: Session | None = None
+        self._size = (0, 0)
+        self._coarse, self._side = 2, {Quality.STILL: 256, Quality.EXACT: 256}
+        self._settling: Iterator[float] | None = None
+        self._working: threading.Thread | None = None
+        self._failed: tuple[object, MetamerError] | None = None
+        # Whether what is on the canvases is still to be shown; and a count of what has been drawn.
+        self._to_show, self._drawn = False, 0
+        self.sides: tuple[Side, Side] | None = None
+        self.quality, self.reached = Quality.NONE, 0.0
+        self.seconds: dict[str, float] = {}
+
+    def release(self) -> None:
+        """Free everything."""
+        self._stop()
+        self._sources.close()
+        if self._working is not None:
+            self._working.join()
+        for renderer in reversed(self._renderers.values()):
+            renderer.close()
+        self._renderers.clear()
+        self._sized.release()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Of the picture: as it was asked for, or as side B's file has it."""
+        return self._size
+
+    @property
+    def whites(self) -> Whites:
+        """Of A and B."""
+        assert self.sides is not None
+        return self.sides[0].white, self.sides[1].white
+
+    @property
+    def canvases(self) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """XYZ and coverage of A and B: one texture where the sides are alike."""
+        assert self.sides is not None
+        first, second = self._canvases
+        return first, first if self.sides[0] is self.sides[1] else second
+
+    @property
+    def camera(self) -> Camera:
+        """That of the exact picture."""
+        assert self._session is not None
+        return _camera(self._session.view, *self._size, self._session.samples)
+
+    @property
+    def _refused(self) -> str | None:
+        """Why what these sides need could not be worked out; None where it was, or was not tried."""
+        return str(self._failed[1]) if self._failed is not None and self._failed[0] is self.sides else None
+
+    def _write(self, number: int, xyz: Float[np.ndarray, "H W 3"], coverage: Float[np.ndarray, "H W"]) -> None:
+        values = np.concatenate([xyz, coverage[..., None]], axis=2)
+        self._canvases[number].write(np.ascontiguousarray(values, dtype=np.float32).tobytes())
+
+    def _supply(self) -> None:
+        """Side B's canvas, where it is not drawn: the picture that was read, or nothing before there is a reference."""
+        assert self.sides is not None
+        side = self.sides[1]
+        if side.still is not None:
+            self._write(1, side.still.xyz, side.still.coverage)
+        elif side.made == "reference":
+            width, height = self._size
+            self._write(1, np.zeros((height, width, 3)), np.zeros((height, width)))
+
+    def _begin(self, asked: Work, moving: bool) -> None:
+        """Draw at once what can be, and leave the rest to steps."""
+        self._stop()
+        begun = self._clock()
+        self._supply()
+        if asked == Work.FOLD and self.quality == Quality.EXACT and self._folded():
+            name = "light, observer"
+        elif asked < Work.VIEW and self._worked_out() and self.seconds.get("still", np.inf) < SLOW:
+            self._draw(Quality.STILL)
+            self.quality, name = Quality.STILL, "material"
+            self._settling = None if moving else self._to_exact(Quality.EXACT)
+        else:
+            self._draw_moving()
+            self.quality, name = Quality.MOVING, "moving"
+            self._settling = None if moving else self._to_exact(Quality.STILL)
+        self._changed()
+        self.seconds[name] = self._clock() - begun
+
+    def _folded(self) -> bool:
+        """Whether all terms of the exact picture are kept, which then is drawn."""
+        ready = list(self._prepared(Quality.EXACT))
+        known = all(renderer.knows(prepared) for renderer, prepared, _ in ready)
+        for renderer, prepared, onto in ready if known else ():
+            for _ in renderer.drawing(prepared, onto):
+                pass
+        return known
+
+    def _draw_moving(self) -> None:
+        begun = self._clock()
+        width, height = (max(1, side // self._coarse) for side in self._size)
+        assert self._session is not None
+        camera = self._session.view.camera(width, height)
+        scratch = Owner(self._context)
+        try:
+            for number, sides, onto in self._groups():
+                small = [scratch.texture((width, height), 4) for _ in sides]
+                renderer = self._renderer(Quality.MOVING, number)
+                moving = [self._sources.moving(side) for side in sides]
+                renderer.whole, renderer.one_sided = False, self._sources.one_sided
+                renderer.draw(moving, camera, small)
+                for one, canvas in zip(small, onto, strict=True):
+                    renderer.enlarge(one, canvas)
+            self._context.finish()
+        finally:
+            scratch.release()
+        took = self._clock() - begun
+        if took > SLOW:
+            self._coarse = min(COARSEST, self._coarse + 1)
+        elif took < QUICK:
+            self._coarse = max(1, self._coarse - 1)
+
+    def _draw(self, quality: Quality) -> None:
+        for renderer, prepared, onto in self._prepared(quality):
+            for _ in renderer.drawing(prepared, onto):
+                pass
+
+    def _to_exact(self, first: Quality) -> Iterator[float]:
+        """Window by window; yields the share of the exact picture that is done.
+
+        What takes long and needs no GPU is done in a thread meanwhile.
+        """
+        while self._sources.pending or not self._worked_out():
+            if self._failed is not None and self._failed[0] is self.sides:
+                raise self._failed[1]
+            if not (self._working is not None and self._working.is_alive()) and not self._worked_out():
+                groups = [(self._renderer(Quality.STILL, number), sides) for number, sides, _ in self._groups()]
+                self._working = threading.Thread(target=self._work_out, args=(groups, self.sides), daemon=True)
+                self._working.start()
+            if self._working is not None:
+                self._working.join(_WAIT)
+            if self._sources.pending:
+                time.sleep(_WAIT)
+            yield 0.0
+        for quality in (Quality.STILL, Quality.EXACT):
+            if quality < first:
+                continue
+            took, whole = 0.0, self._clock()
+            for renderer, prepared, onto in self._prepared(quality):
+                renderer.tile_samples = self._side[quality]
+                for _ in renderer.beginning(prepared):
+                    yield 0.0
+                begun = self._clock()
+                for done, total in renderer.drawing(prepared, onto):
+                    self._context.finish()
+                    took = max(took, self._clock() - begun)
+                    yield done / total if quality == Quality.EXACT else 0.0
+                    begun = self._clock()
+            self._side[quality] = int(np.clip(self._side[quality] * np.sqrt(_SLICE / max(took, 1e-6)), *_SIDES))
+            self.quality = quality
+            self.seconds["still" if quality == Quality.STILL else "exact"] = self._clock() - whole
+
+    def _worked_out(self) -> bool:
+        """Whether all is there that is drawn of what is still."""
+        if self._working is not None and self._working.is_alive():
+            return False
+        return all(self._renderer(Quality.STILL, number).has_worked_out(sides) for number, sides, _ in self._groups())
+
+    def _work_out(self, groups: list[tuple[LiveRenderer, list[Side]]], asked_for: object) -> None:
+        try:
+            for renderer, sides in groups:
+                renderer.work_out(sides)
+        except MetamerError as reason:
+            self._failed = asked_for, reason
+
+    def _prepared(self, quality: Quality) -> Iterator[tuple[LiveRenderer, Prepared, list[moderngl.Texture]]]:
+        """What each geometry's renderer has to draw at a quality, and onto which canvases."""
+        assert self._session is not None
+        samples = self._session.samples if quality == Quality.EXACT else 1
+        camera = _camera(self._session.view, *self._size, samples)
+        for number, sides, onto in self._groups():
+            renderer = self._renderer(quality, number)
+            if quality == Quality.EXACT:
+                renderer.share_geometry(self._renderer(Quality.STILL, number))
+            yield renderer, renderer.prepared(sides, camera), onto
+
+    def _groups(self) -> Iterator[tuple[int, list[Side], list[moderngl.Texture]]]:
+        """The sides that one renderer draws, and their canvases: all, or each where their geometry differs."""
+        assert self.sides is not None
+        first, second = self.sides
+        if first is second or second.made != "fast":
+            yield 0, [first], [self._canvases[0]]
+        elif same_geometry(first.scene, second.scene):
+            yield 0, [first, second], list(self._canvases)
+        else:
+            yield 0, [first], [self._canvases[0]]
+            yield 1, [second], [self._canvases[1]]
+
+    def _renderer(self, quality: Quality, number: int) -> LiveRenderer:
+        if (quality, number) not in self._renderers:
+            like = next(iter(self._renderers.values()), None)
+            self._renderers[quality, number] = LiveRenderer(self._context, quality == Quality.EXACT, like)
+        return self._renderers[quality, number]
+
+    def _changed(self) -> None:
+        self._drawn += 1
+        self._to_show = True
+
+    def _resize(self, size: tuple[int, int]) -> None:
+        if size == self._size:
+            return
+        self._stop()
+        self._sized.release()
+        self._size = size
+        self._canvases = self._sized.texture(size, 4), self._sized.texture(size, 4)
+        self._differences = self._sized.texture(size, 1)
+        self._changed()
+
+    def _stop(self) -> None:
+        """Leave what is being settled, before anything of it changes."""
+        if self._settling is not None:
+            self._settling.close()  # pyright: ignore[reportAttributeAccessIssue]
+        self._settling, self.reached = None, 0.0

@@ -1,0 +1,269 @@
+"""The picture of a session, kept up to date in small steps: drawn, compared, brought to the display."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.statistics import DeltaEStatistics, delta_e_statistics
+from ...materials.catalogue import Catalogue
+from ...materials.varied import VariedCatalogue
+from ...spectral.errors import InputError, MetamerError
+from ...spectral.formats.xyz_exr import write_xyz_exr
+from ...spectral.image import ColourImage
+from ..differing import DifferencePass
+from ..display import DisplayTransform
+from ..gl_tile import read
+from ..picture import display_for, picture_words
+from ..programs import read_again
+from ..shaders import ShaderError
+from ..side import Side
+from .drawing import Clock, Drawing, Quality
+from .showing import Showing, display_of, to_display
+from .sides import Sources
+from .state import Session
+from .view_error import AskedView
+from .work import Work, work
+
+if TYPE_CHECKING:
+    import moderngl
+
+
+class Frame(Drawing):
+    """One session's picture on the GPU.
+
+    `show` says what is to be seen, `step` works towards it, `texture` is what the display is sent.
+
+    Attributes
+    ----------
+    display : that the sides are shown on.
+    problem : why the last session is not shown; what was shown before stays.
+    """
+
+    def __init__(self, context: moderngl.Context, sources: Sources, clock: Clock = time.perf_counter) -> None:
+        super().__init__(context, sources, clock)
+        self._showing, self._differing = Showing(context), DifferencePass(context)
+        # Of which drawing, and by what formula, the differences are.
+        self._differed = -1, ""
+        self._counted: tuple[tuple, DeltaEStatistics | None, float] | None = None
+        self.display: DisplayTransform = display_for(sources.scene.viewing)
+        self.problem: str | None = None
+        self.texture: moderngl.Texture | None = None
+
+    def release(self) -> None:
+        """Free everything."""
+        super().release()
+        self._showing.release()
+        self._differing.release()
+        self.texture = None
+
+    def show(self, session: Session, size: tuple[int, int], moving: bool = False) -> Work:
+        """Make this session's picture, of this size, what is seen; returns what had to be done for it.
+
+        moving : more is to come at once, as in a drag: nothing finer is begun.
+
+        What cannot be shown is said in `problem`, and what was seen stays.
+        """
+        if self._session is not None and session.other == self._session.other and self.sides and self.sides[1].still:
+            size = self._size
+        asked = max(work(self._session, session), Work.VIEW if size != self._size else Work.NOTHING)
+        if asked == Work.NOTHING:
+            # It is what is seen, whatever was asked for and refused in between.
+            self.problem = self._refused
+            unfinished = Quality.NONE < self.quality < Quality.EXACT and self._settling is None
+            if not moving and not self.problem and unfinished:
+                self._settling = self._to_exact(Quality(self.quality + 1))
+            return asked
+        try:
+            sides = self.sides if self.sides and asked == Work.SHOW else self._sources.sides(session)
+            if sides[1].still is not None:
+                # A picture that is read has the size that it has: what stands beside it takes the same.
+                height, width = sides[1].still.coverage.shape
+                size = width, height
+            self._check(session, sides)
+        except InputError as reason:
+            self.problem = str(reason)
+            return Work.NOTHING
+        self.problem, self._to_show = None, True
+        self._session, self.sides = session, sides
+        self._resize(size)
+        if asked > Work.SHOW:
+            self._begin(asked, moving)
+        return asked
+
+    def turn_to(self, sources: Sources, session: Session, size: tuple[int, int]) -> bool:
+        """Show a scene or materials that were read anew; where that cannot be, `problem` says why, what was seen stays,
+        and False comes back. Programs and what is kept of meshes that are the same are kept.
+        """
+        before = self._sources, self._session
+        self._sources, self._session = sources, None
+        self.show(session, size)
+        if self.problem is not None:
+            self._sources, self._session = before
+            sources.close()
+            return False
+        before[0].close()
+        return True
+
+    def read_shaders_again(self) -> str | None:
+        """Compile all shaders from their files as they are now, and draw anew; where one does not compile, the programs
+        that there are stay, and why comes back in words.
+        """
+        drawing = [*self._renderers.values(), self._showing, self._differing]
+        try:
+            read_again(programs for one in drawing for programs in one.all_programs)
+        except ShaderError as reason:
+            return str(reason)
+        for renderer in self._renderers.values():
+            renderer.forget_view()
+        self._differed = -1, ""
+        if self._session is not None and self.sides is not None:
+            self._begin(Work.VIEW, False)
+        return None
+
+    @property
+    def catalogue(self) -> Any:
+        """That materials come from, edited ones among them."""
+        return self._sources.seen_catalogue
+
+    def step(self, seconds: float = 0.05) -> bool:
+        """Work for about so long, one slice at least, and bring what has changed to the display; whether more is to be
+        done.
+        """
+        if self._sources.arrived() and self._session is not None:
+            self._fitted(self._session)
+        if self._settling is not None:
+            end = self._clock() + seconds
+            try:
+                for reached in self._settling:
+                    self.reached = reached
+                    self._changed()
+                    if self._clock() >= end:
+                        break
+                else:
+                    self._settling = None
+                    self.quality, self.reached = Quality.EXACT, 1.0
+            except MetamerError as reason:
+                # Of what is worked out before an exact picture: bounces between surfaces that take no light.
+                self.problem, self._settling = str(reason), None
+        if self._to_show and self._session is not None:
+            begun = self._clock()
+            self._show_now(self._session)
+            self.seconds["display"] = self._clock() - begun
+        return self._settling is not None or self._sources.pending
+
+    def settle(self) -> None:
+        """Work until the picture is exact."""
+        while self.step(1.0):
+            pass
+
+    def statistics(self) -> tuple[DeltaEStatistics | None, float]:
+        """Of ΔE with A as the reference, once the picture is exact: over all pixels that are compared, and the share of
+        those that is over the tolerance; None where there is none yet, or nothing to compare.
+        """
+        if self.quality != Quality.EXACT or self._session is None:
+            return None, 0.0
+        compare = self._session.compare
+        key = self._drawn, compare.formula, compare.tolerance
+        if self._counted is None or self._counted[0] != key:
+            begun = self._clock()
+            found = self._differing.whole(self._differ(), self.canvases, self.whites, compare.formula)
+            self._to_show |= self._session.seen == "difference"
+            counted = found[~np.isnan(found)]
+            numbers = bool(np.isfinite(counted).any())
+            over = float((counted > compare.tolerance).mean()) if numbers else 0.0
+            self._counted = key, delta_e_statistics(found) if numbers else None, over
+            self.seconds["statistics"] = self._clock() - begun
+        return self._counted[1:]
+
+    @property
+    def session(self) -> Session | None:
+        """That is seen."""
+        return self._session
+
+    def put_reference(self, xyz: Float[np.ndarray, "H W 3"], coverage: Float[np.ndarray, "H W"]) -> None:
+        """The reference of side B, whole or, with no coverage elsewhere, some rows of it; see `asked_reference`."""
+        if self.sides is None or self.sides[1].made != "reference" or coverage.shape != self._size[::-1]:
+            return
+        self._write(1, xyz, coverage)
+        self._changed()
+
+    def keep(self, path: str | Path) -> None:
+        """Write side A's exact picture to an OpenEXR in XYZ, such as side B can be.
+
+        Raises
+        ------
+        InputError : the picture is not exact yet, or the file cannot be written.
+        """
+        if self.quality != Quality.EXACT or self.sides is None:
+            expected, hint = "an exact picture", "wait until it is exact"
+            raise InputError("the picture is not settled yet", field="picture", expected=expected, hint=hint)
+        side, found = self.sides[0], read(self.canvases[0])
+        words = picture_words(side.lit, self.camera, self._renderer(Quality.EXACT, 0).made_by, version("metamer"))
+        write_xyz_exr(path, ColourImage(found[..., :3], "xyz", side.white), found[..., 3], words)
+
+    def asked_reference(self, number: int = 1) -> AskedView | None:
+        """The view of a side, for `ReferenceWorker`, and side A's picture beside it; None before that is exact, and of
+        what has no reference: a file, an influence.
+        """
+        if self.quality != Quality.EXACT or self.sides is None or not isinstance(self.catalogue, Catalogue):
+            return None
+        side = self.sides[number]
+        if side.made == "file" or side.influence is not None:
+            return None
+        scene, catalogue = side.lit, self.catalogue
+        if scene.bounces == "auto":
+            scene = replace(scene, bounces=self._renderer(Quality.EXACT, 0).bounces_of(side))
+        made = catalogue.made.items() if isinstance(catalogue, VariedCatalogue) else ()
+        picture = read(self.canvases[0 if side.made == "reference" else number])
+        return AskedView(
+            scene,
+            self.camera,
+            str(catalogue.folder),
+            picture[..., :3],
+            picture[..., 3],
+            side.dimming,
+            made={name: one.surface() for name, one in made},
+        )
+
+    def _check(self, session: Session, sides: tuple[Side, Side]) -> None:
+        """Make the display of a session this frame's, unless it cannot show the sides: then raise why."""
+        display = self.display
+        if self._session is None or session.shown != self._session.shown:
+            display = display_of(session, display_for(self._sources.scene.viewing))
+        for side in sides:
+            to_display(side.white, session.adaptation)
+        self._showing.check(display, session)
+        self.display = display
+
+    def _fitted(self, session: Session) -> None:
+        """Show materials that have been fitted."""
+        try:
+            sides = self._sources.sides(session)
+            self._check(session, sides)
+        except InputError as reason:
+            self.problem = str(reason)
+            return
+        if sides[0] is not self.sides[0] or sides[1] is not self.sides[1]:  # type: ignore[index]
+            self.sides, self._to_show = sides, True
+            self._begin(Work.TERMS, False)
+
+    def _differ(self) -> moderngl.Texture:
+        """The map of what is on the canvases."""
+        assert self._session is not None
+        formula = self._session.compare.formula
+        if self._differed != (self._drawn, formula):
+            self._differing.draw(self._differences, self.canvases, self.whites, formula)
+            self._differed = self._drawn, formula
+        return self._differences
+
+    def _show_now(self, session: Session) -> None:
+        differences = self._differ() if session.seen == "difference" else self._differences
+        self.texture = self._showing.draw(self.canvases, differences, self.whites, session, self.display)
+        self._to_show = False

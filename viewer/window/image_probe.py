@@ -1,0 +1,43 @@
+"""What a probe tells of a pixel of a spectral image."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...spectral.observers import OBSERVERS, observer
+from .image_frame import ImageFrame
+from .light_choice import LightChoice
+from .probe import Reading, Spectra
+from .state import Session
+
+READ = "the image"
+
+
+def image_reading(
+    frame: ImageFrame, session: Session, number: int, choice: LightChoice, who: str, pixel: tuple[int, int]
+) -> Reading:
+    """Of a pixel of side A (0) or B (1), its spectrum as it lies in the file.
+
+    Of a reflectance, `incident` is the light that was chosen, on the scale on which equal energy of the same luminance
+    is 1; of emission nothing is known of what arrives.
+
+    Raises
+    ------
+    InputError : whatever `SpectralPicture.weights` raises.
+    """
+    picture, eye = frame.picture(session, number), observer(who)
+    own = frame.light(session, LightChoice.named(session.subject.own_light), who) if session.subject.own_light else None
+    light = frame.light(session, choice, who)
+    weights, white = picture.weights(eye, light, own, session.subject.luminance)
+    column, row = pixel
+    xyz = choice.dimming * (weights @ picture.planes[:, row, column].astype(np.float64))
+    nm, found = picture.wavelengths_nm, picture.spectrum(row, column)
+    unknown = np.full(len(nm), np.nan)
+    if picture.kind == "reflectance":
+        assert light is not None
+        even = float(np.trapezoid(eye.cmfs[:, 1], eye.wavelengths_nm)) / eye.luminous(light)
+        incident = choice.dimming * even * light.averaged(nm).samples
+        spectra = Spectra(nm, incident, incident * found, found, READ)
+    else:
+        spectra = Spectra(nm, unknown, found, unknown, READ)
+    return Reading(pixel, (), (), 1.0, choice.words, OBSERVERS[who], xyz, white, spectra)

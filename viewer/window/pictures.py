@@ -1,0 +1,107 @@
+"""The picture on the GPU of whatever a session looks at; the last good one stays while another is in trouble."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...spectral.errors import MetamerError
+from .frame import Frame
+from .image_frame import ImageFrame
+from .loading import Loaded
+from .sides import Sources
+from .state import Session
+
+if TYPE_CHECKING:
+    import moderngl
+
+
+class Pictures:
+    """Holds a `Frame` or an `ImageFrame`, and puts another in its place where something else has been loaded.
+
+    Attributes
+    ----------
+    frame : what is drawn; None before anything is. problem : why what is asked for is not what is seen.
+    """
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._asked: tuple | None = None
+        self._new: Frame | ImageFrame | None = None
+        # What the frame is turned to with the next session that can be shown of it.
+        self._turned: Loaded | None = None
+        self.frame: Frame | ImageFrame | None = None
+        self.problem: str | None = None
+
+    def release(self) -> None:
+        """Free everything."""
+        for one in (self.frame, self._new):
+            if one is not None:
+                one.release()
+        self.frame = self._new = None
+
+    def read_shaders_again(self) -> str | None:
+        """Compile the shaders of a scene's picture again; why not, where one does not compile: then all stay."""
+        return self.frame.read_shaders_again() if isinstance(self.frame, Frame) else None
+
+    def put(self, loaded: Loaded) -> None:
+        """Draw this from now on; what was drawn stays until there is a picture of it."""
+        if self._new is not None:
+            self._new.release()
+            self._new = None
+        self._asked = self._turned = None
+        try:
+            if isinstance(self.frame, Frame) and loaded.scene is not None:
+                self._turned = loaded
+            elif loaded.image is not None:
+                self._new = ImageFrame(self._context, loaded.image, loaded.catalogue)
+            else:
+                self._new = Frame(self._context, _sources(loaded))
+        except MetamerError as reason:
+            # A shader that does not compile.
+            self.problem = str(reason)
+
+    def show(self, session: Session, size: tuple[int, int], moving: bool) -> None:
+        """Make this session's picture, of this size in pixels, what is seen."""
+        if min(size) < 1:
+            return
+        asked = session, size, moving
+        if asked == self._asked:
+            return
+        self._asked = asked
+        frame = self._new or self.frame
+        if frame is None:
+            return
+        try:
+            if self._turned is not None and isinstance(self.frame, Frame):
+                if not self.frame.turn_to(_sources(self._turned), session, size):
+                    self.problem = self.frame.problem
+                    return
+                self._turned = None
+            frame.show(session, size, moving)
+        except MetamerError as reason:
+            # A shader that does not compile, on a machine that is out of memory: what was seen stays.
+            self.problem = str(reason)
+            return
+        self.problem = frame.problem
+        if self._new is not None and frame.problem is None:
+            if self.frame is not None:
+                self.frame.release()
+            self.frame, self._new = self._new, None
+
+    def step(self, seconds: float) -> bool:
+        """Work for about so long; whether more is to be done."""
+        if self.frame is None:
+            return False
+        try:
+            more = self.frame.step(seconds)
+        except MetamerError as reason:
+            self.problem = str(reason)
+            return False
+        if self._new is None and self._turned is None:
+            self.problem = self.frame.problem
+        return more
+
+
+def _sources(loaded: Loaded) -> Sources:
+    assert loaded.scene is not None
+    return Sources(loaded.scene, loaded.catalogue)

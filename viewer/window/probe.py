@@ -1,0 +1,248 @@
+"""What a probe tells of a pixel: light that arrives, what the surface makes of it, and its colour, without a GPU.
+
+Colours are those of the picture: the pixel alone is drawn by the renderer in numpy, the twin of the one on the GPU
+(`Camera.cropped`). Under lights from single directions, spectra are of the original data, at every wavelength at which
+they or the lights are known; under lights that spread they are of the fast form. Light by way of other surfaces is in
+colours, not in spectra, which are of light straight from the lights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.camera import Camera
+from ...lighting.geometry import Tracer, VisibleGeometry, visible_geometry
+from ...lighting.reference import lit_points, reference_images
+from ...lighting.reference_noise import NOISE_SHARE
+from ...lighting.scene import Scene
+from ...materials.catalogue import Catalogue
+from ...materials.factored.pack import matt_brdf
+from ...materials.fast import Fast
+from ...materials.fluorescent import FluorescentBrdf
+from ...materials.material import Material
+from ...spectral.difference import delta_e_xyz, lab_from_xyz
+from ...spectral.errors import InputError
+from ...spectral.palette import Palette
+from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ...spectral.wavelengths import interpolation_matrix
+from ..software import SoftwareRenderer
+
+ORIGINAL, FAST = "original data", "fast form"
+#: ΔE94 of noise that a probe's reference may have.
+NOISE = 0.05
+# What the perfect diffuser is called among the materials; no id of a catalogue has capitals.
+_WHITE = "the perfect diffuser/WHITE"
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Of what a pixel shows, box-filtered as the pixel is.
+
+    Parameters
+    ----------
+    wavelengths_nm : (L,).
+    incident : (L,) what arrives on the surface: 1 is light of equal energy that gives it the reference illuminance.
+    reflected : (L,) what leaves towards the viewer: 1 is what the perfect diffuser sends back of that. Beyond
+        `incident` where the surface fluoresces.
+    reflectance : (L,) radiance factor of what keeps its wavelength, the lights' mean by illuminance; NaN where nothing
+        arrives.
+    made_of : `ORIGINAL` or `FAST`.
+    """
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    incident: Float[np.ndarray, " L"]
+    reflected: Float[np.ndarray, " L"]
+    reflectance: Float[np.ndarray, " L"]
+    made_of: str
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What a probe tells of a pixel, before it is adapted and shown.
+
+    Parameters
+    ----------
+    pixel : column and row. parts, materials : what it shows, the most of it first; () where nothing.
+    coverage : share of it that is covered by surfaces. light, observer : by name.
+    xyz : (3,) of the picture, premultiplied by coverage, Y = 1 being the perfect diffuser in the reference illuminance.
+    white : (3,) that colours are relative to.
+    spectra : None where nothing is seen.
+    """
+
+    pixel: tuple[int, int]
+    parts: tuple[str, ...]
+    materials: tuple[str, ...]
+    coverage: float
+    light: str
+    observer: str
+    xyz: Float[np.ndarray, "3"]
+    white: Float[np.ndarray, "3"]
+    spectra: Spectra | None = None
+
+    @cached_property
+    def xy(self) -> tuple[float, float] | None:
+        """Chromaticity; None of black."""
+        total = float(self.xyz.sum())
+        return (float(self.xyz[0]) / total, float(self.xyz[1]) / total) if total > 0.0 else None
+
+    @cached_property
+    def lab(self) -> Float[np.ndarray, "3"]:
+        """CIELAB relative to `white`."""
+        return lab_from_xyz(self.xyz, self.white)
+
+    @cached_property
+    def lch(self) -> Float[np.ndarray, "3"]:
+        """L*, C*ab and h_ab in degrees from 0 to 360."""
+        lightness, a, b = self.lab
+        return np.array([lightness, np.hypot(a, b), np.degrees(np.arctan2(b, a)) % 360.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A pixel by the reference: xyz (3,), ΔE94 of the picture from it, and of its noise; None where it has none."""
+
+    xyz: Float[np.ndarray, "3"]
+    delta_e: float
+    noise: float | None
+
+
+class Prober:
+    """Probes of one scene, which keeps what scenes of the same meshes have in common from one to the next."""
+
+    def __init__(self, scene: Scene, catalogue: Catalogue) -> None:
+        self.scene, self.catalogue = scene, catalogue
+        self._renderer = SoftwareRenderer()
+        self._materials: dict[str, Material] = {}
+        self._load()
+        self._cut = scene.cut(self._drawn)
+        self._tracer = Tracer(self._cut)
+
+    def turn_to(self, scene: Scene, catalogue: Catalogue | None = None) -> None:
+        """Probe another scene from now on, or other materials; rays are kept while meshes and their holes stay.
+
+        Raises
+        ------
+        InputError, UnknownNameError : a material that cannot be used; the last scene stays.
+        """
+        before = self.scene, self.catalogue, self._materials
+        self.scene = scene
+        if catalogue is not None and catalogue != self.catalogue:
+            self.catalogue, self._materials = catalogue, {}
+        try:
+            self._load()
+        except InputError:
+            self.scene, self.catalogue, self._materials = before
+            raise
+        cut = scene.cut(self._drawn)
+        same = len(cut.parts) == len(self._cut.parts) and all(
+            one.mesh is other.mesh and one.cutout is other.cutout
+            for one, other in zip(cut.parts, self._cut.parts, strict=True)
+        )
+        if not same:
+            self._tracer = Tracer(cut)
+        self._cut = cut
+
+    def _load(self) -> None:
+        known = self._materials
+        names = self.scene.material_ids
+        self._materials = {name: known.get(name) or self.catalogue.surface(name) for name in names}
+        self.scene.check_surfaces(self._drawn)
+
+    @property
+    def _drawn(self) -> Mapping[str, Fast]:
+        return {name: one.drawn() for name, one in self._materials.items()}
+
+    def at(self, camera: Camera, column: int, row: int, light: str | None = None) -> Reading:
+        """What a pixel of the camera's picture shows.
+
+        light : what readings call it; the names of the scene's lights by default.
+
+        Raises
+        ------
+        InputError : no such pixel, and what a renderer raises.
+        """
+        one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
+        xyz, coverage = self._renderer.render(self.scene, one, self._drawn)
+        # What is lit hangs on the scene's lights, rays on its meshes alone.
+        seen = visible_geometry(self._cut, one, tracer=self._tracer, with_uv=self.scene.needs_uv(self._drawn))
+        numbers, counts = np.unique(seen.part, return_counts=True)
+        shown = [self.scene.parts[number] for number in numbers[np.argsort(-counts, kind="stable")]]
+        names = dict.fromkeys(one.spectrum_name or one.name for one in self.scene.lights)
+        return Reading(
+            (column, row),
+            tuple(part.name for part in shown),
+            tuple(dict.fromkeys(part.material for part in shown)),
+            float(coverage[0, 0]),
+            light or ", ".join(names),
+            self.scene.observer.name,
+            xyz[0, 0].astype(np.float64),
+            self.scene.adopted_white(),
+            self._spectra(one, seen, [part.name for part in shown]) if shown else None,
+        )
+
+    def truth(self, camera: Camera, reading: Reading, noise: float = NOISE) -> Truth:
+        """The same pixel by the reference; what it draws has noise of `noise` at most, ΔE94."""
+        column, row = reading.pixel
+        one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
+        surfaces = {name: material.surface() for name, material in self._materials.items()}
+        bounces = 0 if self.scene.bounces == "auto" else self.scene.bounces
+        found = reference_images(self.scene, one, surfaces, budget=noise / NOISE_SHARE, bounces=bounces)
+        xyz = found.xyz[0, 0, 0]
+        off = float(delta_e_xyz(xyz, reading.xyz, reading.white))
+        return Truth(xyz, off, None if found.noise is None else max(found.noise.mean))
+
+    def _spectra(self, camera: Camera, seen: VisibleGeometry, parts: Sequence[str]) -> Spectra:
+        return self._of_fast_forms(camera, parts) if self.scene.spread_lights else self._of_originals(seen)
+
+    def _of_originals(self, seen: VisibleGeometry) -> Spectra:
+        """At every wavelength at which a surface that is seen, or a light, is known."""
+        scene, eye = self.scene, self.scene.observer
+        surfaces = {number: self._materials[scene.parts[number].material].surface() for number in np.unique(seen.part)}
+        known = [one.wavelengths_nm for one in surfaces.values()] + [
+            one.spectrum.wavelengths_nm for one in scene.lights
+        ]
+        grid = np.unique(np.concatenate(known))
+        grid = grid[(grid >= eye.wavelengths_nm[0]) & (grid <= eye.wavelengths_nm[-1])]
+        even = eye.luminous(Spectrum.sampled(eye.wavelengths_nm, np.ones(len(eye.wavelengths_nm)), "emission"))
+        incident, reflected, kept = np.zeros((3, len(grid)))
+        arrived = 0.0
+        for light, lit in zip(scene.delta_lights, seen.lit, strict=True):
+            # What arrives at each sample, in shares of the reference illuminance on the pixel.
+            share = lit.illuminance_lux * lit.wi[:, 2] / scene.viewing.reference_illuminance_lux / seen.samples
+            unit = even / eye.luminous(light.spectrum)
+            power = unit * np.interp(grid, light.spectrum.wavelengths_nm, light.spectrum.samples)
+            of_light = np.zeros(len(grid))
+            for number, surface in surfaces.items():
+                mine = np.flatnonzero(seen.part[lit.sample] == number)
+                points = lit_points(seen, lit, mine)
+                factor = np.pi * share[mine] @ surface.at(points)
+                of_light += interpolation_matrix(surface.wavelengths_nm, grid) @ factor
+                if isinstance(surface, FluorescentBrdf):
+                    spread = np.pi * share[mine] @ surface.emission_factor(points.wi, points.wo)
+                    reflected += spread * unit * surface.bispectral.emission(light.spectrum, grid)
+            incident += share.sum() * power
+            reflected += of_light * power
+            kept += of_light
+            arrived += float(share.sum())
+        reflectance = kept / arrived if arrived > 0.0 else np.full(len(grid), np.nan)
+        return Spectra(grid, incident, reflected, reflectance, ORIGINAL)
+
+    def _of_fast_forms(self, camera: Camera, parts: Sequence[str]) -> Spectra:
+        """At the working wavelengths; what arrives is what the perfect diffuser would send back in the same place."""
+        direct, nm = replace(self.scene, bounces=0), WORKING_WAVELENGTHS_NM
+        white = direct
+        for part in parts:
+            white = white.with_material(part, _WHITE)
+        diffuser = matt_brdf(np.array([1.0 / np.pi]), Palette.of(np.ones((1, len(nm)))))
+        surfaces = {**self._drawn, _WHITE: diffuser}
+        incident, reflected = (
+            self._renderer.render_spectra(one, camera, surfaces, nm)[0, 0].astype(np.float64) for one in (white, direct)
+        )
+        reflectance = np.full(len(nm), np.nan)
+        np.divide(reflected, incident, out=reflectance, where=incident > 0.0)
+        return Spectra(nm, incident, reflected, reflectance, FAST)

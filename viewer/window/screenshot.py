@@ -1,0 +1,28 @@
+"""What is seen as a PNG file that says how it was made."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..png import write_png
+from .chain import chain
+from .drawing import Quality
+from .frame import Frame
+from .image_frame import ImageFrame
+from .reading_canvas import read_codes
+from .session import session_text
+from .state import Session
+
+
+def write_screenshot(path: str | Path, frame: Frame | ImageFrame, session: Session) -> Path:
+    """Write the picture as the display is sent it; its description has the chain, how exact it is, and the session.
+
+    Raises
+    ------
+    InputError, NoRoomError : a folder that cannot be written to.
+    """
+    assert frame.texture is not None
+    quality = "as the headless renderer draws it" if frame.quality == Quality.EXACT else "while it was settling"
+    words = ("Metamer", *chain(session, frame.display), f"drawn {quality}", "", session_text(session))
+    codes = read_codes(frame.texture)
+    return write_png(path, codes / 255.0, display=frame.display.display, words=words)

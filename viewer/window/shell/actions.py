@@ -1,0 +1,123 @@
+"""What commands do that change no session: files, screenshots, the window itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from imgui_bundle import imgui
+
+from ....calibration.rating import Verdict
+from ..displayed import displayed
+from ..frame import Frame
+from ..probe import Reading
+from ..probe_text import Named, copied, write_colours, write_probes_cxf, write_spectra
+from ..protocol import rating_of
+from ..screenshot import write_screenshot
+from .full_screen import FullScreen
+from .window import Window
+
+
+def put_actions(window: Window) -> None:
+    """Tell the desk what to do for each command of the window; those that are not named open a dialog of their name."""
+    actions: dict[str, Callable[[], None]] = {
+        "quit": lambda: setattr(window, "asked_to_close", True),
+        "panels": lambda: setattr(window, "panels_shown", not window.panels_shown),
+        "fullscreen": FullScreen().turn,
+        "reload": window.read_again,
+        "screenshot": lambda: window.between.append(lambda: screenshot(window)),
+        "probe.pin": window.pin_pointer,
+        "probe.copy": lambda: copy_probe(window),
+        "rate.approved": lambda: rate(window, "approved"),
+        "rate.rejected": lambda: rate(window, "rejected"),
+        "reference": lambda: window.between.append(window.measure),
+    }
+    window.desk.actions |= actions
+
+
+def screenshot(window: Window, path: str | None = None) -> None:
+    """What is seen as a PNG, with the chain in it; named after the time where nobody names it."""
+    frame = window.frame
+    if frame is None or frame.texture is None:
+        window.desk.tell("There is no picture yet", about="screenshot")
+        return
+    file = Path(path or f"metamer-{datetime.now():%Y-%m-%d-%H%M%S}.png")
+    window.desk.attempt(lambda: write_screenshot(file, frame, window.desk.session), "screenshot", f"Written: {file}")
+
+
+def probes(window: Window) -> list[Named]:
+    """All that is probed now: what the pointer was last over, and the pins, of both sides."""
+    frame, session = window.frame, window.desk.session
+    spots = [*filter(None, [window.probing.cursor]), *window.probing.pins]
+    found: list[Named] = []
+    for spot in spots:
+        for side, reading in zip("AB", spot.readings, strict=False):
+            name = spot.name if len(spot.readings) == 1 else f"{spot.name}, {side}"
+            found.append((name, reading, None if frame is None else _shown(frame, session, reading)))
+    return found
+
+
+def _shown(frame, session, reading: Reading):
+    return displayed(
+        reading.xyz, reading.white, frame.display, session.adaptation, session.exposure, session.surround,
+        reading.coverage,
+    )  # fmt: skip
+
+
+def keep_picture(window: Window, path: str) -> None:
+    """Write side A's picture in XYZ, which can be side B of any other."""
+    frame = window.frame
+    file = Path(path if path.lower().endswith(".exr") else f"{path}.exr")
+    if isinstance(frame, Frame):
+        window.desk.attempt(lambda: frame.keep(file), "keep", f"Written: {file}")
+
+
+def copy_probe(window: Window) -> None:
+    """Put all probes into the clipboard."""
+    found = probes(window)
+    if not found:
+        window.desk.tell("Nothing is probed: move over the picture, or pin a probe", about="probe")
+        return
+    imgui.set_clipboard_text("\n".join(copied(*one) for one in found))
+    window.desk.tell(f"Copied: {', '.join(name for name, _, _ in found)}", about="probe")
+
+
+def write_probes(window: Window, path: str, kind: str) -> bool:
+    """Write all probes as CSV ("probe.csv"; spectra in a file beside it) or CxF ("probe.cxf"); whether it was done."""
+    found, suffix = probes(window), ".csv" if kind == "probe.csv" else ".cxf"
+    file = Path(path if path.lower().endswith(suffix) else path + suffix)
+    if suffix == ".cxf":
+        return window.desk.attempt(lambda: write_probes_cxf(file, found), "probe", f"Written: {file}")
+    if not any(reading.spectra is not None for _, reading, _ in found):
+        return window.desk.attempt(lambda: write_colours(file, found), "probe", f"Written: {file}")
+    spectra = file.with_name(f"{file.stem}-spectra.csv")
+
+    def both() -> None:
+        write_colours(file, found)
+        write_spectra(spectra, found)
+
+    return window.desk.attempt(both, "probe", f"Written: {file} and {spectra.name}")
+
+
+def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> None:
+    """Say of what is seen that it is approved, rejected, or neither."""
+    spot, frame, session = window.probing.cursor, window.frame, window.desk.session
+    reading = other = shown = None
+    if spot is not None and frame is not None and spot.readings:
+        alone = session.compare.mode == "B"
+        first, last = spot.readings[0], spot.readings[-1]
+        reading = last if alone else first
+        other = last if session.compare.mode not in ("A", "B") and last is not first else None
+        shown = _shown(frame, session, reading)
+    desk = window.desk
+
+    def rated(now):
+        return now.rated(
+            rating_of(now, desk.choices, verdict, score=score, note=note, reviewer=desk.reviewer,
+                      reading=reading, other=other, shown=shown)
+        )  # fmt: skip
+
+    if desk.do(rated, f"Rate: {verdict}"):
+        last = desk.session.ratings[-1]
+        desk.tell(f"{last.verdict}: {last.material} under {last.light}", about="rate")

@@ -1,0 +1,102 @@
+"""Dialogs: the palette, help, and what asks for a name before it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from imgui_bundle import ImVec2, imgui
+
+from .actions import keep_picture, screenshot, write_probes
+from .help import draw_help
+from .palette import draw_palette
+from .panels import protocol
+from .widgets import em, quiet
+from .window import Window
+
+# Of dialogs that ask for a file: title, what is asked for, and the button.
+_FILES = {
+    "open": ("Open", "scene.toml, session.toml or image.exr", "Open"),
+    "save.as": ("Save the session", "session.toml", "Save"),
+    "probe.csv": ("Write the probes as CSV", "probes.csv", "Write"),
+    "probe.cxf": ("Write the probes as CxF", "probes.cxf", "Write"),
+    "protocol.write": ("Write the protocol", "protocol.toml", "Write"),
+    "picture.keep": ("Keep A's picture in XYZ, for B of another time", "picture.exr", "Write"),
+    "screenshot.as": ("Screenshot", "picture.png", "Write"),
+}
+#: Commands whose panel is a tab on the right.
+TABS = {"metamerism": "Metamerism", "material.like": "Edit", "rate.note": "Protocol"}
+
+
+def draw_dialog(window: Window) -> bool:
+    """The dialog that is open; whether there is one, and keys are none of commands."""
+    desk = window.desk
+    name = desk.dialog
+    if name in TABS:
+        window.panels_shown, window.kept.tab, desk.dialog = True, TABS[name], None
+        return False
+    if name is None:
+        window.dialog_drawn = None
+        return False
+    opened, window.dialog_drawn = window.dialog_drawn != name, name
+    if opened:
+        window.kept.typed["dialog"] = ""
+    wide = {"help": 78.0, "palette": 40.0}.get(name, 34.0)
+    room = imgui.get_main_viewport().size
+    imgui.set_next_window_pos(ImVec2(room.x / 2.0, min(em(5.0), room.y * 0.1)), 0, ImVec2(0.5, 0.0))
+    imgui.set_next_window_size(ImVec2(min(em(wide), room.x), 0.0))
+    flags = imgui.WindowFlags_
+    imgui.push_style_color(imgui.Col_.window_bg, window.style.panel(5.0))
+    imgui.set_next_window_focus() if opened else None
+    imgui.begin("Dialog", None, flags.no_decoration | flags.no_move | flags.no_saved_settings
+                | flags.always_auto_resize | flags.no_nav)  # fmt: skip
+    done = _DRAWN.get(name, _ask_file)(window, opened)
+    if name == "help" and not opened and imgui.is_key_pressed(imgui.Key.h):
+        done = True
+    lost = not opened and not imgui.is_window_focused(imgui.FocusedFlags_.root_and_child_windows)
+    imgui.end()
+    imgui.pop_style_color()
+    if (done or lost or imgui.is_key_pressed(imgui.Key.escape)) and desk.dialog == name:
+        desk.dialog = None
+    return True
+
+
+def _help(window: Window, _opened: bool) -> bool:
+    draw_help(window)
+    return imgui.button("Close")
+
+
+def _ask_file(window: Window, opened: bool) -> bool:
+    name = window.desk.dialog or ""
+    title, hint, verb = _FILES.get(name, (name, "", "Do it"))
+    imgui.text_unformatted(title)
+    if opened:
+        imgui.set_keyboard_focus_here()
+    imgui.set_next_item_width(-em(6.0))
+    typed = window.kept.typed
+    entered, typed["dialog"] = imgui.input_text_with_hint(
+        "##file", hint, typed["dialog"], imgui.InputTextFlags_.enter_returns_true
+    )
+    imgui.same_line()
+    clicked = imgui.button(verb)
+    quiet(f"in {Path.cwd()}, or with a folder before it")
+    text = typed["dialog"].strip()
+    return bool(text) and (entered or clicked) and _do(window, name, text)
+
+
+def _do(window: Window, name: str, text: str) -> bool:
+    """Whether it was done."""
+    desk = window.desk
+    doing: dict[str, Callable[[], object]] = {
+        "open": lambda: desk.open(text),
+        "save.as": lambda: desk.save_as(text),
+        "probe.csv": lambda: write_probes(window, text, name),
+        "probe.cxf": lambda: write_probes(window, text, name),
+        "protocol.write": lambda: protocol.write(window, text),
+        "picture.keep": lambda: window.between.append(lambda: keep_picture(window, text)),
+        "screenshot.as": lambda: window.between.append(lambda: screenshot(window, text)),
+    }
+    return doing[name]() is not False
+
+
+_DRAWN: dict[str, Callable[[Window, bool], bool]] = {"help": _help, "palette": draw_palette}

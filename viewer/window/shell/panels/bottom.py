@@ -1,0 +1,40 @@
+"""The row below: the colour chain in words, what is drawn, and where help is."""
+
+from __future__ import annotations
+
+from imgui_bundle import imgui
+
+from ...chain import chain, is_colorimetric
+from ...drawing import Quality
+from ...frame import Frame
+from ..widgets import right, said
+from ..window import Window
+
+_QUALITY = {Quality.NONE: "not drawn yet", Quality.MOVING: "coarse", Quality.STILL: "settling", Quality.EXACT: "exact"}
+
+
+def draw(window: Window) -> None:
+    """Two lines."""
+    frame, session = window.frame, window.desk.session
+    if frame is None or frame.texture is None:
+        imgui.text_disabled("The picture is being prepared.")
+        return
+    said("  ·  ".join(chain(session, frame.display)))
+    width, height = window.shown_size
+    state = _QUALITY[Quality(frame.quality)]
+    if frame.quality == Quality.MOVING:
+        state = "moving" if window.moving else "coarse; what is finer is being worked out"
+    if frame.quality != Quality.EXACT and frame.reached:
+        state += f", {frame.reached:.0%} of the exact picture"
+    samples = f", {session.samples} x {session.samples} samples a pixel" if isinstance(frame, Frame) else ""
+    words = [f"{width} x {height}{samples}", state]
+    if session.turntable_deg_s:
+        words.append(f"turntable {session.turntable_deg_s:+g}°/s")
+    if not is_colorimetric(frame.display):
+        words.append("tone-mapped: judge no colour by it")
+    imgui.text_disabled("   ".join(words))
+    beside = "? keys    Ctrl+Shift+P all commands"
+    if window.measuring is not None and isinstance(frame, Frame):
+        beside = f"this view: {window.measuring.words()}    {beside}"
+    imgui.same_line()
+    right(beside)

@@ -1,0 +1,93 @@
+"""How it is shown: exposure, surround, adaptation, the display and its view, warnings, soft proof."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+from imgui_bundle import imgui
+
+from .....spectral.errors import InputError
+from ....display import DisplayTransform
+from ...chain import is_colorimetric
+from ...dials import DEGREE, EXPOSURE, SURROUND
+from ...loading import display_views
+from ...state import Session
+from ..widgets import combo, em, heading, quiet, section, slider
+from ..window import Window
+
+
+def draw(window: Window) -> None:
+    """What is between the picture and the eye."""
+    if not section("Display"):
+        return
+    desk, session, style, choices = window.desk, window.desk.session, window.style, window.desk.choices
+    slider(desk, EXPOSURE, "exposure %+.1f EV")
+    slider(desk, SURROUND, "surround L* %.0f")
+    heading("ADAPTATION", style)
+    for name in ("full", "incomplete", "none"):
+        if imgui.button(f"{name.capitalize()}##adaptation"):
+            desk.run(f"adaptation.{name}")
+        imgui.same_line(0.0, em(0.2))
+    imgui.new_line()
+    slider(desk, DEGREE, "degree D %.2f")
+    heading("DISPLAY AND VIEW", style)
+    frame = window.frame
+    shown = frame.display if frame is not None else style.display
+    _config(window, session.shown.config)
+    there = _views(session.shown.config, shown)
+    clicked = combo("display", [(name, name) for name in there], shown.display)
+    if clicked is not None:
+        view = shown.view if shown.view in there[clicked] else there[clicked][0]
+        desk.do(partial(_put, display=clicked, view=view), f"Display {clicked}, {view}")
+    clicked = combo("view", [(name, name) for name in there.get(shown.display, (shown.view,))], shown.view)
+    if clicked is not None:
+        desk.do(partial(_put, display=shown.display, view=clicked), f"Display {shown.display}, {clicked}")
+    if not is_colorimetric(shown):
+        quiet("This view is tone-mapped: it is not colorimetric.")
+    if imgui.checkbox("mark what is clipped", session.shown.gamut_warning)[0]:
+        desk.run("display.gamut")
+    clicked = combo("proof", [("", "no soft proof"), *((name, f"proof {name}") for name in choices.views)],
+                    session.shown.proof or "")  # fmt: skip
+    if clicked is not None:
+        desk.run(f"proof.{clicked}" if clicked else "proof.none")
+    if imgui.button("Light panels" if session.interface == "dark" else "Dark panels"):
+        desk.run("interface")
+
+
+def _config(window: Window, now: str | None) -> None:
+    """Another configuration of OpenColorIO: its first display, colorimetric where it says so."""
+    desk, typed = window.desk, window.kept.typed
+    if now is not None:
+        quiet(now)
+        if imgui.small_button("OCIO as before"):
+            desk.do(partial(_put, config=None, display=None, view=None), "OCIO configuration as before")
+        return
+    imgui.set_next_item_width(-1.0)
+    entered, typed["config"] = imgui.input_text_with_hint(
+        "##config", "OCIO: config.ocio or ocio://...", typed.get("config", ""), imgui.InputTextFlags_.enter_returns_true
+    )
+    name = typed["config"].strip()
+    if entered and name:
+        desk.do(partial(_configured, name=name), f"OCIO configuration {name}")
+        typed["config"] = ""
+
+
+def _configured(session: Session, name: str) -> Session:
+    there = display_views(name)
+    display = next(iter(there))
+    plain = [view for view in there[display] if "un-tone" in view.lower() or "colorimetric" in view.lower()]
+    return _put(session, config=name, display=display, view=(plain or list(there[display]))[0])
+
+
+def _put(session: Session, **changes: str | None) -> Session:
+    return replace(session, shown=replace(session.shown, **changes))
+
+
+def _views(config: str | None, shown: DisplayTransform) -> Mapping[str, tuple[str, ...]]:
+    """What there is to choose from; what is shown where the configuration cannot be read any more."""
+    try:
+        return display_views(config or shown.config)
+    except InputError:
+        return {shown.display: (shown.view,)}

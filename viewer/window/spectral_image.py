@@ -1,0 +1,199 @@
+"""Spectral OpenEXR pictures (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021) under a light and an observer of choice.
+
+A picture is kept as planes of float32, one a channel, as it lies in the file: whatever the light or the observer is,
+XYZ are three weights a plane, so that a switch is one product of matrices. What fluoresces has planes of pairs of
+wavelengths, whose weights the light excites; its colours are exact, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.bispectral import Bispectral
+from ...spectral.errors import InputError
+from ...spectral.formats.spectral_exr import RELATIVE_UNITS
+from ...spectral.illuminants import illuminant
+from ...spectral.image import ColourImage
+from ...spectral.observers import Observer
+from ...spectral.spectrum import Spectrum
+from ...spectral.stated import EFFICACY
+from ..renderer import radiance_weights
+
+# Light that is raised by more than this at a wavelength raises the noise of the picture with it, which is said.
+_RAISED = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralPicture:
+    """A spectral picture as it lies in its file.
+
+    Parameters
+    ----------
+    kind : "emission": light that comes from each pixel; "reflectance": that of a surface at each.
+    planes : (C,H,W) float32. into, out : (C,) nm, the wavelength that excites a plane and the one that leaves; equal
+        but where something fluoresces.
+    wavelengths_nm : (L,) ascending, those of the planes that keep their wavelength.
+    units : of emission, as the file says; "" where it does not. light : the illuminant that its header names, where it
+        is known here.
+    notes : what has to be said of its values.
+    """
+
+    kind: Literal["emission", "reflectance"]
+    planes: Float[np.ndarray, "C H W"]
+    into: Float[np.ndarray, " C"]
+    out: Float[np.ndarray, " C"]
+    wavelengths_nm: Float[np.ndarray, " L"]
+    units: str = ""
+    light: str | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def relative(self) -> bool:
+        """Whether 1 is the perfect diffuser under equal energy, as Metamer writes it."""
+        return self.kind == "emission" and self.units == RELATIVE_UNITS
+
+    def folded(
+        self,
+        observer: Observer,
+        light: Spectrum | None = None,
+        own_light: Spectrum | None = None,
+        luminance: float | None = None,
+    ) -> ColourImage:
+        """XYZ of the picture with its white, whose Y is 1.
+
+        Parameters
+        ----------
+        light : in which it is seen. A reflectance needs one; emission is seen in its own light without.
+        own_light : that emission was made in: default the one that its header names. Another light takes its place
+            wavelength by wavelength, which is right where light keeps its wavelength, and comes from lamps of one
+            spectrum.
+        luminance : cd/m^2 of white, of emission in absolute units; relative ones have none.
+
+        Raises
+        ------
+        InputError : no light where one is needed; no luminance, or one that is not needed; a light that the own one
+            cannot be replaced by, since it sends nothing at some wavelength.
+        """
+        weights, white = self.weights(observer, light, own_light, luminance)
+        flat = self.planes.reshape(len(self.planes), -1)
+        xyz = (weights.astype(np.float32) @ flat).T.reshape(*self.planes.shape[1:], 3)
+        return ColourImage(xyz, "xyz", white)
+
+    def weights(
+        self,
+        observer: Observer,
+        light: Spectrum | None = None,
+        own_light: Spectrum | None = None,
+        luminance: float | None = None,
+    ) -> tuple[Float[np.ndarray, "3 C"], Float[np.ndarray, "3"]]:
+        """XYZ = weights @ planes, and the white; parameters and errors as of `folded`."""
+        if self.kind == "reflectance":
+            if light is None:
+                hint = "choose an illuminant or a lamp"
+                raise InputError(
+                    "a reflectance has no colour without a light", field="light", expected="one", hint=hint
+                )
+            _check_unneeded(luminance, "reflectances have none")
+            return self._of_reflectance(observer, light), observer.white(light)
+        return self._of_emission(observer, light, own_light, luminance)
+
+    def spectrum(self, row: int, column: int) -> Float[np.ndarray, " L"]:
+        """What keeps its wavelength at a pixel, at `wavelengths_nm`, as the file has it."""
+        return self.planes[: len(self.wavelengths_nm), row, column].astype(np.float64)
+
+    def region(self, rows: slice, columns: slice) -> Float[np.ndarray, " L"]:
+        """The mean of `spectrum` over a region."""
+        planes = self.planes[: len(self.wavelengths_nm), rows, columns]
+        return planes.mean(axis=(1, 2), dtype=np.float64)
+
+    def amplification(self, light: Spectrum, own_light: Spectrum) -> Float[np.ndarray, " L"]:
+        """What each wavelength is multiplied by where another light takes the place of the own one.
+
+        Raises
+        ------
+        InputError : the own light sends nothing where the other one does.
+        """
+        nm = self.wavelengths_nm
+        old, new = (one.averaged(nm).samples for one in (own_light, light))
+        dark = (old <= 0.0) & (new > 0.0)
+        if dark.any():
+            where = nm[dark]
+            raise InputError(
+                "no light of the picture's own that another could take the place of",
+                field="light",
+                found=f"its own light sends nothing at {where[0]:g}{f' to {where[-1]:g}' if len(where) > 1 else ''} nm",
+                expected="a light within what it sends",
+                hint="render the picture in this light, or as reflectances",
+            )
+        return np.divide(new, old, out=np.zeros(len(nm)), where=old > 0.0)
+
+    def _of_reflectance(self, observer: Observer, light: Spectrum) -> Float[np.ndarray, "3 C"]:
+        nm = self.wavelengths_nm
+        kept = observer.weights(light, nm)
+        if len(self.planes) == len(nm):
+            return kept
+        # As `Bispectral.fold_emission` has it, a pair of wavelengths at a time.
+        bare = Bispectral(nm, nm, np.zeros((len(nm), len(nm))))
+        excited = dict(zip(nm.tolist(), bare.excitation(light).tolist(), strict=True))
+        seen = dict(zip(nm.tolist(), observer.sensitivity(nm).T, strict=True))
+        pairs = zip(self.into[len(nm) :].tolist(), self.out[len(nm) :].tolist(), strict=True)
+        more = [excited[absorbed] * seen[emitted] for absorbed, emitted in pairs]
+        return np.concatenate([kept, np.stack(more, axis=1) / observer.luminous(light)], axis=1)
+
+    def _of_emission(
+        self, observer: Observer, light: Spectrum | None, own_light: Spectrum | None, luminance: float | None
+    ) -> tuple[Float[np.ndarray, "3 C"], Float[np.ndarray, "3"]]:
+        nm = self.wavelengths_nm
+        own = own_light or (illuminant(self.light) if self.light else None)
+        if own is None:
+            found = "no light in the header" if self.light is None else self.light
+            expected = "the light that the picture was made in, which white is the white of"
+            raise InputError("in which light was this made?", field="own_light", found=found, expected=expected)
+        to_xyz = radiance_weights(observer, nm)
+        weights, seen_in = to_xyz, own
+        if light is not None and light.key != own.key:
+            powers = [float(to_xyz[1] @ one.averaged(nm).samples) for one in (own, light)]
+            for name, power in zip(("own_light", "light"), powers, strict=True):
+                if not power > 0.0:
+                    found = "none at the picture's wavelengths"
+                    raise InputError("a light of no power", field=name, found=found, expected="some")
+            # At the same luminance.
+            weights = to_xyz * (self.amplification(light, own) * (powers[0] / powers[1]))
+            seen_in = light
+        white = to_xyz @ seen_in.averaged(nm).samples
+        if not white[1] > 0.0:
+            found = "none at the picture's wavelengths"
+            raise InputError("a light of no power", field="light", found=found, expected="some")
+        if self.relative:
+            _check_unneeded(luminance, f"the picture is {RELATIVE_UNITS}")
+        else:
+            if luminance is None or not (np.isfinite(luminance) and luminance > 0.0):
+                raise InputError(
+                    "how bright is white?",
+                    field="luminance",
+                    found=luminance,
+                    expected=f"cd/m^2, more than 0: the picture is in {self.units or 'units that it does not state'}",
+                )
+            weights = weights * (
+                EFFICACY * float(np.trapezoid(observer.cmfs[:, 1], observer.wavelengths_nm)) / luminance
+            )
+        return weights, white / white[1]
+
+
+def _check_unneeded(luminance: float | None, why: str) -> None:
+    if luminance is not None:
+        raise InputError("a luminance that nothing asks for", field="luminance", found=luminance, expected=why)
+
+
+def raised_note(picture: SpectralPicture, light: Spectrum, own_light: Spectrum) -> str | None:
+    """What another light does to the noise of a picture, where it raises it much: of the middle of its wavelengths."""
+    ratio = picture.amplification(light, own_light)
+    known = ratio[ratio > 0.0]
+    if not len(known) or not ratio.max() > _RAISED * float(np.median(known)):
+        return None
+    nm, times = picture.wavelengths_nm[int(np.argmax(ratio))], ratio.max() / np.median(known)
+    return f"at {nm:g} nm the picture is raised {times:.0f} times as much as elsewhere, noise and all"

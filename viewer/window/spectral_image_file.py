@@ -1,0 +1,147 @@
+"""Spectral OpenEXR pictures read as planes, in a memory that is known before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.formats.exr import channel_names, read_picture, samples_in
+from ...spectral.formats.spectral_exr import BISPECTRAL, PLAIN, wavelength_of
+from ...spectral.illuminants import illuminant
+from ...spectral.memory import check_room, gigabytes
+from .spectral_image import SpectralPicture
+
+# Bytes of a sample while a picture is read: as it comes from the file, and as it is kept.
+_READING, _KEPT = 8, 4
+
+
+@dataclass(frozen=True)
+class PictureMemory:
+    """What a spectral picture takes, bytes: while it is read, and while it is kept."""
+
+    samples: int
+
+    @property
+    def reading(self) -> int:
+        """While it is read."""
+        return _READING * self.samples
+
+    @property
+    def kept(self) -> int:
+        """As long as it is shown."""
+        return _KEPT * self.samples
+
+    @property
+    def words(self) -> str:
+        """Of both."""
+        return f"{gigabytes(self.reading)} while it is read, {gigabytes(self.kept)} afterwards"
+
+
+def picture_memory(path: str | Path) -> PictureMemory:
+    """What a picture will take, by its header."""
+    return PictureMemory(samples_in(Path(path)))
+
+
+def is_spectral_picture(path: str | Path) -> bool:
+    """Whether a file is OpenEXR with channels of wavelengths; by its header."""
+    path = Path(path)
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        head = file.read(4)
+    return any(PLAIN.match(name) for name in channel_names(path, head))
+
+
+def read_spectral_picture(path: str | Path) -> SpectralPicture:
+    """Read a picture; what does not fit into the memory that is free is refused before any of it is read.
+
+    Values are kept as they are: how many are no numbers, or below 0, is in `notes`.
+
+    Raises
+    ------
+    InputError : no such file, not OpenEXR, damaged; no spectral channels, several kinds or layers, a wavelength twice,
+        channels of other sizes; too little memory.
+    """
+    path = Path(path)
+    memory = picture_memory(path)
+    problem, hint = "not enough memory for a spectral picture", "cut out a part, or save it with fewer wavelengths"
+    check_room(memory.reading, problem, memory.words, hint, file=path)
+    try:
+        return _read(path, memory)
+    except InputError as error:
+        raise (error.at(file=path) if error.file is None else error) from None
+
+
+def _read(path: Path, memory: PictureMemory) -> SpectralPicture:
+    picture = read_picture(path, max(memory.samples, 1))
+    said, channels = picture.attributes, dict(picture.channels)
+    # Or what is taken out of the channels below would stay in it.
+    del picture
+    plain: dict[float, str] = {}
+    pairs: dict[tuple[float, float], str] = {}
+    kinds: set[str] = set()
+    for name in channels:
+        if found := PLAIN.match(name):
+            kinds.add(found[1])
+            key = wavelength_of(found[2], found[3], found[4])
+            held: dict = plain
+        elif found := BISPECTRAL.match(name):
+            key = (wavelength_of(found[1], found[2], found[3]), wavelength_of(found[4], found[5], found[6]))
+            held = pairs
+        else:
+            continue
+        if key in held:
+            expected, hint = "each wavelength once", "the file has layers or views; save one of them alone"
+            raise InputError("two channels hold the same", field=name, found=held[key], expected=expected, hint=hint)
+        held[key] = name
+    if len(kinds) != 1:
+        raise InputError(
+            "emission and reflectance in one file" if kinds else "no spectral channels",
+            field="channels",
+            found=", ".join(list(channels)[:6]),
+            expected="channels such as T.550,000000nm or S0.550,000000nm",
+        )
+    nm = np.array(sorted(plain))
+    if len(nm) < 2:
+        raise InputError(
+            "one wavelength is no spectrum", field="channels", found=f"{nm[0]:g} nm", expected="two or more"
+        )
+    for absorbed, emitted in pairs:
+        if absorbed not in plain or emitted not in plain or absorbed == emitted or kinds == {"S0"}:
+            expected = "two different wavelengths of reflectance channels"
+            raise InputError("re-radiation without its wavelengths", field=pairs[absorbed, emitted], expected=expected)
+    ordered = [plain[one] for one in nm.tolist()] + [pairs[one] for one in sorted(pairs)]
+    shapes = {channels[name].shape for name in ordered}
+    if len(shapes) > 1:
+        found = " and ".join(f"{width} x {height}" for height, width in sorted(shapes)[:2])
+        hint = "save the picture without subsampling"
+        raise InputError("channels of different sizes", field="channels", found=found, expected="one size", hint=hint)
+    planes = np.empty((len(ordered), *shapes.pop()), dtype=np.float32)
+    for number, name in enumerate(ordered):
+        # One by one, so that what was read is not there twice.
+        planes[number] = channels.pop(name)
+    into = np.concatenate([nm, [one for one, _ in sorted(pairs)]])
+    out = np.concatenate([nm, [other for _, other in sorted(pairs)]])
+    units, light = (value if isinstance(value := said.get(key), str) else "" for key in ("emissiveUnits", "illuminant"))
+    kind = "emission" if kinds == {"S0"} else "reflectance"
+    return SpectralPicture(kind, planes, into, out, nm, units, _known(light), tuple(_notes(planes)))
+
+
+def _known(light: str) -> str | None:
+    """The name, where an illuminant is called so."""
+    try:
+        illuminant(light)
+    except UnknownNameError:
+        return None
+    return light
+
+
+def _notes(planes: Float[np.ndarray, "C H W"]) -> list[str]:
+    missing = sum(int(np.count_nonzero(~np.isfinite(plane))) for plane in planes)
+    below = sum(int(np.count_nonzero(plane < 0.0)) for plane in planes)
+    notes = [f"{missing} of {planes.size} values are no numbers"] if missing else []
+    return [*notes, f"{below} of {planes.size} values are below 0"] if below else notes

@@ -1,0 +1,296 @@
+"""Everything that the window shows and that can be changed in it, in one value: a `Session`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Literal, get_args
+
+from ...calibration.rating import Rating
+from ...spectral.adaptation import CONE_FROM_XYZ
+from ...spectral.errors import InputError
+from ...spectral.image_difference import ImageFormula
+from ...spectral.observers import OBSERVERS
+from .checks import check_known, check_positive, check_text, check_within
+from .light_choice import LightChoice
+from .places import Pin, Region
+from .viewpoint import Viewpoint
+
+Kind = Literal["scene", "materials", "image"]
+#: How the two sides are shown; "difference" is the ΔE map.
+Mode = Literal["A", "B", "wipe", "side by side", "checkerboard", "difference"]
+#: How the picture of a side is made: from fast forms, by the reference, or read: a baseline, an image.
+Made = Literal["fast", "reference", "file"]
+Interface = Literal["dark", "light"]
+MODES: tuple[Mode, ...] = get_args(Mode)
+FORMULAS: tuple[ImageFormula, ...] = get_args(ImageFormula)
+#: Of the checkerboard, in heights of the picture.
+LEAST_CELL = 0.005
+# Of fields that are no part of what is kept or undone: where the pointer is, which key is held.
+_PASSING = {"passing": True}
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is looked at.
+
+    kind : a scene, materials on a shape, or an image. path : the scene's or the image's file; of materials, of the
+    scene that they are shown in, None for the shipped one. materials : ids that are gone through on the shown part; ()
+    for all that the catalogue has. shape : one of the generated shapes, or a mesh's file, in place of the shown part's.
+    own_light, luminance : what an image's file does not say: the lamp that it was made in, and cd/m^2 of its white.
+    """
+
+    kind: Kind = "scene"
+    path: str | None = None
+    materials: tuple[str, ...] = ()
+    shape: str | None = None
+    own_light: str | None = None
+    luminance: float | None = None
+
+    def __post_init__(self) -> None:
+        check_known(self.kind, get_args(Kind), "kind", "kind of subject")
+        if self.luminance is not None:
+            check_positive(self.luminance, "luminance", "cd/m^2")
+        for name in ("path", "shape", "own_light"):
+            if (value := getattr(self, name)) is not None:
+                check_text(value, name)
+        for one in self.materials:
+            check_text(one, "materials")
+        if self.kind == "image" and self.path is None:
+            raise InputError("no image", field="path", expected="the file of a spectral or XYZ OpenEXR")
+
+
+@dataclass(frozen=True)
+class Worn:
+    """A material on a part, in place of the scene's."""
+
+    part: str
+    material: str
+
+    def __post_init__(self) -> None:
+        check_text(self.part, "part")
+        check_text(self.material, "material")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A parameter of a material's formula (`materials.sliders`) at another value than the catalogue has."""
+
+    material: str
+    parameter: str
+    value: float
+
+    def __post_init__(self) -> None:
+        check_text(self.material, "material")
+        check_text(self.parameter, "parameter")
+        check_within(self.value, -1e12, 1e12, "value")
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """How far the eye is used to the light: XYZ under its white go to the display's by `method`, to this degree.
+
+    degree : 1 is full adaptation, 0 none; between, D of CIE 159:2004. chosen by a person, or by `degree_of`.
+    """
+
+    method: str = "Bradford"
+    degree: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_known(self.method, CONE_FROM_XYZ, "method", "chromatic adaptation")
+        check_within(self.degree, 0.0, 1.0, "degree")
+
+    @property
+    def words(self) -> str:
+        """For the chain."""
+        if self.degree == 0.0:
+            return "no adaptation"
+        return f"{self.method}{'' if self.degree == 1.0 else f', incomplete (D = {self.degree:.2f})'}"
+
+
+@dataclass(frozen=True)
+class Other:
+    """Side B: as side A, but for what is said here.
+
+    material : on the shown part. light, observer : its own. catalogue : the folder of another version of the
+    materials. made : how its picture is made. file : of an image, or of a baseline's or another's picture, where
+    `made` is "file".
+    """
+
+    material: str | None = None
+    light: LightChoice | None = None
+    observer: str | None = None
+    catalogue: str | None = None
+    made: Made = "fast"
+    file: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("material", "catalogue", "file"):
+            if (value := getattr(self, name)) is not None:
+                check_text(value, name)
+        if self.observer is not None:
+            check_known(self.observer, OBSERVERS, "observer", "observer")
+        check_known(self.made, get_args(Made), "made", "way to make a picture")
+        if (self.made == "file") != (self.file is not None):
+            expected = "a picture's file" if self.file is None else 'made = "file" beside it'
+            raise InputError("a file and `made` do not fit", field="file", found=self.file, expected=expected)
+
+
+@dataclass(frozen=True)
+class Compare:
+    """How A and B are laid side by side.
+
+    position : of the wipe, from the left. cell : of the checkerboard, in heights of the picture. formula : of the ΔE
+    map, whose reference is A. scale : ΔE at the end of its colours. tolerance : where its contour runs, and above
+    which pixels are counted. contour : whether that is drawn.
+    """
+
+    mode: Mode = "A"
+    position: float = 0.5
+    cell: float = 0.1
+    formula: ImageFormula = "CIE 1994"
+    scale: float = 5.0
+    tolerance: float = 1.0
+    contour: bool = True
+
+    def __post_init__(self) -> None:
+        check_known(self.mode, MODES, "mode", "way to compare")
+        check_within(self.position, 0.0, 1.0, "position")
+        check_within(self.cell, LEAST_CELL, 1.0, "cell")
+        check_known(self.formula, FORMULAS, "formula", "colour difference")
+        check_within(self.scale, 0.01, 100.0, "scale", "ΔE")
+        check_within(self.tolerance, 0.01, 100.0, "tolerance", "ΔE")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How the picture is brought to the display.
+
+    config, display, view : of OpenColorIO; None leaves the scene's, or the default. gamut_warning : marks what the
+    display cannot show. proof : another display of the configuration whose gamut is shown on this one.
+    """
+
+    config: str | None = None
+    display: str | None = None
+    view: str | None = None
+    gamut_warning: bool = False
+    proof: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("config", "display", "view", "proof"):
+            if (value := getattr(self, name)) is not None:
+                check_text(value, name)
+
+
+@dataclass(frozen=True)
+class Session:
+    """All that a window shows.
+
+    Parameters
+    ----------
+    subject, catalogue : what is looked at, and the folder that materials come from; None is the default one.
+    view : from where. turntable_deg_s : how fast it goes round by itself; 0 stands. samples : along a side of a pixel.
+    part : on which materials are shown; None is the scene's reviewed part. worn : materials on parts. edits : of
+        materials.
+    light, observer : of side A. other : in what side B differs. compare : how they are shown.
+    adaptation, exposure : the latter in stops. surround : L* about the picture. shown : the display.
+    bounces : whether light by way of other surfaces is shown. influence : the part whose light on all others is shown
+        alone; None shows the picture.
+    pins, regions : what is probed. ratings : the reviewer's protocol.
+    interface : the grey of panels.
+    cursor : shares of the picture's width and height under the pointer. flicked : while the flick's key is held. Both
+        pass: they are neither kept in files nor undone.
+
+    Raises
+    ------
+    InputError, UnknownNameError : a value out of range, by field; two pins or regions of one name; a part or a
+        parameter that is changed twice.
+    """
+
+    subject: Subject = field(default_factory=Subject)
+    catalogue: str | None = None
+    view: Viewpoint = field(default_factory=Viewpoint)
+    turntable_deg_s: float = 0.0
+    samples: int = 3
+    part: str | None = None
+    worn: tuple[Worn, ...] = ()
+    edits: tuple[Edit, ...] = ()
+    light: LightChoice = field(default_factory=LightChoice)
+    observer: str = "1931_2"
+    other: Other = field(default_factory=Other)
+    compare: Compare = field(default_factory=Compare)
+    adaptation: Adaptation = field(default_factory=Adaptation)
+    exposure: float = 0.0
+    surround: float = 50.0
+    shown: Shown = field(default_factory=Shown)
+    bounces: bool = False
+    influence: str | None = None
+    pins: tuple[Pin, ...] = ()
+    regions: tuple[Region, ...] = ()
+    ratings: tuple[Rating, ...] = ()
+    interface: Interface = "dark"
+    cursor: tuple[float, float] | None = field(default=None, metadata=_PASSING)
+    flicked: bool = field(default=False, metadata=_PASSING)
+
+    def __post_init__(self) -> None:
+        for name in ("catalogue", "part", "influence"):
+            if (value := getattr(self, name)) is not None:
+                check_text(value, name)
+        check_within(self.turntable_deg_s, -360.0, 360.0, "turntable_deg_s", "degrees a second")
+        check_within(self.samples, 1, 64, "samples")
+        check_known(self.observer, OBSERVERS, "observer", "observer")
+        check_within(self.exposure, -10.0, 10.0, "exposure", "stops")
+        check_within(self.surround, 20.0, 90.0, "surround", "L*")
+        check_known(self.interface, get_args(Interface), "interface", "interface")
+        _check_once([one.part for one in self.worn], "worn", "two materials on a part")
+        _check_once([f"{one.material}: {one.parameter}" for one in self.edits], "edits", "a parameter twice")
+        for name in ("pins", "regions"):
+            _check_once([one.name for one in getattr(self, name)], name, "two of one name")
+        _check_once([" under ".join(one.key) for one in self.ratings], "ratings", "rated twice")
+        if self.cursor is not None:
+            for share in self.cursor:
+                check_within(share, 0.0, 1.0, "cursor")
+
+    @property
+    def settled(self) -> Session:
+        """Without what passes."""
+        return replace(self, **{name: getattr(_STILL, name) for name in PASSING})
+
+    def with_passing_of(self, now: Session) -> Session:
+        """This with the pointer and keys of another: what is undone is not where the hand is."""
+        return replace(self, **{name: getattr(now, name) for name in PASSING})
+
+    @property
+    def seen(self) -> Mode:
+        """How the sides are shown this moment: a held flick shows the other side, of A and of B, and B of all else."""
+        if not self.flicked:
+            return self.compare.mode
+        return "A" if self.compare.mode == "B" else "B"
+
+    def material_of(self, part: str) -> str | None:
+        """The id that is chosen for a part of side A; None where it is the scene's own."""
+        return next((one.material for one in self.worn if one.part == part), None)
+
+    def wearing(self, part: str, material: str) -> Session:
+        """With a material on a part of side A."""
+        rest = tuple(one for one in self.worn if one.part != part)
+        return replace(self, worn=(*rest, Worn(part, material)))
+
+    def edited(self, material: str, parameter: str, value: float | None) -> Session:
+        """With a parameter of a material at a value; None takes it back."""
+        rest = tuple(one for one in self.edits if (one.material, one.parameter) != (material, parameter))
+        return replace(self, edits=rest if value is None else (*rest, Edit(material, parameter, float(value))))
+
+    def rated(self, rating: Rating) -> Session:
+        """With a rating, in place of an earlier one of the same."""
+        rest = tuple(one for one in self.ratings if one.key != rating.key)
+        return replace(self, ratings=(*rest, rating))
+
+
+def _check_once(names: list[str], where: str, problem: str) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(problem, field=where, found=twice[0], expected="each once")
+
+
+PASSING = tuple(one.name for one in fields(Session) if one.metadata.get("passing"))
+_STILL = Session()
