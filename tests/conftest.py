@@ -1,25 +1,43 @@
 """Fixtures that every test folder shares: the real data beside the project, and a GL context where there is one."""
 
+import hashlib
 import importlib.util
 import os
 import shutil
 import subprocess
 import sys
 import types
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import metamer
 import pytest
+from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
 
-# Shapes in signatures are checked while tests run, and only then.
-install_import_hook("metamer", "beartype.beartype")
+# Shapes in signatures are checked while tests run, and only then: where they cross the public border, which is what
+# `metamer` gives out and the types beneath it. Everywhere takes twice as long: METAMER_SHAPES=all.
+PUBLIC = {f"metamer.{home.rpartition('.')[0]}" for home in metamer._HOMES.values()}
+PUBLIC |= {f"metamer.spectral.{name}" for name in ("basis", "folding", "image", "palette", "wavelengths")}
+ALL_SHAPES = os.environ.get("METAMER_SHAPES") == "all"
+install_import_hook("metamer" if ALL_SHAPES else sorted(PUBLIC), "beartype.beartype")
+
+# The same cases in every run, and no limit on one of them: what a loaded machine does is no failure.
+settings.register_profile("steady", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("steady")
 
 ROOT = Path(__file__).resolve().parent.parent
+# Markers of tests that `make test` leaves to `make test-all`; docs/testing.md has a sentence on each.
+SECOND_TIER = ("browser", "mitsuba", "slow", "stress", "window")
+LIMIT_S, SECOND_TIER_LIMIT_S = 60, 300
 
 
 def pytest_collection_modifyitems(items):
-    """The one test that takes a minute begins first: at the end it would keep one process busy, and the others idle."""
+    """Give every test its limit; the first to begin is the longest, which would keep one process busy at the end."""
+    for item in items:
+        late = any(item.get_closest_marker(name) for name in SECOND_TIER)
+        if not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(SECOND_TIER_LIMIT_S if late else LIMIT_S))
     items.sort(key=lambda item: item.path.name != "test_shipped_review.py")
 
 
@@ -94,16 +112,35 @@ masking = "smith"
 """
 
 
-@pytest.fixture(scope="session")
-def tiny_catalogue(tmp_path_factory) -> Path:
-    """Folder of a catalogue of four materials, imported by the command; to be read only."""
-    folder = tmp_path_factory.mktemp("tiny")
+def _import_tiny(folder: Path) -> None:
+    """Fill `folder / "catalogue"` by the command, in a process without the checks of this one."""
     shutil.copytree(ROOT / "catalogs" / "shipped", folder / "source", ignore=shutil.ignore_patterns("[!s]*.toml"))
     (folder / "source" / "tiny.toml").write_text(TINY, encoding="utf-8")
     words = ["catalogue", "import", folder / "source", "--into", folder / "catalogue", "--jobs", "2", "--budget", "1"]
     done = subprocess.run([sys.executable, "-m", "metamer.cli.main", *words], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    return folder / "catalogue"
+
+
+@pytest.fixture(scope="session")
+def tiny_catalogue(tmp_path_factory, request) -> Path:
+    """Folder of a catalogue of four materials, imported by the command; to be read only.
+
+    Kept between runs, under the hash of the code that made it; a session works on a copy.
+    """
+    from metamer.materials.intake.code_version import readers_hash
+
+    folder = tmp_path_factory.mktemp("tiny")
+    cache = getattr(request.config, "cache", None)
+    if cache is None:
+        _import_tiny(folder)
+        return folder / "catalogue"
+    key = hashlib.sha256(f"{readers_hash()}{TINY}{sys.version}".encode()).hexdigest()[:16]
+    kept = Path(cache.mkdir("catalogues")) / key
+    if not kept.is_dir():
+        _import_tiny(folder)
+        with suppress(OSError):  # another process was faster
+            (folder / "catalogue").rename(kept)
+    return Path(shutil.copytree(kept, folder / "copy"))
 
 
 @pytest.fixture(scope="session")

@@ -163,11 +163,7 @@ def test_every_refusal_says_what_would_do(folder):
     assert not mute, mute
 
 
-# import-linter, with the contracts of pyproject.toml.
-
-
-def test_imports_point_one_way():
-    clean(tool("lint-imports"), "--no-cache", "--no-logo")
+# import-linter, with the contracts of pyproject.toml: `make lint` holds the tree to them.
 
 
 def _contract(kind):
@@ -236,15 +232,14 @@ def test_no_module_imports_from_the_folder_that_holds_it():
     assert not wrong, wrong
 
 
-# Style, where the tools are installed.
-
-
-def test_ruff_is_content():
-    clean(tool("ruff"), "check", "--no-cache", ".")
-
-
-def test_spelling():
-    clean(tool("codespell"), *map(str, tracked()))
+def test_second_tier_is_the_same_everywhere(request):
+    """Markers of pyproject.toml, the expression of the Makefile, limits of the tests' conftest, and the docs."""
+    declared = {line.partition(":")[0] for line in PROJECT["tool"]["pytest"]["ini_options"]["markers"]}
+    (expression,) = re.findall(r"^FIRST_TIER := not \((.+)\)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    (plugin,) = (one for one in request.config.pluginmanager.get_plugins() if hasattr(one, "SECOND_TIER"))
+    assert set(expression.split(" or ")) == declared == set(plugin.SECOND_TIER)
+    table = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "testing.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(table) == declared
 
 
 def test_every_public_definition_says_what_it_is():

@@ -1,5 +1,7 @@
 """Chromatic adaptation, and the chain's first law: the perfect diffuser under any light comes out white."""
 
+from inspect import unwrap
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -97,7 +99,7 @@ def test_impossible_white_is_named(white, field):
 def test_unknown_method_gives_the_nearest():
     # Behind the check of annotations, which only tests have.
     with pytest.raises(UnknownNameError, match="Bradford, CAT02, CAT16"):
-        adaptation_matrix.__wrapped__(np.ones(3), np.ones(3), "bradfort")
+        unwrap(adaptation_matrix)(np.ones(3), np.ones(3), "bradfort")
 
 
 @given(start=whites, end=whites, method=st.sampled_from(METHODS))

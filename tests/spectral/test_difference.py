@@ -1,5 +1,7 @@
 """Colour differences: published pairs, the oracle over a thousand images, and the corners of the formulae."""
 
+from inspect import unwrap
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -204,7 +206,7 @@ def test_impossible_white_is_an_error(white):
 def test_unknown_formula_names_the_known_ones():
     # Behind the check of annotations, which only tests have.
     with pytest.raises(UnknownNameError, match="CIE 1976, CIE 1994, CIE 2000"):
-        delta_e.__wrapped__(np.zeros(3), np.zeros(3), "CIE94")
+        unwrap(delta_e)(np.zeros(3), np.zeros(3), "CIE94")
 
 
 @given(first=labs, second=labs)

@@ -1,6 +1,7 @@
 """FLIP through its optional package."""
 
 import sys
+from inspect import unwrap
 
 import numpy as np
 import pytest
@@ -88,4 +89,4 @@ def test_a_missing_package_is_said(monkeypatch):
 def test_what_is_no_pair_of_pictures_is_refused(first, second, distance, words):
     # Behind the check of annotations, which only tests have.
     with pytest.raises(InputError, match=words):
-        flip.__wrapped__(first, second, distance)
+        unwrap(flip)(first, second, distance)

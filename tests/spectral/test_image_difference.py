@@ -1,5 +1,7 @@
 """Differences of large images in single precision, beside double precision and colour-science."""
 
+from inspect import unwrap
+
 import numpy as np
 import pytest
 from metamer.spectral import image_difference
@@ -68,6 +70,6 @@ def test_equal_images_differ_by_nothing(pair, method):
 def test_other_shapes_and_formulas_are_refused(pair):
     # Behind the check of annotations, which only tests have.
     with pytest.raises(InputError, match="different shapes"):
-        image_delta_e.__wrapped__(pair[0], pair[1][:20])
+        unwrap(image_delta_e)(pair[0], pair[1][:20])
     with pytest.raises(UnknownNameError, match="CIE 1994, CIE 2000, CAM16-UCS"):
-        image_delta_e.__wrapped__(*pair, "CIE 1976")
+        unwrap(image_delta_e)(*pair, "CIE 1976")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from inspect import unwrap
+
 import numpy as np
 import pytest
 from metamer.spectral.errors import ComparisonError, UnknownNameError
@@ -140,4 +142,4 @@ def test_what_is_no_white_is_refused_with_the_limit(share, method, words):
 def test_an_unknown_method_is_refused():
     # Behind the check of annotations, which only tests have.
     with pytest.raises(UnknownNameError, match="CIE 2004, ASTM E313"):
-        whiteness.__wrapped__(paper(), WIDE, "Berger")
+        unwrap(whiteness)(paper(), WIDE, "Berger")
