@@ -33,18 +33,6 @@ test-all: $(VENV)/.installed-for-tests
 	@$(BIN)/metamer doctor --brief
 	$(PYTEST) $(ARGS)
 
-view: $(VENV)/.installed
-	@$(BIN)/metamer doctor --brief
-	$(BIN)/metamer catalogue import --into $(CATALOGUE)
-	@echo "$(BIN)/metamer review --catalogue $(CATALOGUE) --out $(OUT)"
-	@$(BIN)/metamer review --catalogue $(CATALOGUE) --out $(OUT) || { code=$$?; [ $$code = 1 ] || exit $$code; \
-	  echo "Some rows are near the budget, none is over it: $(OUT)/index.html shows them first."; }
-
-test: $(VENV)/.installed-for-tests
-	@$(BIN)/metamer doctor --brief
-# Tests start hundreds of commands; without byte code on disk each would compile all of Metamer again.
-	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
-
 view: $(VENV)/.installed-for-windows
 	METAMER_CATALOGUE=$(CATALOGUE) $(BIN)/metamer view $(WHAT)
 
@@ -58,8 +46,8 @@ lint: $(VENV)/.installed-for-tests
 # Only files that git knows: a catalogue or a review that was made here is nobody's prose.
 	git ls-files -z --cached --others --exclude-standard | xargs -0 $(BIN)/codespell
 # Fetched from npm's registry by its Python package; without that, types go unchecked, and it is said.
-	@$(BIN)/pyright --version >/dev/null 2>&1 || echo "pyright cannot be fetched here: types are not checked"
-	@! $(BIN)/pyright --version >/dev/null 2>&1 || { echo $(BIN)/pyright; $(BIN)/pyright; }
+	@timeout 180 $(BIN)/pyright --version >/dev/null 2>&1 || echo "pyright cannot be fetched here: types are not checked"
+	@! timeout 180 $(BIN)/pyright --version >/dev/null 2>&1 || { echo $(BIN)/pyright; $(BIN)/pyright; }
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

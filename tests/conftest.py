@@ -32,9 +32,13 @@ SECOND_TIER = ("browser", "mitsuba", "slow", "stress", "window")
 LIMIT_S, SECOND_TIER_LIMIT_S = 60, 300
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Give every test its limit; the first to begin is the longest, which would keep one process busy at the end."""
     for item in items:
+        for marker in item.iter_markers("slow_cases"):
+            if item.callspec.id in marker.args:
+                item.add_marker(pytest.mark.slow)
         late = any(item.get_closest_marker(name) for name in SECOND_TIER)
         if not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SECOND_TIER_LIMIT_S if late else LIMIT_S))

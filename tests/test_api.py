@@ -167,6 +167,7 @@ def test_shipped_scenes():
         metamer.shipped_scene("spere")
 
 
+@pytest.mark.slow
 def test_a_picture_has_its_arrays_and_writes_what_the_command_writes(scene, catalogue, tmp_path):
     picture = metamer.render(scene, catalogue, illuminant="A", renderer="software")
     assert isinstance(picture, metamer.Picture)

@@ -73,6 +73,7 @@ def test_balanced_basis_beats_peercy_at_every_size(tmp_path):
     assert number(r"One light alone: J = 3, largest ΔE94 (\S+)", said) < 1e-9
 
 
+@pytest.mark.slow
 def test_more_terms_for_a_smaller_budget(tmp_path):
     said = run("03_factor_a_brdf.py", tmp_path)
     rows = re.findall(r"^ *([\d.]+) +io (\d+), hd (\d+) +([\d.]+) +([\d.]+)", said, re.M)
@@ -87,6 +88,7 @@ def test_more_terms_for_a_smaller_budget(tmp_path):
     assert number(r"packs ([\d.]+)", said) == pytest.approx(original, rel=0.02)
 
 
+@pytest.mark.slow
 def test_picture_and_truth_agree_and_both_files_are_there(tmp_path):
     said = run("04_render_and_compare.py", tmp_path, "pictures")
     assert number(r"max ([\d.]+)", said) < 1.0
@@ -110,6 +112,7 @@ def test_fluorescence_shows_where_the_light_excites_it(tmp_path):
         assert picture.values.shape == (96, 96, 3)
 
 
+@pytest.mark.slow
 def test_a_catalogue_of_two_materials(tmp_path):
     said = run("05_build_a_catalogue.py", tmp_path, "made")
     assert "2 imported" in said and "2 skipped" in said
@@ -121,6 +124,7 @@ def test_a_catalogue_of_two_materials(tmp_path):
     assert catalogue.load("fabric/rust-felt").error.p99 < 1.0
 
 
+@pytest.mark.slow
 def test_a_neighbour_a_slider_and_pictures_along_it(tmp_path):
     said = run("07_like_this_but.py", tmp_path, "made")
     assert number(r"sample/satin, by ([\d.]+) stops", said) == pytest.approx(1.2, abs=0.2)

@@ -105,6 +105,7 @@ def test_packages_import_their_own_relatively():
     assert not wrong, wrong
 
 
+@pytest.mark.slow
 def test_nothing_below_imports_the_outermost_package():
     """Its names are for scripts. What a fit can reach would else be everything: every change would fit all again."""
     below = {name.split(".")[1] for name in FOLDERS}
@@ -218,6 +219,7 @@ def test_the_contract_against_circles_sees_imports_in_functions_and_for_types(tm
     assert done.returncode == 1 and "No cycles are allowed in round" in done.stdout, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_no_module_imports_from_the_folder_that_holds_it():
     """The circle that the contract does not see: a folder's `__init__` gives out what the modules in it hold."""
     wrong = []
@@ -232,9 +234,16 @@ def test_no_module_imports_from_the_folder_that_holds_it():
     assert not wrong, wrong
 
 
+def test_each_rule_of_the_makefile_stands_once():
+    """The last of two would win, with no more than a warning."""
+    rules = re.findall(r"^([\w$()/.-]+):(?!=)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert "test-all" in rules and len(rules) == len(set(rules)), rules
+
+
 def test_second_tier_is_the_same_everywhere(request):
     """Markers of pyproject.toml, the expression of the Makefile, limits of the tests' conftest, and the docs."""
     declared = {line.partition(":")[0] for line in PROJECT["tool"]["pytest"]["ini_options"]["markers"]}
+    declared -= {"slow_cases(*ids)"}
     (expression,) = re.findall(r"^FIRST_TIER := not \((.+)\)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
     (plugin,) = (one for one in request.config.pluginmanager.get_plugins() if hasattr(one, "SECOND_TIER"))
     assert set(expression.split(" or ")) == declared == set(plugin.SECOND_TIER)

@@ -47,6 +47,7 @@ def reviewed(both):
     return out, json.loads((out / "review.json").read_text(encoding="utf-8")), ids
 
 
+@pytest.mark.slow
 def test_every_material_and_light_has_its_row(reviewed):
     _, document, ids = reviewed
     rows = [(row["material"], row["illuminant"]) for row in document["results"]]

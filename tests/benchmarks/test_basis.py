@@ -13,6 +13,7 @@ def measured():
     return run(sizes=(3, 8), spectra=1000)
 
 
+@pytest.mark.slow
 def test_result_is_json(measured):
     assert json.loads(json.dumps(measured))["lights"][:2] == ["D65", "A"]
 

@@ -13,6 +13,8 @@ from metamer.benchmarks.btf.stored import stored_bytes
 from metamer.materials.formats.btf_names import directions_of
 from metamer.spectral.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 FEW = directions_of([(0, 0)] + [(theta, phi) for theta in (30, 60) for phi in range(0, 360, 60)])
 KEYS = {
     "case", "method", "texels", "bytes_per_texel", "fit_cpu_seconds", "fold_ms", "ms_per_megapixel", "light",

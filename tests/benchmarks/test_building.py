@@ -2,9 +2,11 @@
 
 import json
 
+import pytest
 from metamer.benchmarks.transfer import building
 
 
+@pytest.mark.slow
 def test_its_figures(tmp_path, capsys):
     file = tmp_path / "found.json"
     assert building.main(["--rays", "8", "--most", "4000", "--times", "1", "--json", str(file)]) == 0

@@ -24,6 +24,7 @@ def found():
         yield clothed.rows(lambda line: None, images, divisions=8)
 
 
+@pytest.mark.slow
 def test_rows_have_what_is_promised(found):
     assert [row["method"] for row in found] == ["paper-2004", "paper-2004, no clusters"]
     for row in found:
@@ -33,6 +34,7 @@ def test_rows_have_what_is_promised(found):
     assert "paper-2004" in benchmark.report({"rows": found})
 
 
+@pytest.mark.slow
 def test_it_is_near_to_paths(found):
     """The basis of harmonics alone costs a mean of some 1.5; without the walls' light it would be far off."""
     for row in found:

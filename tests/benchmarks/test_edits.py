@@ -2,10 +2,12 @@
 
 import json
 
+import pytest
 from metamer.benchmarks import edits
 from metamer.lighting.visibility import refinement
 
 
+@pytest.mark.slow
 def test_every_edit_is_measured_and_draws_what_a_new_renderer_draws(monkeypatch):
     some = edits._renderers
     monkeypatch.setattr(edits, "_renderers", lambda: some()[:1])

@@ -22,6 +22,8 @@ from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.viewer.software import SoftwareRenderer
 
+pytestmark = pytest.mark.slow
+
 STATISTICS = {"mean", "p95", "p99", "max"}
 ROW = {
     "case": str,

@@ -8,6 +8,7 @@ from metamer.benchmarks import false_alarms
 from metamer.spectral.errors import InputError
 
 
+@pytest.mark.slow
 def test_no_alarm_between_two_ways_of_rounding(write_matt, tmp_path, gl):
     del gl  # Without it half of the repeats are missing.
     write_matt(tmp_path, "paint/red", np.linspace(0.1, 0.6, 81))

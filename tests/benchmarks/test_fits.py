@@ -4,6 +4,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 FITS = (sys.executable, "-m", "metamer.benchmarks.fits")
 FAMILY = """
 family = "bench"
@@ -19,6 +21,7 @@ exponent_v = 25.0
 """
 
 
+@pytest.mark.slow
 def test_rows_and_table(tmp_path):
     (tmp_path / "bench.toml").write_text(FAMILY)
     words = [str(tmp_path / "bench.toml"), "--kernels", "Haswell,Prescott", "--json", str(tmp_path / "rows.json")]

@@ -4,9 +4,11 @@ import importlib.util
 import json
 
 import numpy as np
+import pytest
 from metamer.benchmarks import injected
 
 
+@pytest.mark.slow
 def test_each_change_is_found_or_below_its_floor_and_nothing_is_not(write_matt, tmp_path):
     write_matt(tmp_path, "paint/red", np.linspace(0.1, 0.6, 81))
     found = injected.run(tmp_path, size=16)

@@ -18,6 +18,7 @@ def test_it_measures_both():
     assert LIGHT in report(measured) and CAMERA in report(measured)
 
 
+@pytest.mark.slow
 def test_it_measures_the_review_window():
     from metamer.benchmarks import reviewing
     from metamer.viewer.context import NoGL

@@ -14,6 +14,8 @@ from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.irradiance import Irradiance
 from metamer.spectral.illuminants import illuminant
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def points():

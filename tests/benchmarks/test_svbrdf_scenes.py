@@ -64,6 +64,7 @@ def test_what_is_under_a_point_is_not_seen_and_some_of_the_sky_is_hidden(on_floo
     assert 0.1 < free[level, 0].mean() < 0.95
 
 
+@pytest.mark.slow
 def test_a_matt_cow_under_a_measured_sky(shared_data, monkeypatch):
     monkeypatch.setattr(rendering, "PICTURE", (10, 10))
     monkeypatch.setattr(rendering, "ROWS", (64, 64))
@@ -107,6 +108,7 @@ def test_spheres_are_seen_from_the_front_whichever_material_they_are_of():
         np.testing.assert_allclose((points.normals[:, :2] ** 2).sum(axis=1).mean(), 0.5, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_materials_of_a_catalogue_have_a_row_each(tiny_catalogue, monkeypatch):
     monkeypatch.setattr(catalogued, "RINGS", (4, 6))
     figures = benchmark.run(pattern="tiny/*", catalogue=tiny_catalogue)
@@ -117,6 +119,7 @@ def test_materials_of_a_catalogue_have_a_row_each(tiny_catalogue, monkeypatch):
     assert any("under booth-D65" in note for note in figures["notes"])
 
 
+@pytest.mark.slow
 def test_a_measured_material_in_three_lobes(shared_data):
     ((row, seconds),) = measured.fitted(shared_data, lambda name: name == "MERL gray-plastic", silent)
     assert row["lobes"] == 3 and row["delta_e94"]["mean"] < 0.5 and seconds > 0.0
@@ -137,6 +140,7 @@ def test_bumps_from_afar(tmp_path, monkeypatch):
     assert ours < 0.2 * alone
 
 
+@pytest.mark.slow
 def test_spectra_are_exact_and_rgb_is_not(gl, monkeypatch):
     from metamer.benchmarks.svbrdf import spectrum_cost
 

@@ -16,6 +16,8 @@ from metamer.materials.tensors.disc import Disc
 from metamer.materials.tensors.tuned import Tuned
 from metamer.spectral.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 CT = scenes.family()
 
 

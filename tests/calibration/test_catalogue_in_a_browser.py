@@ -5,6 +5,8 @@ import pytest
 from metamer.calibration.material_page import MaterialFacts, render_material_page
 from metamer.calibration.preview_page import PreviewCard, render_preview_page
 
+pytestmark = pytest.mark.browser
+
 CARDS = (
     ("paint/red", "paint", np.array([40.0, 50.0, 20.0]), 0.4, "CC0"),
     ("paint/blue", "paint", np.array([30.0, 5.0, -40.0]), 2.0, "MIT"),

@@ -73,10 +73,12 @@ def told(page, opened):
     return run
 
 
+@pytest.mark.browser
 def test_anyone_can_read_it_and_it_needs_no_network(page, read_by_anyone):
     read_by_anyone(page)
 
 
+@pytest.mark.browser
 def test_paper_has_summary_and_table_and_cards_where_asked_for(page, opened):
     found = opened(page)
     found.emulate_media(media="print")
@@ -88,6 +90,7 @@ def test_paper_has_summary_and_table_and_cards_where_asked_for(page, opened):
     assert found.locator(".card").first.evaluate("card => getComputedStyle(card).breakInside") == "avoid"
 
 
+@pytest.mark.browser
 def test_many_materials_are_few_sheets_and_all_of_them_with_cards(tmp_path, opened):
     """One sheet sums up, one is for trust in the figures, then some forty materials a sheet, or six cards with the
     square pictures of the default review.
@@ -103,6 +106,7 @@ def test_many_materials_are_few_sheets_and_all_of_them_with_cards(tmp_path, open
     assert 14 < sheets() <= 20
 
 
+@pytest.mark.browser
 def test_all_words_of_a_search_must_match(told):
     found = told(
         """const said = {};
@@ -123,6 +127,7 @@ def test_all_words_of_a_search_must_match(told):
     }
 
 
+@pytest.mark.browser
 def test_orders(told):
     found = told(
         """return [...$("sort").options].map((option) => {
@@ -140,6 +145,7 @@ def test_orders(told):
     ]
 
 
+@pytest.mark.browser
 def test_few_tab_stops_and_arrows_between_them(told):
     """One stop for the names of all materials and one card, whose links it opens; the arrows go to the next."""
     found = told(
@@ -163,6 +169,7 @@ def test_few_tab_stops_and_arrows_between_them(told):
     assert found["stops"] == 1 + 6 + 7 + 1 + 9 + 1
 
 
+@pytest.mark.browser
 def test_a_link_leads_to_a_row_also_to_one_that_a_search_has_left_out(page, opened):
     found = opened(page)
     found.fill("#find", "gold")
@@ -182,6 +189,7 @@ def test_a_link_leads_to_a_row_also_to_one_that_a_search_has_left_out(page, open
     assert "#metal/gold@A" in [link.replace("%2F", "/") for link in links] and len(set(links)) == len(ROWS)
 
 
+@pytest.mark.browser
 def test_a_link_and_a_key_end_at_the_head_of_what_they_lead_to_on_a_long_page(tmp_path, opened):
     """Table and cards grow as they come near the screen, and must not push it away again."""
     many = [(f"paint/{number:02}", light, 0.3) for number in range(82) for light in ("D65", "A", "FL11")]
@@ -221,6 +229,7 @@ def test_the_table_shows_materials_by_lights_as_pictures(page, opened):
     assert not found.locator(".thumb").first.is_visible() and found.faults == []
 
 
+@pytest.mark.browser
 def test_shift_and_the_check_box_show_the_reference(told):
     found = told(
         """const picture = document.querySelector("img.hold"), reference = document.querySelectorAll(".shot img")[1];
@@ -240,6 +249,7 @@ def test_shift_and_the_check_box_show_the_reference(told):
     assert found == [False, True, "paint/blue under D65, reference", False, True]
 
 
+@pytest.mark.browser
 def test_a_slider_goes_from_picture_to_reference_by_key_and_by_pointer(page, opened):
     """C on a card opens it on the first of its rows that a search leaves; Escape leads back to the card."""
     found = opened(page)
@@ -271,6 +281,7 @@ def test_a_slider_goes_from_picture_to_reference_by_key_and_by_pointer(page, ope
     assert box.is_visible() and found.faults == []
 
 
+@pytest.mark.browser
 def test_the_value_under_the_pointer_is_that_of_the_data(told):
     found = told(
         """const map = document.querySelector("img.coded"), here = map.parentNode.querySelector(".here");
@@ -302,6 +313,7 @@ def test_the_value_under_the_pointer_is_that_of_the_data(told):
             assert low * 0.995 <= value <= high * 1.005 and high / low < 1.05, (words, value)
 
 
+@pytest.mark.browser
 def test_a_fitted_map_is_the_same_map_in_other_colours(told):
     """The palette ends at the row's p99, and no code, so no value, has changed."""
     found = told(

@@ -71,6 +71,7 @@ def test_a_damaged_file_is_shown_as_one(metamer, folder, tmp_path):
     assert len(pictures(page)) == 3 and page.count("cannot be used") == 1
 
 
+@pytest.mark.slow
 def test_the_light_matters(metamer, folder, tmp_path, write_matt):
     write_matt(folder, "paint/red", np.where(WORKING_WAVELENGTHS_NM < 600, 0.05, 0.8))
     found = []

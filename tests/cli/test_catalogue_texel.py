@@ -114,6 +114,7 @@ def test_without_its_images_the_form_is_shown_alone_and_diff_of_originals_says_s
     assert code == 0 and "local PCA, bytes" in out and "packs" not in out
 
 
+@pytest.mark.slow
 def test_diff_compares_texels_of_two_fast_forms(wool, metamer, tmp_path):
     other = tmp_path / "other"
     said = Answer(encoding="srgb", white=(1.0,), btf_form="rfp")

@@ -30,6 +30,7 @@ def wool(tmp_path):
     return folder
 
 
+@pytest.mark.slow
 def test_the_error_of_texels_is_measured_again_and_a_wrong_one_is_damage(wool, metamer):
     cat = wool.parent / "cat"
     code, out, _ = metamer("catalogue", "verify", cat, "--jobs", 1, "--json")

@@ -28,6 +28,7 @@ def test_trials_are_shown_and_the_choice_is_explained(tiny_catalogue, tmp_path, 
     assert {pack["precision"] for pack in found["packs"]} == {"half"}
 
 
+@pytest.mark.slow
 def test_a_budget_out_of_reach_is_said_and_warned_of(tiny_catalogue, capsys, monkeypatch):
     monkeypatch.setattr(engine, "RANKS", (1, 2))
     words = ["fit", "tiny/matt-red", "--catalogue", str(tiny_catalogue), "--budget", "1e-9"]

@@ -55,6 +55,7 @@ def test_bounces_of_a_reference_say_so_and_change_nothing_of_a_single_ball(rende
     assert b"2 bounces" in path.read_bytes()
 
 
+@pytest.mark.slow
 def test_bounces_of_a_picture_are_told_and_one_ball_has_none(render, scene):
     code, said, _, _ = render("ball.exr", "--bounces", "auto")
     assert code == 0 and "no bounces" in said

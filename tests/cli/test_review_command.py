@@ -239,6 +239,7 @@ def large(scene):
     altered(scene, "width = 32\nheight_px = 32\nsamples = 2", "width = 200\nheight_px = 200\nsamples = 3")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_ctrl_c_leaves_nothing_half_written(started, scene, tiny_catalogue, tmp_path, jobs):
     large(scene)

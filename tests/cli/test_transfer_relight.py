@@ -122,6 +122,7 @@ def test_a_file_of_several_materials_or_of_a_lamp_says_what_to_do(relight, room_
     assert code == 4 and "not a surface" in err
 
 
+@pytest.mark.slow
 def test_lights_change_one_by_one(relight, room, tmp_path):
     text = room.read_text(encoding="utf-8")
     more = '[[light]]\nname = "lamp"\nposition = [0, 3, 0]\nspectrum = "A"\nintensity_cd = 4000\n\n[[camera]]'

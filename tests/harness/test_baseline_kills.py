@@ -19,12 +19,14 @@ def place(harness, tmp_path_factory):
     return harness.Place(tmp_path_factory.mktemp("kills"))
 
 
+@pytest.mark.stress
 def test_a_kill_leaves_a_whole_baseline_and_the_next_run_ends_in_the_same_bytes(harness, place):
     expected, seconds = harness.undisturbed(place, "baseline")
     found = harness.killed(place, "baseline", 0.7 * seconds, expected)
     assert not found["wrong"] and found["left"] in ("old", "new")
 
 
+@pytest.mark.slow
 def test_a_baseline_that_is_damaged_is_seen(harness, place, monkeypatch):
     place.restore(with_run=True)
     place.done(place.words("accept"))

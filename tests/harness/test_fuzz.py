@@ -8,6 +8,8 @@ import pytest
 from metamer.materials.formats import registry
 from metamer.spectral.formats import reading
 
+pytestmark = pytest.mark.stress
+
 # Files of each; these readers take a second for one that is still good, or start a process for each.
 FEW = {"mat": 2, "cornell": 8, "merl": 12}
 READERS = (*reading.FORMATS, *(name for name in registry.FORMATS if name != "spectra"))

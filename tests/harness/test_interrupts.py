@@ -21,6 +21,7 @@ def place(interrupts, tmp_path_factory):
     return interrupts.Workplace(tmp_path_factory.mktemp("interrupts"))
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize(
     ("name", "kind"), [("fit", "SIGTERM"), ("review", "SIGTERM"), ("import", "SIGINT"), ("build", "SIGINT")]
 )
@@ -31,6 +32,7 @@ def test_a_signal_ends_a_command_as_it_should(interrupts, place, name, kind, mon
     assert found.verdict in ENDS, found
 
 
+@pytest.mark.slow
 def test_what_is_wrong_is_seen(interrupts, place, monkeypatch):
     """A command that knows nothing of signals, leaves a temporary file, and says a traceback."""
     code = "import pathlib, os; pathlib.Path(os.environ['TMPDIR'], 'left').mkdir(); print(1, flush=True); import time; "

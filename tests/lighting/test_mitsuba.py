@@ -11,6 +11,7 @@ estimated from the squared differences of the seeds, pixel by pixel. A block may
 """
 
 import numpy as np
+import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.reference import reference_image
@@ -20,6 +21,8 @@ from metamer.materials.analytic import CookTorrance, Lambert
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+
+pytestmark = pytest.mark.mitsuba
 
 ALLOWANCE = 0.001
 BLOCK = 8

@@ -18,6 +18,8 @@ from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM as NM
 from metamer.spectral.spectrum import Spectrum
 
+pytestmark = pytest.mark.mitsuba
+
 PIXELS, BLOCK, COUNT = 24, 8, 256
 # Of white, for the 5 nm grid and our regular sample points at outlines.
 ALLOWANCE = 0.001

@@ -22,6 +22,8 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
+pytestmark = pytest.mark.mitsuba
+
 PIXELS, BLOCK = 64, 8
 # The matrix with which Mitsuba turns XYZ into linear sRGB.
 RGB_FROM_XYZ = np.array(

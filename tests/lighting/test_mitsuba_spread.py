@@ -8,6 +8,7 @@ of direction. Only direct light is traced, both by the light and by the surface.
 """
 
 import numpy as np
+import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.reference import reference_images
@@ -19,6 +20,8 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM as NM
 from metamer.spectral.spectrum import Spectrum
+
+pytestmark = pytest.mark.mitsuba
 
 PIXELS, BLOCK, COUNT = 32, 8, 144
 # Of white, for our regular sample points at outlines and the 5 nm grid.

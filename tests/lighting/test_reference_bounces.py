@@ -155,6 +155,7 @@ def test_fluorescence_on_the_way(floor, wall, name):
     assert delta_e_xyz(plain, expected, seen.white(light)) > 3.0
 
 
+@pytest.mark.slow
 def test_paths_that_end_by_chance_are_right_where_light_is_shifted(monkeypatch):
     parts = (Part("corner", corner(), "matt"),)
     scene = Scene(parts, (even(),), (CAMERA,), observer("1931_2"))

@@ -89,6 +89,7 @@ def test_identical_files_are_not_opened(pair, write_matt):
     assert [one.status for one in found.differences] == ["same"]
 
 
+@pytest.mark.slow
 def test_several_processes_find_the_same(pair, write_matt):
     for index in range(9):
         for folder, more in zip(pair, (0.0, 0.01 * index), strict=True):

@@ -136,6 +136,7 @@ height_px = 24
 """
 
 
+@pytest.mark.slow
 def test_command_imports_and_renders_the_real_picture(shared_data, tmp_path):
     """Import, render under three lights, and the slow truth of the same scene."""
 

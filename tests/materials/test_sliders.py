@@ -144,6 +144,7 @@ def test_nothing_changed_is_no_other_material(tiny):
         varied(tiny["tiny/copper"], {})
 
 
+@pytest.mark.slow
 def test_steps_fitted_by_processes_are_those_of_this_one(tiny):
     ranges = {"reflectance_scale": (1.0, 0.5)}
     here, there = (list(varied_along(tiny["tiny/matt-red"], ranges, 2, jobs=jobs)) for jobs in (1, 2))

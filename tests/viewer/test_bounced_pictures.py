@@ -80,6 +80,7 @@ def off(scene, truth, found):
     return delta_e_xyz(np.asarray(truth, float), np.asarray(found, float), scene.adopted_white())
 
 
+@pytest.mark.slow_cases("numpy")
 def test_pictures_are_the_paths(scenes, make):
     scene = replace(corner(scenes), bounces=2)
     truth = reference_images(scene, None, SURFACES, bounces=2, budget=1.0)
@@ -91,6 +92,7 @@ def test_pictures_are_the_paths(scenes, make):
     assert np.percentile(off(scene, truth.xyz[0], without)[whole], 95) > 3.0
 
 
+@pytest.mark.slow
 def test_gl_equals_numpy(scenes, gl):
     """Three light spectra, fields of which no draw call has all, and lobes."""
     lights = [scenes.sun((0.3, 0.9, 0.5)), scenes.lamp((1.0, 1.5, 1.0), 500.0), scenes.lamp((-1, 1, 1), 500.0, "FL11")]
@@ -113,6 +115,7 @@ def metal(scenes):
     return FactoredBrdf((one,))
 
 
+@pytest.mark.slow
 def test_a_metal_mirrors_what_stands_about_it(scenes, make, monkeypatch):
     """A ball before a red wall, beside paths; what polynomials alone would show of it is far off."""
     surfaces = {**SURFACES, "grey": metal(scenes)}
@@ -142,6 +145,7 @@ def test_a_texture_receives_light_and_passes_it_on_texel_by_texel(scenes, make):
     assert np.percentile(off(scene, truth.xyz[0], found)[coverage == 1.0], 95) < 0.6
 
 
+@pytest.mark.slow
 def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make):
     """A floor whose normals lean towards a red wall, beside paths: indirect light follows the map."""
     lean = np.broadcast_to(np.array([0.0, np.sin(0.35), np.cos(0.35)], np.float32), (4, 4, 3))
@@ -197,6 +201,7 @@ def test_black_surroundings_change_nothing(scenes, make):
         assert renderer.bounced is None and not found.any()
 
 
+@pytest.mark.slow_cases("GL")
 def test_other_illuminants_and_spectra_tell_the_same(scenes, make):
     """Folding afresh is drawing anew, and spectra add up to the colours."""
     scene = replace(corner(scenes), bounces=2)
@@ -211,6 +216,7 @@ def test_other_illuminants_and_spectra_tell_the_same(scenes, make):
     assert off(scene, anew, seen).max() < 0.3
 
 
+@pytest.mark.slow
 def test_bounces_follow_when_a_mesh_or_a_material_changes(scenes, make):
     """What is kept is not shown of another scene."""
     scene = replace(corner(scenes), bounces=1)
@@ -227,6 +233,7 @@ def test_bounces_follow_when_a_mesh_or_a_material_changes(scenes, make):
             assert off(scene, anew, kept).max() < 0.05
 
 
+@pytest.mark.slow
 def test_a_review_gives_picture_and_reference_the_same_bounces(scenes, tiny_catalogue, tmp_path):
     """Were one of them without, all pixels of the wall would be far off."""
     catalogue = Catalogue.open(tiny_catalogue)
@@ -277,6 +284,7 @@ def test_light_of_one_line_is_the_paths(scenes, make):
     assert np.percentile(off(scene, truth, without)[whole], 95) > 3.0
 
 
+@pytest.mark.slow
 def test_a_glossy_floor_throws_the_sun_onto_a_wall(scenes, make, monkeypatch):
     """Its highlight, as paths have it; a floor that passes light on as a matt one has none."""
     surfaces = {**SURFACES, "white": metal(scenes)}

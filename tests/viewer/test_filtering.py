@@ -232,6 +232,7 @@ def test_an_unknown_filtering_is_named():
     renderer.close()
 
 
+@pytest.mark.slow
 def test_the_benchmark_says_what_filtering_costs_and_gains(software, monkeypatch):
     monkeypatch.setattr(benchmark, "CONFIGURATIONS", ((1, "linear"), (1, "mipmapped")))
     monkeypatch.setattr(benchmark, "SURFACES", {"gloss": (200.0, 200.0)})

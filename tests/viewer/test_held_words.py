@@ -33,6 +33,7 @@ def words_of(scene, catalogue):
     return geometry, held_words(scene, geometry, "btf/wool", catalogue["btf/wool"].fast)
 
 
+@pytest.mark.slow
 def test_points_beyond_what_was_measured_are_counted_and_stand_in_the_report(scenes, wool, tmp_path):
     scene = scene_of(scenes, shapes.sphere(4, uv=True), scenes.sun((0.3, 0.2, 1.0)))
     geometry, words = words_of(scene, wool)

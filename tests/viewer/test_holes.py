@@ -102,6 +102,7 @@ def test_gl_equals_numpy(scenes, gl, filtering):
         assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 def test_gl_equals_numpy_in_light_from_all_around(scenes, gl, filtering):
     to = latlong.texel_directions(16, 32)

@@ -85,6 +85,7 @@ def test_memory_of_the_reference_and_of_spectra_is_foretold(scenes):
     within(measured, picture_cost(scene, scene.camera(), "spectra", ".exr").memory_bytes)
 
 
+@pytest.mark.slow
 def test_memory_and_time_under_a_light_from_all_around_are_foretold(scenes):
     coat = AshikhminShirley(
         *(Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, v)) for v in (0.5, 0.04)), 60.0, 60.0

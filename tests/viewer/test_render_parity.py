@@ -281,6 +281,7 @@ def test_a_missing_material_is_named(scenes, software):
         software.render(scenes.sphere_scene("glos", size=8), None, scenes.SURFACES)
 
 
+@pytest.mark.slow
 def test_forty_lights_are_one_as_strong(scenes, hardware, software):
     scene = scenes.lamp_scene(size=16)
     parts = [(part.mesh, part.material) for part in scene.parts]

@@ -29,7 +29,11 @@ def apart(scene, one, other, seen):
     return delta_e_xyz(one[seen].astype(float), other[seen].astype(float), scene.adopted_white())
 
 
-@pytest.mark.parametrize("material", ["gloss", "sharp", "brushed"])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "material",
+    [pytest.param("gloss", marks=pytest.mark.slow), "sharp", pytest.param("brushed", marks=pytest.mark.slow)],
+)
 def test_gl_equals_numpy(scenes, gl, material):
     near = replace(scenes.sphere_scene(material, size=32, samples=1), lights=(softbox(),))
     for scene in (near, ball_on_a_floor(scenes, material)):
@@ -64,6 +68,7 @@ def test_soft_shadows_are_the_references(scenes):
     assert (truth.xyz[0][seen, 1] < 0.5 * alone[seen, 1]).mean() > 0.02
 
 
+@pytest.mark.slow
 def test_what_stands_behind_a_softbox_does_not_hide_it(scenes):
     wall = shapes.plane(9.0, 9.0).placed(rotate_deg=(90, 0, 0), translate=(0, 0, 5.0)), "matt"
     camera = ball_on_a_floor(scenes).camera()

@@ -58,7 +58,15 @@ def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make):
     assert np.abs(xyz[coverage == 1.0] - expected).max() < 2e-3
 
 
-@pytest.mark.parametrize(("material", "fields"), [("gloss", 1), ("gloss", 5), ("sharp", 1), ("brushed", 5)])
+@pytest.mark.parametrize(
+    ("material", "fields"),
+    [
+        ("gloss", 1),
+        pytest.param("gloss", 5, marks=pytest.mark.slow),
+        ("sharp", 1),
+        pytest.param("brushed", 5, marks=pytest.mark.slow),
+    ],
+)
 def test_gl_equals_numpy(scenes, gl, material, fields):
     scene = under(scenes.sphere_scene(material, size=32, samples=2), sky(fields, rotation_deg=70.0))
     surfaces = dict(scenes.SURFACES)
@@ -71,6 +79,7 @@ def test_gl_equals_numpy(scenes, gl, material, fields):
     assert delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white()).max() < 0.1
 
 
+@pytest.mark.slow
 def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
     # Balls of which one shades the other, on a ground of two triangles; and a cloth whose back is seen.
     for scene in (scenes.two_balls(), scenes.cloth_scene("gloss", size=32, samples=1, divisions=10)):
@@ -86,6 +95,7 @@ def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
         assert (twin[seen, 1] < 0.8 * alone[seen, 1]).mean() > 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [shapes.speed_shape(3), shapes.cloth(10)])
 def test_gl_equals_numpy_where_triangles_are_cut_between_their_vertices(scenes, gl, shape, monkeypatch):
     monkeypatch.setattr(refinement, "MOST_VERTICES", 10)
@@ -104,6 +114,7 @@ def test_gl_equals_numpy_where_triangles_are_cut_between_their_vertices(scenes, 
     assert apart.max() < 0.1 and seen.sum() > 150
 
 
+@pytest.mark.slow
 def test_shadows_under_a_sky_are_the_references(scenes):
     # A small sun in a sky, on matt balls and ground: both of bright parts and of the rest.
     scene = under(scenes.two_balls("matt", 24), sky(1, contrast=300.0))
@@ -118,6 +129,7 @@ def test_shadows_under_a_sky_are_the_references(scenes):
     assert np.median(unshadowed) < 0.03
 
 
+@pytest.mark.slow
 def test_a_gloss_that_a_table_cuts_off_loses_the_dark_ground_and_not_the_sky(scenes):
     # Rough metal just above a wide table, under a bright sky over dark ground. What its upper part sees of the table
     # is little, and without the table as dark: a share of all that lobes see would be off by 0.19, 0.63 and 0.84.
@@ -134,6 +146,7 @@ def test_a_gloss_that_a_table_cuts_off_loses_the_dark_ground_and_not_the_sky(sce
     assert upper.sum() > 200 and apart.mean() < 0.1 and np.percentile(apart, 95) < 0.3 and apart.max() < 0.5
 
 
+@pytest.mark.slow
 def test_pictures_are_sums_over_every_texel(scenes):
     # Dark and wide lobes, an anisotropic one among them, against f_r cos(theta_i) of the packs at all 2,048 directions.
     light = sky(2, rotation_deg=-40.0)
@@ -176,6 +189,7 @@ def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
     assert len(renderer._kept_light._gathered) == 2
 
 
+@pytest.mark.slow
 def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_renderer_draws(scenes, make, monkeypatch):
     scene, surfaces = scenes.two_balls(size=24), dict(scenes.SURFACES)
     light = sky(2, contrast=300.0)
@@ -195,6 +209,7 @@ def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_rendere
         assert np.percentile(relative, 99.9) < 1e-5
 
 
+@pytest.mark.slow
 def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
     scene, surfaces = scenes.sphere_scene(size=24, samples=1), dict(scenes.SURFACES)
     both = sky(2)
@@ -211,6 +226,7 @@ def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
     assert np.allclose(lamp, only, atol=1e-5 * lamp.max())
 
 
+@pytest.mark.slow_cases("GL")
 def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
     scene, surfaces = scenes.two_balls(), dict(scenes.SURFACES)
     light = sky(1)
@@ -225,6 +241,7 @@ def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
     assert np.allclose(first, alone + deltas, atol=2e-5 * first.max())
 
 
+@pytest.mark.slow
 def test_more_terms_than_a_draw_call_takes_make_the_same_picture(scenes, gl):
     # Six rows of four terms of each of three fields: folded by five and one, kept by one at a time.
     form = scenes.SURFACES["gloss"].environment_form()

@@ -123,6 +123,7 @@ def off(scenes, software, surface, light=TWO):
     return delta_e_xyz(found, drawn.reshape(-1, 3)[pixels].astype(float), scene.adopted_white())
 
 
+@pytest.mark.slow_cases("varied-linear", "varied-mipmapped", "coated, two axes-linear", "coated, two axes-mipmapped")
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 @pytest.mark.parametrize(
     "kind", ["varied", "two axes, turned", "alike everywhere", "two axes alike", "coated", "coated, two axes"]
@@ -156,6 +157,7 @@ def test_gl_equals_numpy(scenes, software, hardware, filtering, kind):
         assert delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), white).max() < 0.1
 
 
+@pytest.mark.slow
 def test_gl_equals_numpy_where_something_stands_in_the_way(scenes, software, hardware):
     parts = [(shapes.sphere(3, uv=True), "cloth"), (shapes.plane(4.0, 4.0).placed(translate=(0, -0.9, 0)), "cloth")]
     camera = replace(scenes.sphere_scene().camera(), width=20, height_px=20, samples=1)
@@ -309,6 +311,7 @@ def test_slices_are_shared_by_range():
     assert len(facet_slices(0.3, 0.3).alphas) == 1
 
 
+@pytest.mark.slow_cases("hardware-bare")
 @pytest.mark.parametrize("made", [varied, coated], ids=["bare", "coated"])
 @pytest.mark.parametrize("kind", ["software", "hardware"])
 def test_far_away_means_are_nearer_to_many_samples(scenes, software, request, kind, made):

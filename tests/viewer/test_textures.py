@@ -45,6 +45,7 @@ def kind(request):
     return SoftwareRenderer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 def test_both_renderers_agree_in_light_from_all_around(scenes, gl, filtering):
     fields = np.random.default_rng(1).random((2, 16, 32))
@@ -125,6 +126,7 @@ def test_the_mark_is_in_the_upper_left_corner(scenes, kind):
     assert row < 10 and column < 12, (row, column)
 
 
+@pytest.mark.slow
 def test_from_file_to_picture_thumbnail_and_report(tmp_path, capsys):
     write_spectral_texture(tmp_path / "weave.exr", weave().astype(np.float32), NM, False, "not stated", {})
     catalogue = tmp_path / "cat"

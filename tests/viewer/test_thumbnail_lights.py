@@ -35,6 +35,7 @@ def shares(name, brdf):
     return np.mean((rgb > 1 + CLIP_TOLERANCE).any(axis=-1)), np.mean(seen[:, 1] < 0.02)
 
 
+@pytest.mark.slow
 def test_metals_mirror_the_booth_and_are_nowhere_black(metals):
     assert len(metals) >= 3
     for name, brdf in metals.items():

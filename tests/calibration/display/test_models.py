@@ -132,6 +132,7 @@ def test_a_flat_tone_curve_has_an_inverse(simulated):
     assert Inverse(model, model.white_xyz).codes(model.xyz(codes))[1].max() < 0.05
 
 
+@pytest.mark.slow
 def test_the_cube_follows_the_inverse(lcd_choice, wrgb_choice, held):
     for choice, most in ((lcd_choice, 0.3), (wrgb_choice, 1.0)):
         model = choice.model

@@ -6,6 +6,8 @@ from metamer.calibration.match.page import on_sheet
 from metamer.viewer.match import match
 from orange_batch import NM, ORANGE, sample
 
+pytestmark = pytest.mark.browser
+
 PAPER = 0.86 + 0.03 * np.tanh((NM - 450.0) / 40.0)
 
 

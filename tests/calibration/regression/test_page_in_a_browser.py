@@ -10,6 +10,8 @@ from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.page import render_page
 from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
 
+pytestmark = pytest.mark.browser
+
 WHITE = np.array([0.9505, 1.0, 1.089])
 NM = np.arange(400.0, 701.0, 10.0)
 #: Material and light; what picture and reference are multiplied by afterwards, None where the row is gone.

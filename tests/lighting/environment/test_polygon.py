@@ -74,6 +74,7 @@ def test_an_axis_on_an_edge_sees_half():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("far", [(0.3, 4.0), (30.0, 60.0)])
 def test_moments_are_those_of_many_points(far):
     for one in rectangles(12, 3, far=far):

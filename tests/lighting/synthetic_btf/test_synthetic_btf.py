@@ -120,6 +120,7 @@ def test_no_energy_is_made():
     assert (once < more).all() and (more < 1.03 * incoming).all(), (once, more, incoming)
 
 
+@pytest.mark.slow
 def test_the_bounce_converges_with_rays():
     errors = []
     best = some(gathering=32).transport(TWO, TWO).gathered(0, 24).sum(axis=1)

@@ -67,6 +67,7 @@ def test_at_sites_it_is_what_sites_send(shown):
     np.testing.assert_allclose(exits_between(state, points), state.exits(EYE)[sites[seen]], rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_between_sites_a_highlight_has_the_normal_of_its_point(shown):
     """In the middles of triangles of a coarse ball: nearer to what a fine ball's sites send than means of corners."""
     coarse, fine = shown(1, 512), shown(4, 512)
@@ -84,6 +85,7 @@ def test_between_sites_a_highlight_has_the_normal_of_its_point(shown):
     assert off < 0.5 * off_mean
 
 
+@pytest.mark.slow
 def test_nothing_comes_from_below_the_triangle_that_is_seen(shown):
     """A normal that leans out of its triangle: what a highlight would show of the other side is left out."""
     state = shown(2, 1024)

@@ -61,6 +61,7 @@ def test_what_is_left_is_below_what_is_said(box):
     assert rough.bounces < fine.bounces
 
 
+@pytest.mark.slow
 def test_nearly_all_is_reflected(box):
     operator, side, _ = box
     lux = np.full((len(side), 1), 1000.0)

@@ -184,6 +184,7 @@ def _box():
     return Mesh(np.concatenate(turned), normals, faces)
 
 
+@pytest.mark.slow
 def test_three_hundred_parts(scene_of, tmp_path):
     ball = sphere(1, 0.4)
     places = [(n % 20, 0.4, n // 20) for n in range(300)]

@@ -123,6 +123,7 @@ def test_black_puts_nothing_on_anything(facing):
     assert found.of[0][1].maximum == 0.0  # and nothing shows on it
 
 
+@pytest.mark.slow
 def test_many_parts(scene_of):
     ball = sphere(1, 0.1)
     meshes = [

@@ -106,6 +106,7 @@ def test_a_damaged_block_is_named_and_traced_anew(scene, undisturbed, tmp_path, 
     assert contents(tmp_path) == undisturbed[1]
 
 
+@pytest.mark.slow
 def test_a_build_that_is_broken_off_twenty_times_ends_in_the_same_bytes(scene, undisturbed, tmp_path):
     stopped = 0
 
@@ -143,6 +144,7 @@ build_rays(scene, sys.argv[1], 16, jobs=int(sys.argv[2]))
 """
 
 
+@pytest.mark.stress
 def test_a_build_that_is_killed_goes_on_from_what_is_there(tmp_path):
     def command(folder, jobs):
         return [sys.executable, "-c", BUILD, str(folder), str(jobs)]
@@ -189,6 +191,7 @@ build_rays(scene, sys.argv[2], 16)
 )
 
 
+@pytest.mark.stress
 def test_a_build_that_is_killed_twenty_times_ends_in_the_same_bytes(tmp_path):
     """By SIGKILL, each time after a further block; each time in a process of its own."""
     whole, killed = tmp_path / "whole", tmp_path / "killed"

@@ -43,6 +43,7 @@ def test_inside_a_ball_every_site_receives_the_mean(scene_of, hollow):
     assert sums(operator)[hits.sites.backs[: len(hollow.vertices)]].max() == 0.0
 
 
+@pytest.mark.slow
 def test_two_squares_face_to_face(scene_of, squares):
     lower, upper = squares()
     scene = scene_of(lower, upper)

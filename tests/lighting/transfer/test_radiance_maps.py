@@ -89,6 +89,7 @@ def test_blunt_lobes_are_the_polynomials(hits):
     np.testing.assert_array_equal(found, blunt)
 
 
+@pytest.mark.slow
 def test_levels_join(hits):
     """A lobe that sharpens by a hair changes by a hair, at each level and at the end of them."""
     sites = floor(hits)

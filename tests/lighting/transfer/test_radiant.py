@@ -66,6 +66,7 @@ def followed(box, regions, white, **more):
     return interreflected(operator, regions, lux, regions.folds(), white, 1000.0, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("light", LIGHTS, ids=["D65", "A", "FL11"])
 def test_few_coefficients_are_as_good_as_every_wavelength(box, light):
     """Against c_(k+1) = D G c_k with the full matrices at each nanometre."""

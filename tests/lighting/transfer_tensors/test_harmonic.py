@@ -88,6 +88,7 @@ def test_even_light_in_a_white_corner():
     np.testing.assert_allclose(added[:, 1], 0.5 * added[:, 0], rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_closed_white_box_passes_light_on_until_nothing_is_left():
     """Inside of a ball with a hole above, radiosity is a geometric series: as light, all that arrives is even."""
     ball = sphere(3)

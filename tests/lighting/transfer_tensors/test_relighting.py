@@ -85,6 +85,7 @@ def room():
         yield Room()
 
 
+@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("bounces", [0, 1, 2])
 def test_matt_surfaces_are_as_by_radiosity(room, bounces):
     """Every bounce, in colour: spectra of sequences of regions fold as they are multiplied."""

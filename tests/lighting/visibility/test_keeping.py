@@ -73,6 +73,7 @@ def test_two_processes_at_once_keep_the_bound(tmp_path):
     assert keeping.pruned(tmp_path, 5000)[1] <= 5000
 
 
+@pytest.mark.slow
 def test_scenes_are_kept_up_to_the_limit(scene_of, tmp_path, monkeypatch):
     scenes = [scene_of(speed_shape(1), sphere(1, 0.2).placed(translate=(0.0, 1.0 + k, 0.0))) for k in range(3)]
     scene_visibility(scenes[0], tmp_path)

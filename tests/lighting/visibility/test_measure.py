@@ -40,6 +40,7 @@ def spot(shared_data):
     return load_mesh(file)
 
 
+@pytest.mark.slow
 def test_spot_between_its_vertices(scene_of, shared_data, monkeypatch):
     monkeypatch.setattr("metamer.lighting.visibility.precompute._TRAINING", 2048)
     found = measure.measured(scene_of(spot(shared_data)), points=600)

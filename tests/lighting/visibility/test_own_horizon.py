@@ -41,6 +41,7 @@ def test_it_falls_from_all_to_nothing_without_a_jump():
     assert np.diff(found).max() < 1e-6 and np.diff(found).min() > -0.01
 
 
+@pytest.mark.slow
 def test_triangles_that_look_away_from_a_low_light_are_dark():
     """A ball of 80 triangles, which shading normals take for round: its triangles' own planes end the light."""
     small = sphere(1, 0.1).placed(translate=(0.0, 3.0, 0.0))

@@ -43,6 +43,7 @@ for jobs in (1, 2):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("whole", [thinning.WHOLE, 50])
 def test_several_processes_give_the_same_bytes(tmp_path, whole):
     """Each works with one thread of BLAS; so does the command."""
@@ -55,6 +56,7 @@ def test_several_processes_give_the_same_bytes(tmp_path, whole):
     assert len(prints) == 2 and len(set(prints)) == 1
 
 
+@pytest.mark.slow
 def test_another_scene_may_be_worked_on_meanwhile(scene, alone, scene_of):
     """By another thread, at whatever place of the work it comes."""
     other, begun = scene_of(speed_shape(1), plane(4.0, 4.0)), []
@@ -78,6 +80,7 @@ def test_progress_grows_to_the_whole(scene):
     assert done[-1] == heard[0][1] and {what for *_, what in heard} == {"visibility"}
 
 
+@pytest.mark.slow
 def test_axes_from_few_sites_serve_all(scene, alone, monkeypatch):
     """As in a mesh of two million triangles, where two thousand sites speak for a million."""
     monkeypatch.setattr(precompute, "_TRAINING", 150)

@@ -23,6 +23,7 @@ def scene(scene_of):
     return scene_of(speed_shape(4), sphere(1, 0.3).placed(translate=(0.0, 1.2, 0.0)))
 
 
+@pytest.mark.slow
 def test_few_sites_are_as_good_as_all(scene, monkeypatch):
     whole, places = traced_sites(monkeypatch, scene)
     assert len(places) == len(whole.whole)

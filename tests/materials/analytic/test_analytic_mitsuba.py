@@ -6,6 +6,8 @@ from metamer.materials.analytic import CookTorrance
 from metamer.materials.directions import TAU, spherical
 from metamer.spectral.spectrum import Spectrum
 
+pytestmark = pytest.mark.mitsuba
+
 WAVELENGTHS = np.array([450.0, 550.0, 650.0])
 
 

@@ -44,6 +44,7 @@ def test_gl_and_numpy_agree_on_every_pixel(scenes, form, gl):
     assert mine[coverage == 1.0].std() > 0.02, "a texture is to be seen"
 
 
+@pytest.mark.slow
 def test_gl_and_numpy_agree_under_a_sky(scenes, form, gl):
     camera = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=20, height_px=20, samples=1)
     scene = scenes.scene_of([(shapes.sphere(3, uv=True), "cloth")], [sky(2)], camera)

@@ -48,6 +48,7 @@ def test_gl_and_numpy_agree_on_every_pixel(scenes, form, gl):
     assert delta_e_xyz(mine, theirs, scene.adopted_white()).max() < 0.01
 
 
+@pytest.mark.slow
 def test_gl_and_numpy_agree_under_a_sky(scenes, form, gl):
     scene = scenes.scene_of([(shapes.sphere(3, uv=True), "cloth")], [sky(2)], CAMERA)
     mine, theirs = pictures_of(gl, scene, form)

@@ -109,6 +109,7 @@ def test_nothing_jumps_where_the_texture_meets_itself(form, wide):
     np.testing.assert_allclose(one, other, atol=2e-3 * np.abs(one).max())
 
 
+@pytest.mark.slow_cases("polynomials-sky", "shared lobes-sky", "lobes of each coefficient-sky")
 @pytest.mark.parametrize("lit", ["sun", "sky"])
 def test_gl_and_numpy_agree_from_afar(scenes, gl, form, lit):
     plane = shapes.plane(6.0, 6.0)

@@ -57,6 +57,7 @@ def test_a_form_of_the_sample_alone_is_judged_as_one_of_the_whole(bumpy):
     assert whole.mean == pytest.approx(alone.mean, abs=0.05)
 
 
+@pytest.mark.slow
 def test_all_forms_are_judged_by_the_same_texels(bumpy):
     ours, fields = btf_form(bumpy, 0.5, name="lpca"), btf_form(bumpy, 0.5, name="rfp")
     assert isinstance(ours, BtfForm) and isinstance(fields, FieldForm)
@@ -66,6 +67,7 @@ def test_all_forms_are_judged_by_the_same_texels(bumpy):
     assert sample.error_of(fields.texels.form) == fields.error
 
 
+@pytest.mark.slow
 def test_a_field_is_taken_where_local_pca_is_far_off(noisy):
     """And within the budget, or near it, local PCA is."""
     found = btf_form(noisy, 0.5)
@@ -77,6 +79,7 @@ def test_a_field_is_taken_where_local_pca_is_far_off(noisy):
     assert found.note.startswith("fast form rfp, chosen by its error: ΔE94")
 
 
+@pytest.mark.slow
 def test_local_pca_stays_where_it_is_better(bumpy):
     """However far it is from a budget that nothing is within."""
     found = btf_form(bumpy, 1e-6)
@@ -93,6 +96,7 @@ def test_names_are_the_same_wherever_they_are_asked_for():
     assert get_args(BtfFormName) == catalogue_import.BTF_FORMS == NAMES
 
 
+@pytest.mark.slow_cases("rfnl-4", "rfnl-2-separate", "rfnl-4-separate")
 @pytest.mark.parametrize("name", NAMES)
 def test_every_form_is_kept_in_a_file_and_draws_the_same(bumpy, name):
     found = btf_form(bumpy, 1.0, name=name)
@@ -114,6 +118,7 @@ def test_a_form_that_there_is_not_is_refused(bumpy):
         btf_form(bumpy, 0.5, name="wavelets")
 
 
+@pytest.mark.slow
 def test_work_is_heard_of_from_0_to_1(bumpy):
     for name in NAMES:
         heard = []

@@ -203,6 +203,7 @@ def ground(scenes, lights, repeats, samples=1):
     return scenes.scene_of([(plane, "cloth")], lights, camera)
 
 
+@pytest.mark.slow_cases("ours-sky")
 @pytest.mark.parametrize("lit", ["sun", "sky"])
 def test_gl_and_numpy_agree_from_afar(scenes, gl, form, texels, lit):
     scene = ground(scenes, [scenes.sun()] if lit == "sun" else [sky(1)], 6.0)

@@ -18,6 +18,7 @@ def shown_alike(scenes, gl, fast):
     assert delta_e_xyz(mine.astype(float), theirs.astype(float), draped(scenes).adopted_white()).max() < 0.1
 
 
+@pytest.mark.slow
 def test_a_cloth_that_is_not_odd(scenes, gl, tmp_path):
     found = imported(saved(tmp_path / "wool", cloth()), tmp_path / "cat")
     assert error_of(found) < 0.8
@@ -101,6 +102,7 @@ def test_few_texels(scenes, tmp_path, size):
     drawn(scenes, found.fast)
 
 
+@pytest.mark.slow
 def test_names_with_other_running_numbers_are_the_same_material(tmp_path):
     values, numbers = cloth(), iter(np.random.default_rng(3).permutation(900))
     usual = saved(tmp_path / "wool", values)
@@ -134,6 +136,7 @@ def test_a_zip_in_a_zip_is_refused_and_the_inner_one_is_read(tmp_path):
     assert error_of(imported(tmp_path / "inner.zip", tmp_path / "other")) < 0.8
 
 
+@pytest.mark.slow
 def test_a_white_that_is_not_1_is_divided_by(scenes, tmp_path):
     values = cloth()
     plain = imported(saved(tmp_path / "wool", values), tmp_path / "a")

@@ -60,6 +60,7 @@ def whole(wool, tmp_path_factory):
     return contents(folder)
 
 
+@pytest.mark.stress
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="SIGKILL")
 @pytest.mark.parametrize("moment", ["fit", "write"])
 def test_an_import_that_was_killed_goes_on_to_the_same_bytes(wool, whole, tmp_path, moment):
@@ -71,6 +72,7 @@ def test_an_import_that_was_killed_goes_on_to_the_same_bytes(wool, whole, tmp_pa
     assert not verify_catalogue(tmp_path / "cat", jobs=1).damaged
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="processors of x86")
 def test_a_seed_is_the_same_bits_here_and_the_same_error_on_another_processor(wool, whole, tmp_path):
     assert program(wool, tmp_path / "again").returncode == 0 and contents(tmp_path / "again") == whole

@@ -106,6 +106,7 @@ def _moments(directions):
     return bends(directions) * np.maximum(directions[:, 2:], 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lobes", "shared"), [(1, True), (2, True), (2, False)])
 def test_gl_and_numpy_agree_under_a_sky(scenes, gl, lobes, shared):
     camera = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=9, height_px=9, samples=1)

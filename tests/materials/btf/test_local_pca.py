@@ -223,6 +223,7 @@ def test_too_many_clusters_are_refused(bumpy):
         local_pca(bumpy, Size(8, 300, 2, 1.0, 1.0))
 
 
+@pytest.mark.slow
 def test_a_budget_chooses_the_size():
     images = bumps(16, 16, views=3, lights=3)
     wide, narrow = btf_form(images, 1.0), btf_form(images, 0.35)

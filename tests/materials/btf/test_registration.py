@@ -87,6 +87,7 @@ def test_few_views_leave_it_unsaid():
     assert held_out_error(held([(0, 0)]), 0.0) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(WANTED))
 def test_held_out_views_of_measured_cloths(shared_data, name, load_btf):
     h0, *wanted = WANTED[name]

@@ -192,6 +192,7 @@ def test_terms_stay_of_the_size_of_the_material():
     assert np.abs(terms).max() < 100 * (brdf.eval(sphere.wi, sphere.wo) * sphere.wi[:, 2:]).max()
 
 
+@pytest.mark.slow
 def test_negative_reconstructions_are_reported_and_not_clipped():
     brdf = AshikhminShirley(BLACK, GREY, 4.0, 60.0)
     axes = (
@@ -252,6 +253,7 @@ def test_unusable_arguments_are_refused():
         fit(Scaled(lambda wi, wo: np.where(wi[..., 2] > 0.5, np.nan, 1.0), RED.samples), pixels=PIXELS)
 
 
+@pytest.mark.slow_cases("io")
 @pytest.mark.parametrize("frame", [None, "io"])
 def test_terms_do_not_cancel_where_no_picture_looks(frame):
     """Told in angles of incidence, a highlight had light of -0.9 in the plane of incidence, or of -0.5: by rounding."""
@@ -270,6 +272,7 @@ def test_terms_do_not_cancel_where_no_picture_looks(frame):
     assert found.error.largest <= 2.0
 
 
+@pytest.mark.slow
 def test_a_budget_that_is_met_is_met_by_what_is_stored():
     """Half precision is not chosen where it would take the fit just over the budget."""
     brdf = CookTorrance(RED, 0.2 + 1.3 * RAMP, 3.6 - 1.7 * RAMP, 0.1, 1.0)

@@ -51,6 +51,7 @@ def test_the_azimuth_wraps_around_without_a_seam():
         np.testing.assert_allclose(shaded, np.broadcast_to(shaded[:1], shaded.shape), rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_order_of_materials_does_not_matter():
     """With joint refinement too: a budget out of reach makes sure that it runs."""
     brdfs = [OrenNayar(RED, 0.35), AshikhminShirley(RED, GREY, 20.0, 20.0)]
@@ -72,6 +73,7 @@ def test_every_trial_is_told_and_the_best_is_kept():
         assert [trial.rank for trial in own if trial.kept][-1] == pack.rank
 
 
+@pytest.mark.slow_cases("hd")
 @pytest.mark.parametrize("frame", ["io", "hd"])
 def test_a_frame_can_be_asked_for(frame):
     found = fit(OrenNayar(RED, 0.35), frame=frame, ranks=(4,), pixels=PIXELS)

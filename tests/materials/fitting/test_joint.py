@@ -205,6 +205,7 @@ def test_refining_packs_of_two_frames_together_beats_either_alone(samples, packs
     np.testing.assert_allclose(sum(pack.shade(wi, wo) for pack in joined), apart, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_brdf_that_names_no_lobes_is_split_and_the_same_seed_gives_the_same_bits(glossy):
     def found():
         trials = []
@@ -222,6 +223,7 @@ def test_a_brdf_that_names_no_lobes_is_split_and_the_same_seed_gives_the_same_bi
     assert one.stopped in ("none left to try", "more terms stopped paying")
 
 
+@pytest.mark.slow
 def test_refinement_never_worsens_what_was_measured(glossy):
     table = fit(Whole(glossy), budget=1e-6, ranks=(4,), pixels=32, method="weighted")
     joint = fit(Whole(glossy), budget=1e-6, ranks=(4,), pixels=32)

@@ -36,6 +36,7 @@ def _kernels() -> tuple[str, str]:
     return known[0], known[1]
 
 
+@pytest.mark.slow
 def test_bounds_hold_whatever_kernel_rounds():
     figures = {}
     for kernel in _kernels():

@@ -127,6 +127,7 @@ def test_below_the_horizon_is_zero():
     assert not TabulatedBrdf(table).eval(down, up).any()
 
 
+@pytest.mark.slow_cases("hd-axes1")
 @pytest.mark.parametrize(
     ("frame", "axes"),
     [

@@ -55,6 +55,7 @@ def imported(copy, file, catalogue):
     return [line.split("|") for line in done.stdout.splitlines()]
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_make_a_format(copy, example, tmp_path):
     (tmp_path / "chart.any").write_text(example["text"] + "Verde = 1 2\nBlu = 1 2 x 4\n", encoding="utf-8")
     *outcomes, kept, notes = imported(copy, tmp_path / "chart.any", tmp_path / "cat")

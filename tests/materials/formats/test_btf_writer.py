@@ -63,6 +63,7 @@ def test_what_was_measured_comes_back(catalogue, tmp_path):
     assert delta_e_xyz(seen(before), seen(after), white).max() < 0.01
 
 
+@pytest.mark.slow
 def test_how_to_read_it_again_is_said_and_true(catalogue, tmp_path):
     export([catalogue.load("btf/wool")], "ubo", tmp_path / "out")
     said = (tmp_path / "out" / ABOUT).read_text()

@@ -14,6 +14,8 @@ from metamer.materials.svbrdf.texels import look_up
 from metamer.spectral.formats.exr import read_picture
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
+pytestmark = pytest.mark.mitsuba
+
 RNG = np.random.default_rng(0)
 BASE = TexelMap(RNG.integers(0, 256, (3, 4, 3)).astype(np.uint8), srgb=True)
 PLACE = Placement((2.0, 3.0), (0.1, -0.3), ("mirror", "mirror"))

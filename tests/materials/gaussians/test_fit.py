@@ -78,6 +78,7 @@ def test_a_black_surface_stays_black():
 MERL = {"gray-plastic": 0.5, "chrome-steel": 0.65}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MERL)
 def test_measured_materials_in_three_lobes(shared_data, tmp_path, name):
     script = shared_data / "brdf" / "merl-fits" / "write_binary.py"

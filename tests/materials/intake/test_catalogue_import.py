@@ -277,6 +277,7 @@ def test_interrupt_keeps_what_is_finished(source, tmp_path, fits):
     assert import_sources([source], tmp_path / "cat", jobs=1).count("imported") == 1
 
 
+@pytest.mark.slow
 def test_measured_files_are_imported_and_come_back_exactly(shared_data, tmp_path, fits):
     report = import_sources([shared_data / "brdf" / "cornell-spectral"], tmp_path / "cat", jobs=1)
     assert statuses(report) == dict.fromkeys(
@@ -299,6 +300,7 @@ def test_truncated_measured_file_is_named(tmp_path):
     assert "cut.brdf" in refusals(tmp_path / "cut.brdf")["cut.brdf"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
     """A real command, real fits, a real signal: no partial file, no process left, and a second run completes."""
     family = FAMILY.replace("0.3", "0.31") + "".join(

@@ -42,6 +42,7 @@ def contents(folder):
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 
+@pytest.mark.stress
 def test_a_worker_that_is_killed_in_the_middle_costs_nothing(workers, source, tmp_path):
     struck = []
 
@@ -60,6 +61,7 @@ def test_a_worker_that_is_killed_in_the_middle_costs_nothing(workers, source, tm
     assert import_sources([source], tmp_path / "cat", scheduler=workers.scheduler_address).count("skipped") == 8
 
 
+@pytest.mark.stress
 def test_a_material_that_kills_every_worker_fails_alone_and_with_a_reason(workers, source, tmp_path, monkeypatch):
     deadly = lambda material, budget, code: os._exit(9)  # noqa: E731  a lambda travels as it is, without this module
     source.write_text(FAMILY[: FAMILY.index("[[material]]", FAMILY.index("[[material]]") + 1)])
@@ -100,6 +102,7 @@ def test_no_scheduler_at_the_address(source, tmp_path, monkeypatch):
     assert address in str(caught.value) and "dask scheduler" in str(caught.value)
 
 
+@pytest.mark.slow_cases("tcp://")
 @pytest.mark.parametrize("address", ["nonsense://x", "127.0.0.1:notaport", "host", "tcp://"])
 def test_addresses_that_are_none(source, tmp_path, address):
     """Dask would look for such a host for a long time."""
@@ -107,6 +110,7 @@ def test_addresses_that_are_none(source, tmp_path, address):
         import_sources([source], tmp_path / "cat", scheduler=address)
 
 
+@pytest.mark.slow
 def test_without_dask_the_extra_is_named(source, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"(?s)Dask is not installed.*pip install metamer\[cluster\]"):

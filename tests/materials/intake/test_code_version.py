@@ -117,6 +117,7 @@ def test_another_release_of_a_library_counts(copied, monkeypatch):
     assert hashes[0] == hashes[1] and len(set(hashes)) == 3
 
 
+@pytest.mark.slow
 def test_every_library_that_a_fit_imports_is_known():
     known = {name for name, _ in code_version._LIBRARIES} - {"colour-science"} | {"colour"}
     # What checks shapes gives no numbers; what stores them stores their bits.

@@ -49,11 +49,13 @@ def killed_in_made_folder():
     return run
 
 
+@pytest.mark.stress
 def test_kills_at_random_moments_leave_no_trace(harness, source, tmp_path):
     rows = harness.kills(tmp_path, source, 2, 2, seed=11)
     assert len(rows) == 2 and any(row["hit"] != "nothing" for row in rows)
 
 
+@pytest.mark.stress
 def test_what_a_killed_write_left_is_cleared_away(importing, harness, source, tmp_path):
     """The moment between two bytes of a file is short: what it leaves is put there."""
     whole, killed = tmp_path / "whole", tmp_path / "killed"

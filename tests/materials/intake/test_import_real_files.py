@@ -7,6 +7,8 @@ import pytest
 from metamer.materials.intake.import_plan import Settings, planned
 from metamer.materials.intake.inputs import inputs_of
 
+pytestmark = pytest.mark.slow
+
 # What a folder's files are: format, materials, refusals; None: any number.
 EXPECTED = {
     "brdf/cornell-spectral/*.brdf": ("Cornell scattered BRDF", 1, 0),

@@ -68,6 +68,7 @@ def under_a_limit(*words):
     )
 
 
+@pytest.mark.slow
 def test_an_import_of_more_than_memory_holds(stacks, tmp_path):
     """Plan, fit in a process of its own, record, a second import, `verify` and a look: under a limit that breaks where
     the array is taken into memory anywhere, as the same reader does under another name."""
@@ -94,6 +95,7 @@ def test_a_handle_is_hashed_as_the_array_that_it_stands_for(stacks, tmp_path):
     assert whole.sealed()[0] is whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("copy", "apart"), [(False, True), (True, False)])
 def test_it_stays_where_it_is_or_is_copied_when_asked(stacks, tmp_path, copy, apart):
     path, catalogue = tmp_path / "scans" / "wool.npy", tmp_path / "cat"
@@ -189,6 +191,7 @@ def test_a_file_that_cannot_be_read_to_its_end_costs_that_material_alone(stacks,
     assert "cut.npy" in found[0].materials[0].reason and "shorter than its array" in found[0].materials[0].reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signal_name", ["SIGKILL", "SIGINT"])
 def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_name):
     """Both in a script of one's own: the command's Ctrl-C takes the same way as SIGTERM, without an exception."""

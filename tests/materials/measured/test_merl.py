@@ -106,6 +106,7 @@ def test_a_table_that_contradicts_its_mirror_image_is_averaged(values):
     np.testing.assert_allclose(MerlBrdf(noisy).eval_rgb(wi, wo), 1.1 * values[5, 20, 30], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_dropouts_are_missing_and_not_black(values):
     random = np.random.default_rng(3)
     lost = random.random(values.shape) < 0.1
@@ -194,6 +195,7 @@ BARS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BARS)
 def test_smooth_fits_of_measured_materials_in_few_terms(shared_data, tmp_path, name):
     brdf = fitted(shared_data, name, tmp_path)
@@ -204,6 +206,7 @@ def test_smooth_fits_of_measured_materials_in_few_terms(shared_data, tmp_path, n
     assert result.error.p95 <= p95, result.error
 
 
+@pytest.mark.slow
 def test_smooth_fits_are_met_at_their_nodes(shared_data, tmp_path):
     brdf = fitted(shared_data, "specular-blue-phenolic", tmp_path)
     mirrored = brdf.values[:, :, -np.arange(180) % 180]

@@ -261,6 +261,7 @@ def test_an_edge_between_fine_samples_keeps_its_colour(light):
     assert delta_e_xyz(weights @ edge, ours, weights.sum(axis=1)) < 0.002
 
 
+@pytest.mark.slow
 def test_up_to_81_wavelengths_that_are_finer_stay_as_they_were_measured():
     told = measured()
     grid = np.arange(400.0, 640.0, 4.0)
@@ -358,6 +359,7 @@ def test_left_out_pairs_of_real_paint(shared_data, name):
         assert found["kriged"][statistic] < 0.6 * others, found
 
 
+@pytest.mark.slow
 def test_real_paint_is_tame_everywhere(shared_data):
     told = read_cornell(shared_data / "brdf" / "cornell-spectral" / "krylon_blue.brdf")
     brdf = ScatteredBrdf.from_measurement(told.subset(np.arange(0, len(told), 3)))

@@ -140,6 +140,7 @@ def test_a_file_that_is_not_what_it_was_is_refused_by_name(tmp_path, outside):
         check_large(found, path)
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_catalogue_without_the_files_that_it_names_is_whole(tmp_path, outside, jobs, monkeypatch):
     """Pictures need the packs alone: `verify` says what is not here, and refuses nothing."""
@@ -178,6 +179,7 @@ def test_a_disk_without_room_leaves_the_material_that_was_there(tmp_path, room_f
     read_record(path).original["stack"].check()
 
 
+@pytest.mark.slow
 def test_a_disk_without_room_does_not_end_the_process():
     """HDF5 gives up a whole process over a file that it cannot close, some of it only when Python ends."""
     code = """

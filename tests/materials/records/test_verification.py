@@ -90,6 +90,7 @@ def test_half_written_files_are_reported_and_do_no_harm(folder):
     assert found.damaged == ()
 
 
+@pytest.mark.slow
 def test_several_processes_find_the_same(folder):
     (folder / "paint" / "dark.h5").write_bytes(b"")
     for name in range(12):

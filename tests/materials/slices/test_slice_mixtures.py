@@ -156,6 +156,7 @@ def test_a_surface_below_zero_everywhere_is_matt_below_zero():
     np.testing.assert_allclose(form_energies(form, np.array([0.0, 0.0, 1.0])), -0.01 * np.pi * RAMP, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_brushed_surfaces_have_slices_by_azimuth():
     surface = AshikhminShirley(BLACK, Spectrum.sampled(NM, RAMP), 10.0, 200.0)
     form = fewest_slices(surface, 0.5)

@@ -170,6 +170,7 @@ def test_names_of_paints(name):
     assert not names_light(name)
 
 
+@pytest.mark.slow_cases("-illumination ")
 @pytest.mark.parametrize(("before", "repeated"), [("mW", " "), ("log (", " "), ("", "A"), ("", "illumination ")])
 def test_long_words_take_no_longer_a_letter_than_short_ones(before, repeated):
     """Spaces in a header must not be tried in every combination: the time grows as their number, not as its square."""

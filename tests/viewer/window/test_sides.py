@@ -121,6 +121,7 @@ def assert_as_headless(frame, headless, number=0):
     assert (found[..., 3] != coverage).mean() <= 1e-2
 
 
+@pytest.mark.slow_cases("booth")
 @pytest.mark.parametrize("light", ["booth", "booth turned", "map of a lamp"])
 def test_light_from_all_around(frame, headless, session, map_file, light):
     chosen = {
@@ -133,6 +134,7 @@ def test_light_from_all_around(frame, headless, session, map_file, light):
     assert_as_headless(frame, headless)
 
 
+@pytest.mark.slow
 def test_a_booth_beside_the_scenes_light_and_another_spectrum_of_it_is_a_fold(frame, headless, session):
     session = replace(session, light=LightChoice(booth="A"), other=Other(light=LightChoice.named("FL11")))
     settled(frame, session)
@@ -144,6 +146,7 @@ def test_a_booth_beside_the_scenes_light_and_another_spectrum_of_it_is_a_fold(fr
     assert_as_headless(frame, headless)
 
 
+@pytest.mark.slow
 def test_a_map_in_colours_is_that_of_a_scene_file(scene, surfaces, session, map_file):
     sources = Sources(scene, Shelf(surfaces))
     first, _ = sources.sides(replace(session, light=LightChoice(map=map_file, uplift="jakob-hanika")))
@@ -160,6 +163,7 @@ def test_a_map_that_says_no_spectrum_asks_for_one_and_one_that_is_not_there_is_s
         assert words in frame.problem and frame.quality == Quality.EXACT
 
 
+@pytest.mark.slow
 def test_light_between_surfaces(frame, headless, session):
     direct = settled(frame, session)[0]
     session = replace(session, bounces=True, other=Other(light=LightChoice.named("FL11")))
@@ -169,6 +173,7 @@ def test_light_between_surfaces(frame, headless, session):
         assert_as_headless(frame, headless, number)
 
 
+@pytest.mark.slow
 def test_what_a_part_puts_on_others_is_what_they_lack_when_it_is_black(frame, renderer, scenes, session):
     settled(frame, replace(session, influence=FLOOR))
     side, found = frame.sides[0], read(frame.canvases[0])

@@ -37,23 +37,27 @@ def test_no_display_is_said_with_what_there_is_without_one(view, small_scene):
     assert "DISPLAY" in done.stderr and "metamer render" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.window
 def test_a_display_that_does_not_answer_is_said(view, small_scene):
     done = view(small_scene, DISPLAY=":4711")
     assert done.returncode == 4 and "no window can be opened" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.window
 def test_opengl_3_3_is_said_with_what_is_needed(view, small_scene):
     done = view(small_scene, MESA_GL_VERSION_OVERRIDE="3.3", MESA_GLSL_VERSION_OVERRIDE="330")
     assert done.returncode == 4, done.stderr
     assert "no window can be opened" in done.stderr and "4.1" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.window
 def test_what_is_not_installed_is_said_with_how_to_install_it(view, small_scene, tmp_path):
     (tmp_path / "imgui_bundle.py").write_text("raise ModuleNotFoundError('no imgui', name='imgui_bundle')")
     done = view(small_scene, PYTHONPATH=str(tmp_path))
     assert done.returncode == 4 and "metamer[window]" in done.stderr and "make view" in done.stderr
 
 
+@pytest.mark.slow
 def test_what_is_not_there_is_said_before_a_window_opens(view):
     for words, named in ((["nowhere.toml"], "nowhere.toml"), (["tiny/coper"], "tiny/copper")):
         done = view(*words)
@@ -71,6 +75,7 @@ def end(surroundings, tiny_catalogue, small_scene, tmp_path):
     return run
 
 
+@pytest.mark.window
 def test_ctrl_c_in_the_terminal_ends_it_and_its_reference(end):
     done = end("interrupt")
     assert done.returncode == 130, done.stderr
@@ -91,11 +96,13 @@ def test_closed_in_mid_build_it_ends_well_and_keeps_its_session(end, surrounding
     assert read_session(kept).subject.path == str(small_scene)
 
 
+@pytest.mark.window
 def test_a_minimised_window_waits_and_comes_back(end):
     done = end("minimise")
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.window
 def test_there_is_nothing_to_go_on_with_before_a_window_was_closed(view, surroundings):
     kept = Path(surroundings["XDG_STATE_HOME"]) / "metamer" / "last-session.toml"
     kept.unlink(missing_ok=True)
@@ -105,11 +112,13 @@ def test_there_is_nothing_to_go_on_with_before_a_window_was_closed(view, surroun
     assert done.returncode == 64
 
 
+@pytest.mark.window
 def test_windows_of_one_pixel_and_of_twice_the_text(in_window, small_scene):
     results, said = in_window(HERE / "sizes_checks.py", str(small_scene))
     assert results and not any(results.values()), f"{json.dumps(results, indent=1)}\n{said}"
 
 
+@pytest.mark.window
 def test_a_spectral_image_is_looked_at_as_scenes_are(in_window, tmp_path):
     nm = np.arange(400.0, 701.0, 20.0)
     values = 0.05 + 0.9 * np.random.default_rng(2).random((48, 64, len(nm)))
@@ -118,6 +127,7 @@ def test_a_spectral_image_is_looked_at_as_scenes_are(in_window, tmp_path):
     assert results and not any(results.values()), f"{json.dumps(results, indent=1)}\n{said}"
 
 
+@pytest.mark.window
 def test_three_hundred_materials(in_window, small_scene, many):
     results, said = in_window(HERE / "many_checks.py", str(small_scene), many)
     assert results and not any(results.values()), f"{json.dumps(results, indent=1)}\n{said}"

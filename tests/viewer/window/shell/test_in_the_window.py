@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.window
+
 HERE = Path(__file__).resolve().parent
 
 
