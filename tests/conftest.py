@@ -116,35 +116,44 @@ masking = "smith"
 """
 
 
-def _import_tiny(folder: Path) -> None:
-    """Fill `folder / "catalogue"` by the command, in a process without the checks of this one."""
-    shutil.copytree(ROOT / "catalogs" / "shipped", folder / "source", ignore=shutil.ignore_patterns("[!s]*.toml"))
-    (folder / "source" / "tiny.toml").write_text(TINY, encoding="utf-8")
-    words = ["catalogue", "import", folder / "source", "--into", folder / "catalogue", "--jobs", "2", "--budget", "1"]
-    done = subprocess.run([sys.executable, "-m", "metamer.cli.main", *words], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
 @pytest.fixture(scope="session")
-def tiny_catalogue(tmp_path_factory, request) -> Path:
-    """Folder of a catalogue of four materials, imported by the command; to be read only.
+def kept_catalogue(tmp_path_factory, request):
+    """Fills catalogues by the command, once for all runs: (name, folder of sources, *words of the import) -> a copy.
 
-    Kept between runs, under the hash of the code that made it; a session works on a copy.
+    What is kept bears the hash of the sources, of the words, and of the code that reads and fits.
     """
     from metamer.materials.intake.code_version import readers_hash
 
-    folder = tmp_path_factory.mktemp("tiny")
     cache = getattr(request.config, "cache", None)
-    if cache is None:
-        _import_tiny(folder)
-        return folder / "catalogue"
-    key = hashlib.sha256(f"{readers_hash()}{TINY}{sys.version}".encode()).hexdigest()[:16]
-    kept = Path(cache.mkdir("catalogues")) / key
-    if not kept.is_dir():
-        _import_tiny(folder)
-        with suppress(OSError):  # another process was faster
-            (folder / "catalogue").rename(kept)
-    return Path(shutil.copytree(kept, folder / "copy"))
+
+    def copied(name: str, sources: Path, *words: str) -> Path:
+        digest = hashlib.sha256(f"{readers_hash()}{words}{sys.version}".encode())
+        for file in sorted(file for file in sources.rglob("*") if file.is_file() and "__pycache__" not in file.parts):
+            digest.update(f"|{file.relative_to(sources).as_posix()}|".encode() + file.read_bytes())
+        folder = tmp_path_factory.mktemp(name)
+        kept = None if cache is None else Path(cache.mkdir("catalogues")) / f"{name}-{digest.hexdigest()[:16]}"
+        if kept is None or not kept.is_dir():
+            # In a process without the checks of this one.
+            command = [sys.executable, "-m", "metamer.cli.main", "catalogue", "import", sources]
+            command += ["--into", folder / "catalogue", "--jobs", "2", *words]
+            done = subprocess.run(command, capture_output=True, text=True)
+            assert done.returncode == 0, done.stdout + done.stderr
+            if kept is None:
+                return folder / "catalogue"
+            with suppress(OSError):  # another process was faster
+                (folder / "catalogue").rename(kept)
+        return Path(shutil.copytree(kept, folder / "copy"))
+
+    return copied
+
+
+@pytest.fixture(scope="session")
+def tiny_catalogue(tmp_path_factory, kept_catalogue) -> Path:
+    """Folder of a catalogue of four materials, imported by the command; to be read only."""
+    sources = tmp_path_factory.mktemp("sources") / "source"
+    shutil.copytree(ROOT / "catalogs" / "shipped", sources, ignore=shutil.ignore_patterns("[!s]*.toml"))
+    (sources / "tiny.toml").write_text(TINY, encoding="utf-8")
+    return kept_catalogue("tiny", sources, "--budget", "1")
 
 
 @pytest.fixture(scope="session")

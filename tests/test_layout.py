@@ -234,6 +234,11 @@ def test_no_module_imports_from_the_folder_that_holds_it():
     assert not wrong, wrong
 
 
+def test_every_test_has_a_limit(request):
+    limits = {item.nodeid: item.get_closest_marker("timeout") for item in request.session.items}
+    assert all(limit is not None and 0 < limit.args[0] <= 300 for limit in limits.values()), limits
+
+
 def test_each_rule_of_the_makefile_stands_once():
     """The last of two would win, with no more than a warning."""
     rules = re.findall(r"^([\w$()/.-]+):(?!=)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)

@@ -21,14 +21,14 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def both(tmp_path_factory):
+def both(tmp_path_factory, kept_catalogue):
     """Folders of the catalogue and of two reviews, made by the command in its own processes."""
     folder = tmp_path_factory.mktemp("shipped")
-    catalogue, out, booth = (folder / name for name in ("catalogue", "review", "booth"))
+    catalogue = kept_catalogue("shipped", ROOT / "catalogs" / "shipped")
+    out, booth = (folder / name for name in ("review", "booth"))
     options = ["--catalogue", catalogue, "--jobs", "2"]
     sphere = ROOT / "examples" / "sphere.toml"
     for words in (
-        ["catalogue", "import", "--into", catalogue, "--jobs", "2"],
         ["review", sphere, "--out", out, "--illuminants", ",".join(LIGHTS), *options],
         ["review", "--out", booth, "--materials", ",".join(IN_THE_BOOTH), *options],
     ):
