@@ -51,14 +51,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _renderer() -> str:
-    from ..viewer.context import NoGL, create_context, describe
+    from ..viewer.context import NoGL, create_context, describe, release_context
 
     try:
         context = create_context()
     except NoGL as reason:
         return f"software (numpy). {reason}"
     name = describe(context)
-    context.release()
+    release_context(context)
     return name
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
 
 from ..spectral.errors import MetamerError
 
@@ -15,6 +16,10 @@ REQUIRED_VERSION = 410
 DISABLE_VARIABLE = "METAMER_NO_GL"
 SYSTEM_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 INSTALL_LINE = "apt-get install " + " ".join(SYSTEM_PACKAGES)
+
+
+# Contexts that were made here; whatever hosts a window makes its own ones current.
+_made: WeakSet[moderngl.Context] = WeakSet()
 
 
 class NoGL(MetamerError):
@@ -52,11 +57,25 @@ def create_context() -> moderngl.Context:
     ways: tuple[tuple[str, dict[str, Any]], ...] = (("EGL", {"backend": "egl"}), ("default back end", {}))
     for label, options in ways:
         try:
-            return moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
+            context = moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
+            _made.add(context)
+            return context
         except Exception as reason:  # a loader raises whatever it likes: all of it means "not this way"
             first_line = (str(reason).strip().splitlines() or [""])[0]
             attempts.append((label, first_line or type(reason).__name__))
     raise NoGL(tuple(attempts))
+
+
+def make_current(context: moderngl.Context) -> None:
+    """Make a context of `create_context` current: what is drawn goes to the newest one otherwise, and is lost."""
+    if context in _made:
+        context.__enter__()
+
+
+def release_context(context: moderngl.Context) -> None:
+    """Release a context of `create_context`, with everything that was made in it."""
+    _made.discard(context)
+    context.release()
 
 
 def describe(context: moderngl.Context) -> str:

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from ..spectral.errors import InputError
 from . import shaders
+from .context import make_current
 from .display import DisplayTransform
 from .resources import release_target
 
@@ -43,6 +44,7 @@ class DisplayPass:
         import moderngl
         import PyOpenColorIO as ocio
 
+        make_current(context)
         self._context = context
         self._description = ocio.GpuShaderDesc.CreateShaderDesc(
             language=ocio.GPU_LANGUAGE_GLSL_4_0, functionName="OCIOMain", resourcePrefix="ocio_"
@@ -115,6 +117,7 @@ class DisplayPass:
 
     def __call__(self, xyz_d65: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:
         """Encode XYZ that already has the display's white; float32, not clipped."""
+        make_current(self._context)
         height, width = xyz_d65.shape[:2]
         source = self._context.texture(
             (width, height), 3, np.ascontiguousarray(xyz_d65, dtype="f4").tobytes(), dtype="f4"

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
+from ..lighting.camera import Camera
+from ..lighting.scene import Scene
 from ..materials.fast import Summand, TermShader
 from ..spectral.errors import InputError
-from .context import NoGL, create_context, describe
+from .context import NoGL, create_context, describe, make_current, release_context
 from .geometry import LightGeometry
 from .gl_gathering import GLGathering
 from .gl_tile import GLTerms, GLTile, coverage_of, framed, places, read
@@ -72,17 +74,28 @@ class GLRenderer(Renderer):
         super().__init__(filtering, keeps_terms)
         self._owns_context = context is None
         self.context = create_context() if context is None else context
+        make_current(self.context)
         self.name = describe(self.context)
         self._passes = Passes(self.context)
         self._gathering = GLGathering(self.context, self._passes)
 
     def close(self) -> None:
         """Release everything, programs and (if it made it) the context included."""
+        make_current(self.context)
         self.release()
         self._gathering.release()
         self._passes.release()
         if self._owns_context:
-            self.context.release()
+            release_context(self.context)
+
+    def release(self) -> None:
+        """Forget everything that is kept and free what it holds on the GPU."""
+        make_current(self.context)
+        super().release()
+
+    def _pieces(self, scene: Scene, camera: Camera) -> Iterator[Piece]:
+        make_current(self.context)
+        return super()._pieces(scene, camera)
 
     def _keep_lights(self, lights: Sequence[LightGeometry]) -> None:
         self._passes.keep_shadows(lights)

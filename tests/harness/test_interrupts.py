@@ -43,6 +43,7 @@ def test_what_is_wrong_is_seen(interrupts, place, monkeypatch):
         assert interrupts.hit(place, "fit", kind, 0.5).verdict not in ENDS
 
 
+@pytest.mark.stress
 def test_a_command_that_is_deaf_is_not_taken_for_one_that_was_done(interrupts, place, monkeypatch):
     code = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(2)"
     monkeypatch.setattr(interrupts.Workplace, "words", lambda *_: [sys.executable, "-c", code])

@@ -1,8 +1,12 @@
 """The one function that makes a GL context, and what it says when it cannot."""
 
+import numpy as np
 import pytest
 from metamer.spectral.errors import MetamerError
 from metamer.viewer import context as module
+from metamer.viewer.display import DisplayTransform
+from metamer.viewer.display_gl import DisplayPass
+from metamer.viewer.headless import GLRenderer
 
 
 def test_context_is_new_enough(gl):
@@ -32,3 +36,28 @@ def test_failure_names_back_ends_and_packages(monkeypatch):
     message = str(caught.value)
     assert "EGL: libEGL.so.1" in message and "default back end:" in message
     assert "libegl1" in message and "libgl1-mesa-dri" in message
+
+
+def test_renderers_with_contexts_of_their_own_draw_in_turn(gl, scenes):
+    """In the newest context alone, all others would draw black, without an error."""
+    scene, surfaces = scenes.sphere_scene(size=16, samples=1), dict(scenes.SURFACES)
+    with GLRenderer() as first:
+        alone, coverage = first.render(scene, None, surfaces)
+        assert coverage.any()
+        with GLRenderer() as second:
+            for renderer in (first, second, GLRenderer(gl), first):
+                renderer.release()
+                drawn, covered = renderer.render(scene, None, surfaces)
+                np.testing.assert_array_equal(covered, coverage)
+                np.testing.assert_array_equal(drawn, alone)
+        again, _ = first.render(scene, None, surfaces)
+        np.testing.assert_array_equal(again, alone)
+
+
+def test_a_display_transform_stays_in_its_context(gl):
+    encode = DisplayPass(gl, DisplayTransform())
+    grey = np.full((4, 4, 3), 0.2)
+    before = encode(grey)
+    module.release_context(module.create_context())
+    np.testing.assert_array_equal(encode(grey), before)
+    assert before.min() > 0.1

@@ -85,7 +85,7 @@ def traced():
     return of
 
 
-@pytest.mark.slow_cases("numpy-FL11", "numpy-three")
+@pytest.mark.slow
 @pytest.mark.parametrize("lamps", ["FL11", "three"])
 def test_pictures_are_the_paths(scenes, make, traced, lamps):
     """p95 of ΔE94, and without what surfaces put on each other."""

@@ -30,10 +30,7 @@ def apart(scene, one, other, seen):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "material",
-    [pytest.param("gloss", marks=pytest.mark.slow), "sharp", pytest.param("brushed", marks=pytest.mark.slow)],
-)
+@pytest.mark.parametrize("material", ["gloss", "sharp", "brushed"])
 def test_gl_equals_numpy(scenes, gl, material):
     near = replace(scenes.sphere_scene(material, size=32, samples=1), lights=(softbox(),))
     for scene in (near, ball_on_a_floor(scenes, material)):

@@ -123,7 +123,9 @@ def off(scenes, software, surface, light=TWO):
     return delta_e_xyz(found, drawn.reshape(-1, 3)[pixels].astype(float), scene.adopted_white())
 
 
-@pytest.mark.slow_cases("varied-linear", "varied-mipmapped", "coated, two axes-linear", "coated, two axes-mipmapped")
+@pytest.mark.slow_cases(
+    *(f"{kind}-{how}" for kind in ("varied", "two axes, turned", "coated, two axes") for how in ("linear", "mipmapped"))
+)
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 @pytest.mark.parametrize(
     "kind", ["varied", "two axes, turned", "alike everywhere", "two axes alike", "coated", "coated, two axes"]
@@ -311,7 +313,7 @@ def test_slices_are_shared_by_range():
     assert len(facet_slices(0.3, 0.3).alphas) == 1
 
 
-@pytest.mark.slow_cases("hardware-bare")
+@pytest.mark.slow_cases("hardware-bare", "hardware-coated")
 @pytest.mark.parametrize("made", [varied, coated], ids=["bare", "coated"])
 @pytest.mark.parametrize("kind", ["software", "hardware"])
 def test_far_away_means_are_nearer_to_many_samples(scenes, software, request, kind, made):

@@ -125,6 +125,7 @@ def test_images_of_several_sizes_are_refused_by_name(tmp_path):
     assert odd.name in reason and "9" in reason and "8" in reason
 
 
+@pytest.mark.slow
 def test_a_zip_in_a_zip_is_refused_and_the_inner_one_is_read(tmp_path):
     folder = saved(tmp_path / "wool", cloth())
     with zipfile.ZipFile(tmp_path / "inner.zip", "w") as archive:

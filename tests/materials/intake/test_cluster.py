@@ -72,6 +72,7 @@ def test_a_material_that_kills_every_worker_fails_alone_and_with_a_reason(worker
     assert import_sources([source], tmp_path / "cat", scheduler=workers.scheduler_address).count("imported") == 1
 
 
+@pytest.mark.slow
 def test_interrupt_keeps_what_is_finished_and_leaves_the_cluster_idle(workers, source, tmp_path):
     def stop(done, total, outcome):
         if done == 2:

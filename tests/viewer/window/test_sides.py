@@ -121,7 +121,7 @@ def assert_as_headless(frame, headless, number=0):
     assert (found[..., 3] != coverage).mean() <= 1e-2
 
 
-@pytest.mark.slow_cases("booth")
+@pytest.mark.slow
 @pytest.mark.parametrize("light", ["booth", "booth turned", "map of a lamp"])
 def test_light_from_all_around(frame, headless, session, map_file, light):
     chosen = {
