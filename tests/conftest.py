@@ -162,9 +162,32 @@ def gl():
     from metamer.viewer.context import NoGL, create_context
 
     try:
-        return create_context()
+        _contexts.append(create_context())
     except NoGL as reason:
         pytest.skip(str(reason))
+    return _contexts[-1]
+
+
+# The context of `gl`, once it was asked for.
+_contexts: list = []
+
+
+def _keep_current():
+    """Make the context of `gl` current, since a test before may have made another one."""
+    if _contexts:
+        from metamer.viewer.context import make_current
+
+        make_current(_contexts[0])
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup():
+    _keep_current()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_teardown():
+    _keep_current()
 
 
 @pytest.fixture
