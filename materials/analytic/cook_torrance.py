@@ -16,7 +16,7 @@ from ..domain import in_domain
 from .model import AnalyticBrdf, Directed, Part, SumOfTerms
 
 # Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.
-_FOLDED_CELLS, _FOLDED_OFF = 8192, 6e-8
+_FOLDED_CELLS, _FOLDED_OFF = 16384, 6e-8
 
 
 @dataclass(frozen=True, eq=False)

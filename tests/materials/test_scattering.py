@@ -66,3 +66,12 @@ def test_where_an_index_gives_a_kink_every_wavelength_is_evaluated():
     cos = np.linspace(0.01, 1.0, 777)
     found = FoldedFresnel(eta, k, weights)(cos**2, 1.0 - cos**2)
     np.testing.assert_allclose(found, fresnel(cos**2, 1.0 - cos**2, eta, k) @ weights, rtol=1e-13)
+
+
+@pytest.mark.parametrize("eta", [1.3, 1.5, 1.8, 2.4])
+def test_fresnel_of_a_dielectric_is_looked_up(eta, monkeypatch):
+    folded = FoldedFresnel(np.full(81, eta), np.zeros(81), FOLDING.weights(NM))
+    cos = np.linspace(0.01, 1.0, 777)
+    expected = fresnel(cos**2, 1.0 - cos**2, np.full(81, eta), np.zeros(81)) @ FOLDING.weights(NM)
+    monkeypatch.setattr("metamer.materials.analytic.cook_torrance.fresnel", None)
+    np.testing.assert_allclose(folded(cos**2, 1.0 - cos**2), expected, rtol=3e-7)
