@@ -268,7 +268,12 @@ class _Shining:
 
     def __init__(self, scene: Scene, light: SpreadLight, illuminants: Sequence[Spectrum | None]) -> None:
         self.light = light
-        spectra = [tuple(light.spectra) if other is None else (other,) for other in illuminants]
+        # Fields of one spectrum are one.
+        own = {spectrum.key: spectrum for spectrum in light.spectra}
+        numbers = {key: number for number, key in enumerate(own)}
+        self._fields_of = np.zeros((len(light.spectra), len(own)))
+        self._fields_of[range(len(light.spectra)), [numbers[spectrum.key] for spectrum in light.spectra]] = 1.0
+        spectra = [tuple(own.values()) if other is None else (other,) for other in illuminants]
         self.folding = Folding(scene.observer, [one for each in spectra for one in each])
         self._whole = [other is not None for other in illuminants]
         self._first = np.cumsum([0, *(len(each) for each in spectra)])[:-1]
@@ -289,6 +294,7 @@ class _Shining:
         total = fields.sum(axis=1, keepdims=True)
         if all(self._whole):
             return f_r * total
+        fields = fields if fields.shape[1] == self._fields_of.shape[1] else fields @ self._fields_of
         columns = np.concatenate([total if whole else fields for whole in self._whole], axis=1)
         each = f_r.reshape(len(f_r), -1, 3) * columns[:, :, None]
         return np.add.reduceat(each, self._first, axis=1).reshape(len(f_r), -1)

@@ -78,6 +78,12 @@ class Catalogue:
             raise UnknownNameError("material", material_id, self.ids(), file=self.folder)
         return path
 
+    def state(self, material_id: str) -> tuple:
+        """Equal as long as nobody has written the material anew; raises `UnknownNameError` as `path` does."""
+        path = self.path(material_id)
+        found = path.stat()
+        return path, found.st_mtime_ns, found.st_size, found.st_ino
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.ids())
 

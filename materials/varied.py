@@ -34,6 +34,10 @@ class VariedCatalogue(Catalogue):
         """See `Catalogue.load`."""
         return self.made[material_id] if material_id in self.made else super().load(material_id)
 
+    def state(self, material_id: str) -> tuple:
+        """See `Catalogue.state`; of what lies in no file its fast form, by identity."""
+        return (id(self.made[material_id].fast),) if material_id in self.made else super().state(material_id)
+
 
 def varied(material: Material, values: Mapping[str, float | int], budget: float = BUDGET) -> Material:
     """A material with other parameters, its fast form fitted anew: about a second.

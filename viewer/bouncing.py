@@ -126,7 +126,7 @@ def indirect_layers(
         for start in range(0, light.fields, _MOST_FIELDS):
             fields = slice(start, min(start + _MOST_FIELDS, light.fields))
             rounded = np.concatenate(each[fields])[None]
-            yield SpreadLayer(number, light, fields, form, light, np.eye(3), scale, rounded)
+            yield SpreadLayer(number, fields, form, light, np.eye(3), scale, rounded)
 
 
 def _key(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum]) -> tuple[object, ...]:

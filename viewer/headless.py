@@ -44,12 +44,12 @@ Uploaded = tuple[TermShader, "dict[str, moderngl.Texture]"]
 __all__ = ["GLRenderer", "Renderer", "SoftwareRenderer", "create_renderer"]
 
 
-def create_renderer(filtering: Filtering = "linear") -> tuple[Renderer, NoGL | None]:
-    """The GL renderer, or the numpy one and the reason why there is no GL here."""
+def create_renderer(filtering: Filtering = "linear", keeps_terms: bool = True) -> tuple[Renderer, NoGL | None]:
+    """The GL renderer, or the numpy one and the reason why there is no GL here; parameters as of `Renderer`."""
     try:
-        return GLRenderer(filtering=filtering), None
+        return GLRenderer(filtering=filtering, keeps_terms=keeps_terms), None
     except NoGL as reason:
-        return SoftwareRenderer(filtering), reason
+        return SoftwareRenderer(filtering, keeps_terms), reason
 
 
 class GLRenderer(Renderer):

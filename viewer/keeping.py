@@ -56,13 +56,12 @@ class Layer:
 class SpreadLayer:
     """One part's material under some of the fields of a light that spreads, at most four.
 
-    light, fields : which of its fields. gathered : what it sends. world_from_map (3, 3) : turns that.
+    fields : which of its fields. gathered : what they send. world_from_map (3, 3) : turns that.
     scale : pi / E_ref, of a sample's share. colours (1, F R, 3 M) : for each field, the form's palette in XYZ under M
     spectra in place of the field's, R rounded up to fours.
     """
 
     part: int
-    light: SpreadLight | IndirectLight
     fields: slice
     form: EnvironmentForm
     gathered: GatheredLight | GatheredPanel | IndirectLight
@@ -73,8 +72,13 @@ class SpreadLayer:
 
     @property
     def terms_key(self) -> tuple:
-        """As of `Layer`."""
-        return "spread", self.part, id(self.light), self.fields.start, self.scale, self.form.key
+        """As of `Layer`: what arrives from where, and what hides it; never a spectrum."""
+        gathered, shadows = self.gathered, self.shadows
+        near = isinstance(gathered, GatheredPanel)
+        sent = (gathered.corners.tobytes(), gathered.luminance) if near else (id(gathered),)
+        hidden = None if shadows is None else (id(shadows.visibility), id(shadows.bright))
+        place = self.part, self.world_from_map.tobytes(), self.fields.start, self.fields.stop, self.scale
+        return "spread", *place, sent, hidden, self.form.key
 
     @property
     def rank(self) -> int:

@@ -52,7 +52,7 @@ class KeptLight:
         self.lock = threading.RLock()
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
         self._shaded: tuple[Mesh, ...] | None = None
-        self._visibility: dict[int | None, tuple[SpreadLight, SceneVisibility | None]] = {}
+        self._visibility: dict[tuple | None, SceneVisibility | None] = {}
         self._bright: dict[int, tuple[np.ndarray, BrightLight]] = {}
         # As they are turned, by the same key and the rotation.
         self._turned: dict[tuple[int, bytes], BrightLight] = {}
@@ -70,32 +70,35 @@ class KeptLight:
         if not self.lock.acquire(blocking=False):
             return False
         try:
-            if isinstance(light, EnvironmentLight) and id(light.fields) not in self._gathered:
+            if isinstance(light, EnvironmentLight) and id(light.maps.maps) not in self._gathered:
                 return False
             if not self._same_meshes(scene) or self._key(light, scene) not in self._visibility:
                 return False
-            visibility = self._visibility[self._key(light, scene)][1]
+            visibility = self._visibility[self._key(light, scene)]
             if visibility is None or not isinstance(light, EnvironmentLight):
                 return True
-            turned = self._turned.get((id(light.fields), light.world_from_map.tobytes()))
+            turned = self._turned.get((id(light.maps.maps), light.world_from_map.tobytes()))
             return turned is not None and (id(visibility), id(turned)) in self._hiding
         finally:
             self.lock.release()
 
     def gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight | GatheredPanel, np.ndarray]:
-        """What a light that spreads sends, and how it is turned; kept for other rotations and spectra."""
+        """What a light that spreads sends, and how it is turned; of an environment what its maps are without weights.
+
+        Kept for other rotations, spectra, observers and strengths.
+        """
         if isinstance(light, SoftboxLight):
             low, high = scene.bounds
             # As geometry is scaled, see `SceneGeometry`.
             return GatheredPanel.of(light, 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))), np.eye(3)
         if not isinstance(light, EnvironmentLight):
             raise TypeError(f"no renderer knows how to gather a {type(light).__name__}")
-        key = id(light.fields)
+        key = id(light.maps.maps)
         with self.lock:
             if key not in self._gathered:
                 if len(self._gathered) >= KEPT_ENVIRONMENTS:
                     self._gathered.clear()
-                self._gathered[key] = light.fields, GatheredLight.of(light)
+                self._gathered[key] = light.maps.maps, GatheredLight.of(light.unweighted)
             return self._gathered[key][1], light.world_from_map
 
     def shadows(
@@ -111,8 +114,8 @@ class KeptLight:
                     self._visibility.clear()
                 before = _before(light, scene)
                 found = scene_visibility(scene, visibility_folder(), jobs, progress, say, before)
-                self._visibility[key] = light, found
-            visibility = self._visibility[key][1]
+                self._visibility[key] = found
+            visibility = self._visibility[key]
             if visibility is None or not isinstance(light, EnvironmentLight):
                 return None if visibility is None else Shadows(visibility)
             bright = self._bright_light(light)
@@ -126,17 +129,20 @@ class KeptLight:
     def _same_meshes(self, scene: Scene) -> bool:
         return self._shaded is not None and [*map(id, self._shaded)] == [id(part.mesh) for part in scene.parts]
 
-    def _key(self, light: SpreadLight, scene: Scene) -> int | None:
-        return None if _before(light, scene) is None else id(light)
+    def _key(self, light: SpreadLight, scene: Scene) -> tuple | None:
+        """By the place of a light that only some of the scene can hide."""
+        before = _before(light, scene)
+        return None if before is None else (before.point.tobytes(), before.facing.tobytes())
 
     def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
         """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""
-        key, rotation = id(environment.fields), environment.world_from_map
+        key, rotation = id(environment.maps.maps), environment.world_from_map
         if key not in self._bright:
             if len(self._bright) >= KEPT_ENVIRONMENTS:
                 self._bright.clear()
                 self._turned.clear()
-            self._bright[key] = environment.fields, BrightLight.of(replace(environment, rotation_deg=0.0))
+            of_maps = replace(environment.unweighted, rotation_deg=0.0)
+            self._bright[key] = environment.maps.maps, BrightLight.of(of_maps)
         turned = key, rotation.tobytes()
         if turned not in self._turned:
             if len(self._turned) >= KEPT_ENVIRONMENTS:

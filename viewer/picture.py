@@ -178,8 +178,7 @@ def picture(
     warn : called at once with a line for each reason why the picture may show nothing.
     """
     view = _placed(scene, camera, warn)
-    surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
-    xyz, coverage = renderer.render(scene, view, surfaces)
+    xyz, coverage = renderer.render(scene, view, renderer.forms(catalogue, scene))
     say_if_blank(scene, view, xyz, coverage, warn)
     light = renderer.bounced
     return Picture(scene, view, xyz, coverage, renderer.made_by + bounced_words(0 if light is None else light.bounces))
@@ -234,7 +233,7 @@ def render_spectral(
     """
     check_output(output, spectral=True)
     view = _placed(scene, camera, warn)
-    surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
+    surfaces = renderer.forms(catalogue, scene)
     values = renderer.render_spectra(scene, view, surfaces, WORKING_WAVELENGTHS_NM)
     notes = _thinned(scene, WORKING_WAVELENGTHS_NM)
     if np.count_nonzero(values.any(axis=-1)) < _FEW * values[..., 0].size:

@@ -12,12 +12,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ..lighting.camera import Camera
+from ..lighting.environment.environment import EnvironmentLight
 from ..lighting.lights import Light
 from ..lighting.scene import Scene
 from ..lighting.transfer.hits import RAYS
 from ..lighting.transfer.indirect import IndirectLight
 from ..lighting.transfer.radiant import fluoresces
 from ..lighting.visibility.keeping import transfer_folder
+from ..materials.catalogue import Catalogue
 from ..materials.fast import Fast
 from ..spectral.errors import InputError, UnknownNameError
 from ..spectral.folding import Folding
@@ -57,7 +59,8 @@ class Renderer(Keeping):
         spans (`pyramids`): a highlight that is smaller than a sample neither sparkles nor is missed, at the price of a
         product of means in place of a mean of products.
     keeps_terms : the materials' terms at every pixel are kept, too: the same scene in other spectra
-        (`render_many`) costs a fold. For windows and many illuminants; a single picture is some tenths slower.
+        (`render_many`, `Scene.with_illuminant`, lights of other spectra, another observer, an environment's strength)
+        costs a fold. For windows and many illuminants; a single picture is some tenths slower.
     """
 
     name: str
@@ -66,6 +69,8 @@ class Renderer(Keeping):
         self.keeps_terms = keeps_terms
         super().__init__()
         self._foldings: dict[tuple[int, ...], Folding] = {}
+        self._groups: list[tuple[int, ...]] = []
+        self._forms: dict[str, tuple[tuple, Fast]] = {}
         self._bouncing = Bouncing()
         self._filtering: Filtering = _known(filtering)
         #: Called with (tiles done, tiles in all, what is done) where somebody sets it: large pictures take minutes.
@@ -235,13 +240,25 @@ class Renderer(Keeping):
         layers: list[Layer | SpreadLayer] = [
             Layer(number, lights, one, colours(scene.delta_lights[lights[0]].spectrum, one.palette))
             for number, part in enumerate(scene.parts)
-            for lights in _by_spectrum(scene.delta_lights)
+            for lights in self._light_groups(scene.delta_lights)
             for one in surfaces[part.material].summands
         ]
         layers += self._spread_layers(scene, camera, surfaces, colours)
         if indirect is not None:
             layers += indirect_layers(indirect, scene, camera, surfaces, colours)
         return scene, layers
+
+    def _light_groups(self, lights: Sequence[Light]) -> list[tuple[int, ...]]:
+        """Numbers of the lights that are folded together: those of one spectrum.
+
+        Lights that had two are told apart from then on: terms that are kept stay good when their spectra change again.
+        """
+        groups = _by_spectrum(lights)
+        if self.keeps_terms and sum(map(len, self._groups)) == len(lights):
+            both = [tuple(one for one in group if one in kept) for kept in self._groups for group in groups]
+            groups = [group for group in both if group]
+        self._groups = groups
+        return groups
 
     def _indirect(
         self, scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()
@@ -262,13 +279,17 @@ class Renderer(Keeping):
         for light in scene.spread_lights:
             gathered, world_from_map = self._kept_light.gathered(light, scene)
             shadows = self._shadows(light, scene)
+            weights = light.maps.weights if isinstance(light, EnvironmentLight) else np.ones(1)
             for number, part in enumerate(scene.parts):
                 form = surfaces[part.material].environment_form()
                 for start in range(0, len(light.spectra), MOST_FIELDS):
                     fields = slice(start, min(start + MOST_FIELDS, len(light.spectra)))
-                    each = [colours(one, form.palette)[0] for one in light.spectra[fields]]
+                    each = [
+                        weight * colours(one, form.palette)[0]
+                        for weight, one in zip(weights[fields], light.spectra[fields], strict=True)
+                    ]
                     rounded = np.concatenate([np.pad(one, ((0, -len(one) % 4), (0, 0))) for one in each])[None]
-                    yield SpreadLayer(number, light, fields, form, gathered, world_from_map, scale, rounded, shadows)
+                    yield SpreadLayer(number, fields, form, gathered, world_from_map, scale, rounded, shadows)
 
     def _say(self, done: int, total: int, what: str) -> None:
         if self.progress is not None:
@@ -282,6 +303,21 @@ class Renderer(Keeping):
             height, width = known.shape
             found[piece.top : piece.top + height, piece.left : piece.left + width] = known
         return found
+
+    def forms(self, catalogue: Catalogue, scene: Scene) -> dict[str, Fast]:
+        """Fast forms of a scene's materials; each file is read once, and again when it has changed.
+
+        Raises
+        ------
+        UnknownNameError : a material that the catalogue does not have.
+        InputError : a file that is damaged; a material without a surface or without a fast form.
+        """
+        kept = {}
+        for name in scene.material_ids:
+            state, known = catalogue.state(name), self._forms.get(name)
+            kept[name] = known if known and known[0] == state else (state, catalogue.surface(name).drawn())
+        self._forms = kept
+        return {name: form for name, (_, form) in kept.items()}
 
     def close(self) -> None:
         """Release everything; the renderer is used up."""
@@ -297,6 +333,7 @@ class Renderer(Keeping):
         """Forget everything that is kept and free what it holds on a GPU."""
         super().release()
         self._bouncing.release()
+        self._groups, self._forms = [], {}
 
     @abstractmethod
     def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:

@@ -167,7 +167,7 @@ def renderer_named(name: str) -> tuple[Renderer, NoGL | None]:
     if name not in get_args(RendererName):
         raise UnknownNameError("renderer", name, get_args(RendererName))
     if name == "auto":
-        return create_renderer()
+        return create_renderer(keeps_terms=False)
     return (GLRenderer() if name == "gl" else SoftwareRenderer()), None
 
 

@@ -51,7 +51,7 @@ def turntable(
     UnknownNameError : a material that the catalogue does not have, no such camera.
     InputError : what `Renderer.render` raises.
     """
-    surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
+    surfaces = renderer.forms(catalogue, scene)
     for view in orbited(scene.camera(camera), frames):
         xyz, coverage = renderer.render(scene, view, surfaces)
         light = renderer.bounced

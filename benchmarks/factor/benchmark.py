@@ -78,7 +78,7 @@ def run(
     """
     chosen = chosen_cases(cases, data)
     owns = renderer is None
-    renderer = create_renderer()[0] if renderer is None else renderer
+    renderer = create_renderer(keeps_terms=False)[0] if renderer is None else renderer
     found = _Found()
     surfaces = []
     try:

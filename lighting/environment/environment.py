@@ -27,6 +27,29 @@ def _photometric() -> Observer:
     return observer("1931_2")
 
 
+@dataclass(frozen=True, eq=False)
+class WeightedMaps:
+    """Maps of directions and a weight for each, whose product is a light's luminance.
+
+    What depends on directions is a sum over maps, worked out once for every observer, spectrum and strength.
+
+    maps (K, H, W), weights (K,). product (K, H, W) : `maps` itself where all weights are 1.
+    """
+
+    maps: Float[np.ndarray, "K H W"]
+    weights: Float[np.ndarray, " K"]
+    product: Float[np.ndarray, "K H W"]
+
+    @classmethod
+    def of(cls, maps: Float[np.ndarray, "K H W"]) -> WeightedMaps:
+        """Maps that are luminances as they stand."""
+        return cls(maps, np.ones(len(maps)), maps)
+
+    def scaled(self, factors: Float[np.ndarray, " K"]) -> WeightedMaps:
+        """The same maps with other weights."""
+        return WeightedMaps(self.maps, self.weights * factors, self.product * factors[:, None, None])
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class EnvironmentLight(SpreadLight):
     """An environment: K fields of luminance over directions, each of one spectrum.
@@ -43,6 +66,8 @@ class EnvironmentLight(SpreadLight):
     spectrum_name : what reports call the spectra.
     observer : whose luminance the fields are: that by which renderers weigh the spectra. A `Scene` makes it its own.
     notes : what was assumed or left out where the light was made.
+    weighted : maps whose weighted product is `fields`; default: `fields` themselves. Lights that differ in spectra,
+        observer and strength share them, and renderers keep what depends on directions under them.
 
     Raises
     ------
@@ -61,6 +86,7 @@ class EnvironmentLight(SpreadLight):
     origin: Origin = "stated"
     observer: Observer = field(default_factory=_photometric)
     notes: tuple[str, ...] = ()
+    weighted: WeightedMaps | None = None
 
     def __post_init__(self) -> None:
         fields = np.asarray(self.fields, dtype=np.float64)
@@ -88,7 +114,7 @@ class EnvironmentLight(SpreadLight):
         arrives = self._relative_illuminances(fields)
         if self.illuminance_lux is None:
             object.__setattr__(self, "illuminance_lux", float(arrives.sum()))
-            object.__setattr__(self, "fields", fields)
+            self._set_fields(fields, 1.0)
             return
         object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
         if not arrives.sum() > 0.0:
@@ -101,10 +127,21 @@ class EnvironmentLight(SpreadLight):
             )
         scale = self.illuminance_lux / arrives.sum()
         # As it is where it fits: what is made of an array is known by it, also when the light is turned.
-        object.__setattr__(self, "fields", fields if abs(scale - 1.0) < 1e-12 else fields * scale)
+        self._set_fields(fields, 1.0 if abs(scale - 1.0) < 1e-12 else scale)
+
+    def _set_fields(self, fields: Float[np.ndarray, "K H W"], scale: float) -> None:
+        """Luminance in cd/m^2; the first scale goes into the maps, later ones into their weights."""
+        weighted = self.weighted
+        if weighted is None or weighted.product is not fields:
+            weighted = WeightedMaps.of(fields if scale == 1.0 else fields * scale)
+        elif scale != 1.0:
+            weighted = weighted.scaled(np.full(len(fields), scale))
+        object.__setattr__(self, "weighted", weighted)
+        object.__setattr__(self, "fields", weighted.product)
 
     def __repr__(self) -> str:
-        count, height, width = self.fields.shape
+        _, height, width = self.fields.shape
+        count = len({spectrum.key for spectrum in self.spectra})
         spectra = "1 spectrum" if count == 1 else f"{count} spectra"
         return f"<Environment {self.name}: {width} x {height}, {spectra} {self.origin}, {self.illuminance_lux:g} lx>"
 
@@ -123,21 +160,33 @@ class EnvironmentLight(SpreadLight):
         return mixture(self.spectra, self._relative_illuminances(self.fields), self.observer)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
-        """All fields together, of one spectrum."""
-        total = self.fields if len(self.fields) == 1 else self.fields.sum(axis=0, keepdims=True)
-        changes: dict[str, Any] = {"spectra": (spectrum,), "spectrum_name": name, "origin": "stated"}
-        return replace(self, fields=total, illuminance_lux=self.illuminance_lux or None, **changes)
+        """The same fields, all of one spectrum."""
+        changes: dict[str, Any] = {"spectra": (spectrum,) * len(self.spectra), "spectrum_name": name}
+        return replace(self, illuminance_lux=self.illuminance_lux or None, origin="stated", **changes)
 
     def for_observer(self, seen_by: Observer) -> EnvironmentLight:
         """The same light, its fields the luminance that this observer sees: spectra weigh as much as they do to it."""
         if seen_by.name == self.observer.name:
             return self
-        if len(self.spectra) == 1:
-            return replace(self, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
-        seen = np.array([[one.luminous(spectrum) for spectrum in self.spectra] for one in (self.observer, seen_by)])
-        ratio = np.divide(seen[1], seen[0], out=np.ones(len(self.spectra)), where=seen[0] > 0.0)
-        fields = self.fields * ratio[:, None, None]
-        return replace(self, fields=fields, illuminance_lux=self.illuminance_lux or None, observer=seen_by)
+        changes: dict[str, Any] = {"illuminance_lux": self.illuminance_lux or None, "observer": seen_by}
+        if not _all_equal(self.spectra):
+            seen = np.array([[one.luminous(spectrum) for spectrum in self.spectra] for one in (self.observer, seen_by)])
+            ratio = np.divide(seen[1], seen[0], out=np.ones(len(self.spectra)), where=seen[0] > 0.0)
+            weighted = self.maps.scaled(ratio)
+            changes |= {"fields": weighted.product, "weighted": weighted}
+        return replace(self, **changes)
+
+    @property
+    def maps(self) -> WeightedMaps:
+        """`weighted`, which is always there."""
+        assert self.weighted is not None
+        return self.weighted
+
+    @property
+    def unweighted(self) -> EnvironmentLight:
+        """The light whose fields are the maps themselves."""
+        maps = self.maps.maps
+        return self if maps is self.fields else replace(self, fields=maps, weighted=None, illuminance_lux=None)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
         """Its illuminance on a horizontal plane, from infinitely far off."""
@@ -177,7 +226,7 @@ def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_b
 
     A spectrum without any luminance counts by its power.
     """
-    if len(spectra) == 1:
+    if _all_equal(spectra):
         return spectra[0]
     wavelengths_nm = np.unique(np.concatenate([one.wavelengths_nm for one in spectra]))
     total = np.zeros(len(wavelengths_nm))
@@ -187,3 +236,8 @@ def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_b
         scale = luminous if luminous > 0.0 else float(np.trapezoid(samples, wavelengths_nm))
         total += samples * (share / scale if scale > 0.0 else 0.0)
     return Spectrum(total, wavelengths_nm, "emission")
+
+
+def _all_equal(spectra: Sequence[Spectrum]) -> bool:
+    """Whether several spectra are one."""
+    return len({spectrum.key for spectrum in spectra}) == 1

@@ -17,6 +17,8 @@ from ..vectors import Number, VectorLike, dot, finite_vector, unit
 _SMALL = 1e-5
 # Cosines and lengths that would divide by nothing: a rectangle seen from its own plane sends nothing there.
 _TINY = 1e-12
+# What a sum of three products of unit vectors may be off by.
+_ROUNDED = 4.0 * np.finfo(np.float64).eps
 # `up` and the axis count as parallel below this sine.
 _PARALLEL = 1e-6
 
@@ -85,7 +87,12 @@ class SoftboxLight(SpreadLight):
 
     @staticmethod
     def _up(stated: np.ndarray | None, axis: np.ndarray) -> Float[np.ndarray, "3"]:
-        """The direction of the height: `stated`, or the first of +y and -z that is not along the axis."""
+        """The direction of the height: `stated`, or the first of +y and -z that is not along the axis.
+
+        What it gives, it gives back: a copy of a softbox has the same corners to the last bit.
+        """
+        if stated is not None and abs(stated @ axis) <= _ROUNDED and abs(stated @ stated - 1.0) <= _ROUNDED:
+            return stated
         for up in (np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -1.0])) if stated is None else (stated,):
             across = up - (up @ axis) * axis
             if np.linalg.norm(across) > _PARALLEL * np.linalg.norm(up):
