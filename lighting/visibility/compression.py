@@ -16,6 +16,7 @@ add little beside what the terms leave out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -50,6 +51,15 @@ class Basis:
     mean: Float[np.ndarray, " texels"]
     axes: Float[np.ndarray, "texels K"]
 
+    def __reduce__(self) -> tuple:
+        """Without the products: another process makes its own."""
+        return Basis, (self.mean, self.axes)
+
+    @cached_property
+    def products(self) -> Float[np.ndarray, "texels P"]:
+        """Of every two axes, texel by texel; some 20 MB, the same for all sites."""
+        return _products(self.axes)
+
 
 def bent(distances: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
     """What is stored of signed angles."""
@@ -75,6 +85,11 @@ def importance(
     sines = normals @ octahedral.directions(MAP).T
     weights = (np.exp(-np.abs(distances) / _NEAR) + _OPEN) * (np.maximum(sines, 0.0) + _GRAZING)
     return np.where(sines > -BELOW, weights, _UNSEEN).astype(np.float32)
+
+
+def hidden() -> tuple[Float[np.ndarray, "1 texels"], Float[np.ndarray, "1 texels"]]:
+    """Bent distances and weights of a site that sees nothing anywhere."""
+    return bent(np.full((1, MAP**2), -0.5 * np.pi, dtype=np.float32)), np.ones((1, MAP**2), dtype=np.float32)
 
 
 def code_bytes(terms: int) -> int:
@@ -117,7 +132,7 @@ def encoded(
     """The codes that stand for values: the weighted least squares."""
     if not basis.axes.shape[1]:
         return np.zeros((len(values), 0), dtype=np.float32)
-    return _solved(weights, basis.axes, ((values - basis.mean) * weights) @ basis.axes, 0.0)
+    return _solved(weights, basis.products, ((values - basis.mean) * weights) @ basis.axes, 0.0)
 
 
 def packed(
@@ -155,22 +170,42 @@ def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
     before = np.concatenate([basis.axes, basis.mean[:, None]], axis=1)
     # Held to what they were, weakly: a texel that hardly any site sees has no axes of its own.
     hold = 1e-5 * len(values)
-    solved = _solved(weights.T, extended, (weights * values).T @ extended + np.float32(hold) * before, hold)
+    right = (weights * values).T @ extended + np.float32(hold) * before
+    solved = _solved(weights.T, _products(extended), right, hold)
     axes, _ = np.linalg.qr(solved[:, :-1])
     return Basis(np.ascontiguousarray(solved[:, -1]), np.ascontiguousarray(axes))
 
 
+def _products(known: Float[np.ndarray, "m K"]) -> Float[np.ndarray, "m P"]:
+    """Of every two columns, in the order of the upper triangle of a matrix, row by row."""
+    i, j = np.triu_indices(known.shape[1])
+    return known[:, i] * known[:, j]
+
+
 def _solved(
-    weights: Float[np.ndarray, "n m"], known: Float[np.ndarray, "m K"], right: Float[np.ndarray, "n K"], hold: float
+    weights: Float[np.ndarray, "n m"],
+    products: Float[np.ndarray, "m P"],
+    right: Float[np.ndarray, "n K"],
+    hold: float,
 ) -> Float[np.ndarray, "n K"]:
-    """For each row w of weights the solution of (known^T diag(w) known + ridge) x = right."""
-    terms = known.shape[1]
-    i, j = np.triu_indices(terms)
-    # All products of two columns at once, so that every row's matrix comes out of one multiplication.
-    upper = weights @ (known[:, i] * known[:, j])
-    matrices = np.empty((len(weights), terms, terms), dtype=np.float32)
-    matrices[:, i, j] = upper
-    matrices[:, j, i] = upper
+    """For each row w of weights the solution of (known^T diag(w) known + ridge) x = right.
+
+    products : see `_products`. All rows' matrices come out of one multiplication, as triangles packed the way LAPACK
+    takes them: what is an upper one row by row is a lower one column by column.
+    """
+    from scipy.linalg.lapack import sppsv
+
+    terms = right.shape[1]
+    triangles = weights @ products
     diagonal = np.arange(terms)
-    matrices[:, diagonal, diagonal] += np.float32(_RIDGE + hold)
-    return np.linalg.solve(matrices, right[..., None].astype(np.float32))[..., 0]
+    triangles[:, diagonal * terms - diagonal * (diagonal - 1) // 2] += np.float32(_RIDGE + hold)
+    found = np.empty((len(weights), terms), dtype=np.float32)
+    for number, (triangle, one) in enumerate(zip(triangles, right.astype(np.float32), strict=True)):
+        found[number], failed = sppsv(terms, triangle, one, lower=1)
+        if failed:
+            # Too near to singular for a triangle in float32.
+            whole = np.zeros((terms, terms))
+            whole[np.triu_indices(terms)] = triangle
+            whole += np.triu(whole, 1).T
+            found[number] = np.linalg.lstsq(whole, one.astype(np.float64), rcond=None)[0]
+    return found

@@ -25,7 +25,7 @@ from .finer import far_apart, middle_sites, most_middles, most_terms
 from .occluders import Occluders
 from .pieces import Pieces
 from .refinement import Vertices, edges_between, refined
-from .shut import beside_shut, edges, shut_sites
+from .shut import beside_shut, edges, rim_of_shut, shut_sites
 from .sites import Sites, corners_of, nothing_hides, pieces_of, scaled_triangles, sites_at
 from .thinning import Surroundings
 from .tracing import Traced, traced
@@ -174,6 +174,8 @@ def _computed(
     codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
     free = all(one.all_free for one in first)
     codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
+    dark = np.zeros(total, dtype=bool)
+    dark[training] = np.concatenate([one.dark for one in first])
     del first, distances, weights, values
 
     done = len(training)
@@ -182,25 +184,35 @@ def _computed(
         """Work out the codes of some sites."""
         nonlocal free, done
         at = 0
-        for coded, tile_free in _in_tiles(triangles, where, which, basis, jobs if len(which) > _A_PROCESS else 1):
-            codes[which[at : at + len(coded)]] = coded
+        for coded, tile_free, tile_dark in _in_tiles(
+            triangles, where, which, basis, jobs if len(which) > _A_PROCESS else 1
+        ):
+            these = which[at : at + len(coded)]
+            codes[these], dark[these] = coded, tile_dark
             free, at, done = free and tile_free, at + len(coded), done + len(coded)
             progress(done, whole, "visibility")
 
+    ends = [edges(sites_of[corners.vertex.reshape(-1, 3)]) for sites_of in (where.fronts, where.backs)]
     known = training
     if seen > thinning.WHOLE:
         around = Surroundings(where.starts[:seen], where.normals[:seen])
-        known = thinning.thinned(around, codes[:seen], training, trace)
-        trace(np.arange(seen, total))
+        known = thinning.thinned(around, codes[:seen], training, trace, dark)
+    else:
+        trace(np.setdiff1d(np.arange(seen), known))
+        known = np.arange(seen)
+    # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
+    rim = rim_of_shut(shut, np.concatenate(ends))
+    trace(rim)
+    inner = np.setdiff1d(np.arange(seen, total), rim)
+    codes[inner] = compression.encoded(basis, *compression.hidden())
     # Nothing is taken for nothing before every site says so.
-    if free or seen <= thinning.WHOLE:
-        trace(np.setdiff1d(np.arange(total), known))
+    if free:
+        trace(np.setdiff1d(np.arange(total), np.concatenate([known, rim])))
     if free:
         progress(whole, whole, "visibility")
         return None
     vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)
     fronts, backs = where.fronts[order], where.backs[order]
-    ends = [edges(sites_of[corners.vertex.reshape(-1, 3)]) for sites_of in (where.fronts, where.backs)]
     most = most_middles(refinement, codes, bool((backs >= 0).any()))
     pairs = far_apart(
         edges_between(refinement.pieces[refinement.whole], fronts), vertices.facing, fronts, backs, codes, most
@@ -209,7 +221,7 @@ def _computed(
         count, vertices = len(fronts), vertices.with_middles(pairs)
         refinement, finer = middle_sites(bodies, refinement, vertices, fronts, pairs, occluders)
         more, done, number = [], 0, len(finer)
-        for coded, _ in _in_tiles(triangles, finer, np.arange(number), basis, jobs):
+        for coded, _, _ in _in_tiles(triangles, finer, np.arange(number), basis, jobs):
             more.append(coded.astype(np.float16))
             done += len(coded)
             progress(total + (whole - total) * done // (number + 1), whole, "visibility")
@@ -281,10 +293,10 @@ def _start_worker(triangles: Float[np.ndarray, "F 3 3"], basis: Basis | None) ->
 
 
 def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
-    """`Traced` of a tile; where there is a basis, codes (n, K) in place of distances."""
+    """`Traced` of a tile, with codes (n, K) in place of distances where there is a basis."""
     assert _worker.occluders is not None
     found, basis = traced(starts, normals, _worker.occluders), _worker.basis
     if basis is None:
         return found
     weights = compression.importance(found.distances, normals)
-    return compression.encoded(basis, compression.bent(found.distances), weights), found.all_free
+    return compression.encoded(basis, compression.bent(found.distances), weights), found.all_free, found.dark

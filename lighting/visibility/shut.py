@@ -60,15 +60,25 @@ def beside_shut(
 
     ends : see `edges`, by site; -1 where there is none.
     """
-    both = np.concatenate([ends, ends[:, ::-1]])
-    both = both[(both >= 0).all(axis=1)]
-    both = np.unique(both[shut[both[:, 0]] & ~shut[both[:, 1]]], axis=0)
+    both = _from_shut_to_open(shut, ends)
     sites, place, count = np.unique(both[:, 0], return_inverse=True, return_counts=True)
     total = np.zeros((len(sites), *values.shape[1:]), dtype=np.float64)
     np.add.at(total, place, values[both[:, 1]])
     found = values.copy()
     found[sites] = total / count.reshape(-1, *[1] * (values.ndim - 1))
     return found
+
+
+def rim_of_shut(shut: Bool[np.ndarray, " S"], ends: Int[np.ndarray, "n 2"]) -> Int[np.ndarray, " r"]:
+    """Sites that are shut and stand beside open ones, ascending; `ends` as of `beside_shut`."""
+    return np.unique(_from_shut_to_open(shut, ends)[:, 0])
+
+
+def _from_shut_to_open(shut: Bool[np.ndarray, " S"], ends: Int[np.ndarray, "n 2"]) -> Int[np.ndarray, "m 2"]:
+    """Edges between the two, each once, the shut end first."""
+    both = np.concatenate([ends, ends[:, ::-1]])
+    both = both[(both >= 0).all(axis=1)]
+    return np.unique(both[shut[both[:, 0]] & ~shut[both[:, 1]]], axis=0)
 
 
 def _reached(

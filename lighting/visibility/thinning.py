@@ -58,13 +58,15 @@ def thinned(
     codes: Float[np.ndarray, "n K"],
     known: Int[np.ndarray, " k"],
     trace: Callable[[Int[np.ndarray, " m"]], object],
+    dark: Bool[np.ndarray, " n"],
 ) -> Int[np.ndarray, " t"]:
     """Fill in the codes of all sites; returns which of them were traced.
 
     Parameters
     ----------
     codes : filled in place. known : which sites have theirs; they should be spread over all, sorted.
-    trace : called with sites, sorted, whose codes it writes.
+    trace : called with sites, sorted, whose codes it writes, and `dark`.
+    dark : which of the known see nothing at all: what rises near them hides nothing from them any more.
     """
     both = around.both
     asking = np.ones(len(known), dtype=bool)
@@ -78,7 +80,8 @@ def thinned(
         trace(new)
         known = np.union1d(known, new)
         missed = _missed(around, codes, known, asked) > MISSED
-        missed[~missed] = _rising(around, asked[~missed], 0.5 * width)
+        quiet = np.flatnonzero(~missed & ~dark[asked])
+        missed[quiet] = _rising(around, asked[quiet], 0.5 * width)
         if not missed.any() or (not len(new) and total == before):
             break
         asking, before = np.isin(known, asked[missed]), total

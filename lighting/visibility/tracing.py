@@ -15,7 +15,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..vectors import unit
 from . import octahedral
@@ -33,11 +33,12 @@ class Traced(NamedTuple):
     """Of n sites.
 
     distances (n, MAP^2) : signed angles, radians, positive where free, at most pi / 2 in size.
-    all_free : whether no ray met anything.
+    all_free : whether no ray met anything. dark (n,) : where every ray above the horizon met something.
     """
 
     distances: Float[np.ndarray, "n texels"]
     all_free: bool
+    dark: Bool[np.ndarray, " n"]
 
 
 @cache
@@ -62,7 +63,8 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
     free = np.ones(above.shape, dtype=bool)
     free[site, texel] = occluders.free(starts[site], to[texel])
     if free.all():
-        return Traced(np.full((len(starts), MAP**2), 0.5 * np.pi, dtype=np.float32), True)
+        distances = np.full((len(starts), MAP**2), 0.5 * np.pi, dtype=np.float32)
+        return Traced(distances, True, np.zeros(len(starts), dtype=bool))
 
     a, b = pairs.T
     site, pair = np.nonzero((free[:, a] != free[:, b]) & above[:, a] & above[:, b])
@@ -78,11 +80,12 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
         up = _texels() - np.minimum(2.0 * sines[one], 0.0)[:, None] * normals[one]
         mirrored[one] = up
         near = boundary[ends[one] : ends[one + 1]]
-        distances[one] = np.arccos(np.clip((up @ near.T).max(axis=1), 0.0, 1.0)) if len(near) else 0.5 * np.pi
+        # The largest of each column: rows of boundary points lie one after the other in memory.
+        distances[one] = np.arccos(np.clip((near @ up.T).max(axis=0), 0.0, 1.0)) if len(near) else 0.5 * np.pi
     where = octahedral.texel_at(mirrored, RAYS)
     row = np.arange(len(starts))[:, None]
     signs = free[row, where]
     unsure = ((distances < _NEAR) | ~above[row, where]) & (sines > -BELOW)
     one, texel = np.nonzero(unsure)
     signs[one, texel] = occluders.free(starts[one], mirrored[one, texel])
-    return Traced(np.where(signs, distances, -distances), False)
+    return Traced(np.where(signs, distances, -distances), False, ~(free & above).any(axis=1))

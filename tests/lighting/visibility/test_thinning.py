@@ -80,7 +80,7 @@ def test_what_changes_evenly_is_foretold_and_what_jumps_is_traced():
 
     known = np.arange(0, len(x), 97)
     codes[known] = true[known]
-    traced = thinned(around, codes, known, trace)
+    traced = thinned(around, codes, known, trace, np.zeros(len(x), dtype=bool))
     assert sorted([*asked, *known]) == traced.tolist() and len(traced) < 0.45 * len(x)
     off = np.abs(codes - true) / 32.0
     assert off[:, 0].max() < 0.01 and (off[:, 1] > 0.3).mean() < 0.01
