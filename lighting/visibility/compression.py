@@ -21,8 +21,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from . import octahedral
-from .tracing import BELOW, MAP
+from .tracing import BELOW, MAP, texels
 
 #: Signed angles are stored as tanh(angle / SOFT), radians.
 SOFT = np.pi / 4.0
@@ -82,9 +81,12 @@ def importance(
     distances: Float[np.ndarray, "n texels"], normals: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n texels"]:
     """What each texel counts at sites of these normals."""
-    sines = normals @ octahedral.directions(MAP).T
-    weights = (np.exp(-np.abs(distances) / _NEAR) + _OPEN) * (np.maximum(sines, 0.0) + _GRAZING)
-    return np.where(sines > -BELOW, weights, _UNSEEN).astype(np.float32)
+    sines = normals.astype(np.float32) @ texels().T
+    weights = np.exp(np.abs(distances) * np.float32(-1.0 / _NEAR))
+    weights += np.float32(_OPEN)
+    weights *= np.maximum(sines, np.float32(0.0)) + np.float32(_GRAZING)
+    weights[sines <= -BELOW] = _UNSEEN
+    return weights
 
 
 def hidden() -> tuple[Float[np.ndarray, "1 texels"], Float[np.ndarray, "1 texels"]]:

@@ -70,6 +70,8 @@ def thinned(
     """
     both = around.both
     asking = np.ones(len(known), dtype=bool)
+    # Sites near which nothing rises, as far as it was looked at: finer looks are for the others.
+    level = np.zeros(len(codes), dtype=bool)
     before = 0
     for number in range(_GRIDS):
         width = _COARSEST * 0.5**number
@@ -80,8 +82,9 @@ def thinned(
         trace(new)
         known = np.union1d(known, new)
         missed = _missed(around, codes, known, asked) > MISSED
-        quiet = np.flatnonzero(~missed & ~dark[asked])
-        missed[quiet] = _rising(around, asked[quiet], 0.5 * width)
+        quiet = np.flatnonzero(~missed & ~dark[asked] & ~level[asked])
+        rising = _rising(around, asked[quiet], 0.5 * width)
+        missed[quiet], level[asked[quiet]] = rising, ~rising
         if not missed.any() or (not len(new) and total == before):
             break
         asking, before = np.isin(known, asked[missed]), total

@@ -1,12 +1,16 @@
 """What is free around a few sites: signed angular distances to the boundary of what is hidden.
 
-The hemisphere above a site is traced on a map of `RAYS`^2 directions of the sphere. Where two
-neighbouring texels differ, a boundary runs between them: one more ray halfway says in which half. Distances are then
-taken on a coarser map, `MAP`^2, from the middles of texels to all those boundary points: Wang et al. 2009, eq. 23. The
-horizon is no boundary, since renderers cut there anyway and a surface's own horizon changes from vertex to vertex.
+A ray is sent to the middle of each texel of a map of the sphere, `MAP`^2, that lies above a site's horizon. A cell
+between four middles, of which some are free and others hidden, is asked twice as finely, and so is one along the
+horizon; where a boundary leaves such a cell, the one that it enters is, too. Where two neighbours of that finer grid
+differ, a boundary runs between them: one more ray halfway says in which half. Distances are taken from the middles of
+texels to all those boundary points: Wang et al. 2009, eq. 23. The horizon is no boundary, since renderers cut there
+anyway and a surface's own horizon changes from vertex to vertex.
 
 Below the horizon of a site nothing is traced: what a point between vertices asks there, just below a vertex's
 horizon, is what the horizon mirrors. Maps have the axes of the world, so that neighbours are mixed texel by texel.
+
+What is so small that no middle of a texel meets it, 5.6 degrees across at most, is not seen from that site.
 """
 
 from __future__ import annotations
@@ -15,18 +19,22 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int, UInt8
 
-from ..vectors import unit
+from ..environment.octahedral import directions as unfolded
+from ..environment.octahedral import places
+from ..vectors import dot, unit
 from . import octahedral
 from .occluders import Occluders
 
-#: Sides of the maps that rays are sent along, and that distances are kept on. MAP divides RAYS.
-RAYS, MAP = 64, 32
+#: Side of the maps that distances are kept on.
+MAP = 32
+#: Points along a side of the finer grid, rim included: every second one, from the second on, is a texel's middle.
+GRID = 2 * MAP + 1
 # Below the horizon by this sine, distances still count: points between vertices may ask there.
 BELOW = 0.15
-# Nearer to a boundary than this (rad, about a texel of rays and a half) a ray of its own says what side a texel is on.
-_NEAR = 0.09
+# States of directions, so that `or` and `xor` of two tell what they have in common: not asked is 0.
+_FREE, _HIDDEN, _BOTH = 1, 2, 3
 
 
 class Traced(NamedTuple):
@@ -41,51 +49,185 @@ class Traced(NamedTuple):
     dark: Bool[np.ndarray, " n"]
 
 
-@cache
-def _rays() -> tuple[np.ndarray, ...]:
-    """Directions of rays, pairs of neighbours, and what lies halfway between them."""
-    to, pairs = octahedral.directions(RAYS), octahedral.neighbours(RAYS)
-    halfway = unit(to[pairs[:, 0]] + to[pairs[:, 1]])
-    return (to.astype(np.float32), pairs, halfway.astype(np.float32))
+class _Grid(NamedTuple):
+    """The finer grid, float32.
+
+    to (GRID^2, 3) : directions of its points. ends (E, 2) : points of its edges, those along rows first.
+    halfway (E, 3) : between both ends; halves (E, 2, 3) : between that and each end.
+    """
+
+    to: Float[np.ndarray, "G 3"]
+    ends: Int[np.ndarray, "E 2"]
+    halfway: Float[np.ndarray, "E 3"]
+    halves: Float[np.ndarray, "E 2 3"]
 
 
 @cache
-def _texels() -> np.ndarray:
+def _grid() -> _Grid:
+    along = np.arange(GRID) / MAP - 1.0
+    to = unfolded(along[None, :], along[:, None]).reshape(-1, 3)
+    number = np.arange(GRID * GRID).reshape(GRID, GRID)
+    beside = (number[:, :-1], number[:, 1:]), (number[:-1], number[1:])
+    ends = np.concatenate([np.stack([one.ravel(), other.ravel()], axis=1) for one, other in beside])
+    halfway = unit(to[ends[:, 0]] + to[ends[:, 1]])
+    halves = unit(halfway[:, None] + to[ends])
+    return _Grid(to.astype(np.float32), ends, halfway.astype(np.float32), halves.astype(np.float32))
+
+
+@cache
+def texels() -> Float[np.ndarray, "texels 3"]:
+    """Directions of the middles of the map's texels, float32."""
     return octahedral.directions(MAP).astype(np.float32)
 
 
 def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], occluders: Occluders) -> Traced:
     """Trace n sites from their `starts`, above their unit normals."""
-    to, pairs, halfway = _rays()
     starts, normals = starts.astype(np.float32), normals.astype(np.float32)
-    above = normals @ to.T > 0.0
-    site, texel = np.nonzero(above)
-    free = np.ones(above.shape, dtype=bool)
-    free[site, texel] = occluders.free(starts[site], to[texel])
-    if free.all():
-        distances = np.full((len(starts), MAP**2), 0.5 * np.pi, dtype=np.float32)
-        return Traced(distances, True, np.zeros(len(starts), dtype=bool))
+    sines = normals @ texels().T
+    site, texel = np.nonzero(sines > 0.0)
+    state = np.zeros(sines.shape, dtype=np.uint8)
+    state[site, texel] = _asked(occluders, starts[site], texels()[texel])
+    free, hidden = ((state == one).any(axis=1) for one in (_FREE, _HIDDEN))
+    # A site that sees one thing sees it everywhere.
+    distances = np.where(free[:, None], np.float32(0.5 * np.pi), np.float32(-0.5 * np.pi))
+    distances = np.broadcast_to(distances, state.shape).copy()
+    some = np.flatnonzero(free & hidden)
+    if len(some):
+        distances[some] = _to_boundaries(starts[some], normals[some], sines[some], state[some], occluders)
+    return Traced(distances, not hidden.any(), ~free)
 
-    a, b = pairs.T
-    site, pair = np.nonzero((free[:, a] != free[:, b]) & above[:, a] & above[:, b])
-    middle_free = occluders.free(starts[site], halfway[pair])
-    beyond = np.where(middle_free == free[site, a[pair]], b[pair], a[pair])
-    boundary = unit(halfway[pair] + to[beyond])
+
+def _asked(
+    occluders: Occluders, starts: Float[np.ndarray, "m 3"], to: Float[np.ndarray, "m 3"]
+) -> UInt8[np.ndarray, " m"]:
+    """States of directions, a ray each."""
+    return np.where(occluders.free(starts, to), np.uint8(_FREE), np.uint8(_HIDDEN))
+
+
+def _to_boundaries(
+    starts: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    sines: Float[np.ndarray, "n texels"],
+    state: UInt8[np.ndarray, "n texels"],
+    occluders: Occluders,
+) -> Float[np.ndarray, "n texels"]:
+    """`Traced.distances` of sites that see both."""
+    cells = _cells(state.reshape(-1, MAP, MAP))
+    fine = _refined(starts, normals, state.reshape(-1, MAP, MAP), cells, occluders)
+    site, boundary = _boundaries(starts, fine, occluders)
     ends = np.searchsorted(site, np.arange(len(starts) + 1))
-
-    sines = normals @ _texels().T
-    distances = np.empty((len(starts), MAP**2), dtype=np.float32)
-    mirrored = np.empty((*distances.shape, 3), dtype=np.float32)
-    for one in range(len(starts)):
-        up = _texels() - np.minimum(2.0 * sines[one], 0.0)[:, None] * normals[one]
-        mirrored[one] = up
-        near = boundary[ends[one] : ends[one + 1]]
+    free = state == _FREE
+    one, texel = np.nonzero(sines <= 0.0)
+    mirrored = texels()[texel] - 2.0 * sines[one, texel][:, None] * normals[one]
+    mirrored_ends = np.searchsorted(one, np.arange(len(starts) + 1))
+    distances = np.full(state.shape, 0.5 * np.pi, dtype=np.float32)
+    for number in range(len(starts)):
+        near = boundary[ends[number] : ends[number + 1]]
+        if not len(near):
+            continue
+        up, band = texels().copy(), slice(mirrored_ends[number], mirrored_ends[number + 1])
+        up[texel[band]] = mirrored[band]
         # The largest of each column: rows of boundary points lie one after the other in memory.
-        distances[one] = np.arccos(np.clip((near @ up.T).max(axis=0), 0.0, 1.0)) if len(near) else 0.5 * np.pi
-    where = octahedral.texel_at(mirrored, RAYS)
-    row = np.arange(len(starts))[:, None]
-    signs = free[row, where]
-    unsure = ((distances < _NEAR) | ~above[row, where]) & (sines > -BELOW)
-    one, texel = np.nonzero(unsure)
-    signs[one, texel] = occluders.free(starts[one], mirrored[one, texel])
-    return Traced(np.where(signs, distances, -distances), False, ~(free & above).any(axis=1))
+        distances[number] = np.arccos(np.clip((near @ up.T).max(axis=0), 0.0, 1.0))
+    # What the horizon mirrors is as the four middles around it, where these agree. Else a ray tells, or deep below,
+    # where little hangs on it, the nearest middle.
+    column, row = (np.floor((each + 1.0) * (0.5 * MAP) + 0.5).astype(np.int64) for each in places(mirrored))
+    found = cells[one, row, column]
+    unsure = np.flatnonzero((found == 0) | (found == _BOTH))
+    deep = unsure[sines[one[unsure], texel[unsure]] <= -BELOW]
+    found[deep] = state[one[deep], octahedral.texel_at(mirrored[deep], MAP)]
+    unsure = np.flatnonzero((found == 0) | (found == _BOTH))
+    found[unsure] = _asked(occluders, starts[one[unsure]], mirrored[unsure])
+    free[one, texel] = found == _FREE
+    return np.where(free, distances, -distances)
+
+
+def _cells(state: UInt8[np.ndarray, "n m m"]) -> UInt8[np.ndarray, "n k k"]:
+    """All states at the four corners of each cell between the middles of texels, those over the folded rim included."""
+    padded = np.zeros((len(state), MAP + 2, MAP + 2), dtype=np.uint8)
+    padded[:, 1:-1, 1:-1] = state
+    padded[:, 0, 1:-1], padded[:, -1, 1:-1] = state[:, 0, ::-1], state[:, -1, ::-1]
+    padded[:, 1:-1, 0], padded[:, 1:-1, -1] = state[:, ::-1, 0], state[:, ::-1, -1]
+    # All four corners of the square are the one lowest direction.
+    padded[:, 0, 0], padded[:, 0, -1] = state[:, -1, -1], state[:, -1, 0]
+    padded[:, -1, 0], padded[:, -1, -1] = state[:, 0, -1], state[:, 0, 0]
+    rows = padded[:, :-1] | padded[:, 1:]
+    return rows[:, :, :-1] | rows[:, :, 1:]
+
+
+def _refined(
+    starts: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    state: UInt8[np.ndarray, "n m m"],
+    cells: UInt8[np.ndarray, "n k k"],
+    occluders: Occluders,
+) -> UInt8[np.ndarray, "n g g"]:
+    """States on the finer grid: of texels' middles, and in cells that a boundary crosses or the horizon does."""
+    to = _grid().to
+    fine = np.zeros((len(state), GRID, GRID), dtype=np.uint8)
+    fine[:, 1::2, 1::2] = state
+    asked = np.zeros(fine.shape, dtype=bool)
+    chosen = (cells == _BOTH) | (_beside_unasked(state) & (cells != 0))
+    for turn in range(2):
+        if turn:
+            chosen = _entered(fine) & ~chosen
+        wanted = np.zeros(fine.shape, dtype=bool)
+        wanted[:, 0::2, 0::2] = chosen
+        wanted[:, 1::2, 0::2] = chosen[:, :-1] | chosen[:, 1:]
+        wanted[:, 0::2, 1::2] = chosen[:, :, :-1] | chosen[:, :, 1:]
+        wanted &= ~asked
+        asked |= wanted
+        # The rim has every point twice.
+        for twice in _second_halves(wanted):
+            twice[:] = False
+        site, point = np.divmod(np.flatnonzero(wanted), GRID * GRID)
+        up = dot(normals[site], to[point]) > 0.0
+        site, point = site[up], point[up]
+        fine.reshape(len(fine), -1)[site, point] = _asked(occluders, starts[site], to[point])
+        for twice, first in zip(_second_halves(fine), _first_halves(fine), strict=True):
+            twice[:] = first
+    return fine
+
+
+def _beside_unasked(state: UInt8[np.ndarray, "n m m"]) -> Bool[np.ndarray, "n k k"]:
+    """Cells with a corner that was not asked."""
+    return _cells((state == 0).astype(np.uint8)) != 0
+
+
+def _entered(fine: UInt8[np.ndarray, "n g g"]) -> Bool[np.ndarray, "n k k"]:
+    """Cells on either side of an edge between two middles of texels whose own middle is not as both."""
+    across = (fine[:, 1::2, 2:-1:2] | fine[:, 1::2, 1:-2:2] | fine[:, 1::2, 3::2]) == _BOTH
+    along = (fine[:, 2:-1:2, 1::2] | fine[:, 1:-2:2, 1::2] | fine[:, 3::2, 1::2]) == _BOTH
+    found = np.zeros((len(fine), MAP + 1, MAP + 1), dtype=bool)
+    found[:, :-1, 1:-1] |= across
+    found[:, 1:, 1:-1] |= across
+    found[:, 1:-1, :-1] |= along
+    found[:, 1:-1, 1:] |= along
+    # Cells of the rim are there twice, too.
+    for rim in (found[:, 0], found[:, -1], found[:, :, 0], found[:, :, -1]):
+        rim |= rim[:, ::-1].copy()
+    return found
+
+
+def _second_halves(grid: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The halves of the grid's four sides that are the others over again."""
+    return grid[:, 0, MAP + 1 :], grid[:, -1, MAP + 1 :], grid[:, MAP + 1 :, 0], grid[:, MAP + 1 :, -1]
+
+
+def _first_halves(grid: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Their first halves, in the order of the second."""
+    return grid[:, 0, MAP - 1 :: -1], grid[:, -1, MAP - 1 :: -1], grid[:, MAP - 1 :: -1, 0], grid[:, MAP - 1 :: -1, -1]
+
+
+def _boundaries(
+    starts: Float[np.ndarray, "n 3"], fine: UInt8[np.ndarray, "n g g"], occluders: Occluders
+) -> tuple[Int[np.ndarray, " b"], Float[np.ndarray, "b 3"]]:
+    """The site, ascending, and the direction of every boundary point."""
+    grid, count = _grid(), len(fine)
+    differ = (fine[:, :, 1:] ^ fine[:, :, :-1]) == _BOTH, (fine[:, 1:] ^ fine[:, :-1]) == _BOTH
+    crossed = np.concatenate([one.reshape(count, -1) for one in differ], axis=1)
+    site, edge = np.divmod(np.flatnonzero(crossed), crossed.shape[1])
+    # Where what is halfway is as the first end, the boundary runs in the second half.
+    halfway = _asked(occluders, starts[site], grid.halfway[edge])
+    second = halfway == fine.reshape(count, -1)[site, grid.ends[edge, 0]]
+    return site, grid.halves[edge, second.astype(np.int64)]
