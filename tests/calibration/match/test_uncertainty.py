@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from metamer.calibration.match.batch import batch
@@ -19,6 +21,7 @@ from orange_batch import NM, ORANGE, sample
 
 FORMULAS = tuple(formula(name) for name in ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 2:1"))
 WHITE = observer("1964_10").white(illuminant("D65"))
+WHITE_TILE = 0.85 + 0.01 * np.tanh((NM - 450.0) / 40.0)
 # Of readings, in fractions: noise of each wavelength, and of all together.
 NOISE, TOGETHER = 8e-4, 5e-4
 
@@ -27,13 +30,20 @@ def noisy(rng, row, count):
     return row + rng.normal(0.0, NOISE, (count, NM.size)) + rng.normal(0.0, TOGETHER, (count, 1))
 
 
+@cache
+def repeated(name):
+    """Of 2000 readings of one tile."""
+    rng = np.random.default_rng(6)
+    return Repeatability(repeated=sample("tile", *noisy(rng, {"orange": ORANGE, "white": WHITE_TILE}[name], 2000)))
+
+
 @pytest.mark.parametrize("apart", [1.0, 1.004, 1.03], ids=["a match", "near", "apart"])
 def test_what_readings_scatter_by_is_what_monte_carlo_finds(apart):
     rng = np.random.default_rng(4)
     many, light, eye = 20_000, illuminant("D65"), observer("1964_10")
     weights = eye.weights(light, NM)
     first, second = (lab_from_xyz(noisy(rng, row, many) @ weights.T, WHITE) for row in (ORANGE, apart * ORANGE))
-    known = Repeatability(repeated=sample("tile", *noisy(rng, ORANGE, 2000)))
+    known = repeated("orange")
     standard, other = sample("master", ORANGE), sample("lot", apart * ORANGE)
     covariance = scatter(standard, other, known, "D65", "1964_10")
     labs = [side.lab("D65", "1964_10") for side in (standard, other)]
@@ -50,9 +60,8 @@ def test_what_readings_scatter_by_is_what_monte_carlo_finds(apart):
 @pytest.mark.parametrize("scale", ["CIE 2004", "ASTM E313", "yellowness"])
 def test_whiteness_scatters_as_monte_carlo_finds(scale):
     rng = np.random.default_rng(5)
-    many, white = 20_000, 0.85 + 0.01 * np.tanh((NM - 450.0) / 40.0)
-    known = Repeatability(repeated=sample("tile", *noisy(rng, white, 2000)))
-    sides = sample("master", white), sample("lot", 0.99 * white)
+    many, known = 20_000, repeated("white")
+    sides = sample("master", WHITE_TILE), sample("lot", 0.99 * WHITE_TILE)
     (found,) = white_indices(*sides, (scale,), (Conditions("D65", "1964_10"),), known)
     weights = observer("1964_10").weights(illuminant("D65"), NM)
     method = None if scale == "yellowness" else scale
