@@ -33,7 +33,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 
 def _white(text: str) -> Literal["d65", "native"] | tuple[float, float]:
     if text in ("d65", "native"):
-        return text  # type: ignore[return-value]
+        return text
     try:
         x, y = (float(part) for part in text.split(","))
     except ValueError:

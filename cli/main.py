@@ -38,7 +38,7 @@ def _ended(words: Sequence[str] | None) -> int:
     for stream in (sys.stdout, sys.stderr):
         # A terminal that has no Δ gets a question mark, not a traceback.
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+            stream.reconfigure(errors="replace")
     try:
         code = _run(words)
         # Here, and not while Python shuts down, a reader that has left can be forgiven.

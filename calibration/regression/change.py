@@ -157,7 +157,7 @@ def _map(
         chosen = compared[block]
         a, b = reference[block][chosen], sample(block)[chosen]
         if compared.size >= _FEW and formula.name in _IN_SINGLE:
-            values = image_delta_e(lab_from_xyz(a, white), lab_from_xyz(b, white), formula.name)  # type: ignore[arg-type]
+            values = image_delta_e(lab_from_xyz(a, white), lab_from_xyz(b, white), formula.name)
         else:
             values = formula(a, b, white)
         found[block][chosen] = np.where(np.isfinite(values), values, np.inf)

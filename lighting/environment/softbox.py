@@ -117,7 +117,7 @@ class SoftboxLight(SpreadLight):
     @property
     def luminance_cd_m2(self) -> float:
         """Of its front."""
-        return self._luminance  # pyright: ignore[reportAttributeAccessIssue]
+        return self._luminance
 
     @property
     def axes(self) -> Float[np.ndarray, "3 3"]:

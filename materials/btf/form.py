@@ -65,7 +65,7 @@ class BtfForm(Fast):
         return (self.texels,)
 
     @property
-    def measured_to(self) -> tuple[float, float]:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def measured_to(self) -> tuple[float, float]:
         """See `Surface.measured_to`; of each side the lowest is said by a note of the record."""
         return self.texels.form.views.reach[0], self.texels.form.lights.reach[0]
 

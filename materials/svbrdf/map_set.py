@@ -136,7 +136,7 @@ class MapSet:
         return {name: one for name in names if (one := getattr(self, name)) is not None}
 
     @property
-    def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def isotropic(self) -> bool:
         """Without bumps, and with one roughness for all directions."""
         level = self.normal is None and (self.coat_normal is None or not self.coated)
         return level and self.roughness.values.shape[2] == 1

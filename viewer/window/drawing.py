@@ -290,5 +290,5 @@ class Drawing:
     def _stop(self) -> None:
         """Leave what is being settled, before anything of it changes."""
         if self._settling is not None:
-            self._settling.close()  # pyright: ignore[reportAttributeAccessIssue]
+            self._settling.close()
         self._settling, self.reached = None, 0.0

@@ -124,6 +124,7 @@ def test_a_process_tells_first_a_coarse_figure_then_the_same_as_here(asked, surf
     assert not _runs(pid)
 
 
+@pytest.mark.slow
 def test_the_newest_view_wins_and_a_cancelled_one_says_nothing(asked):
     with ReferenceWorker() as worker:
         tall = replace(
@@ -143,6 +144,7 @@ def test_the_newest_view_wins_and_a_cancelled_one_says_nothing(asked):
         assert worker.poll() is None
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_costs_one_view(asked):
     with ReferenceWorker() as worker:
         worker.ask(asked)

@@ -60,7 +60,7 @@ def _row(window: Window, name: str, side: str, reading: Reading | object | None,
         imgui.table_next_column()
         imgui.text_disabled(why)
     else:
-        for value in reading.lab:  # pyright: ignore[reportAttributeAccessIssue]
+        for value in reading.lab:
             imgui.table_next_column()
             right(f"{value:.2f}")
     imgui.table_set_column_index(5)
