@@ -30,6 +30,8 @@ ROOT = Path(__file__).resolve().parent.parent
 # Markers of tests that `make test` leaves to `make test-all`; docs/testing.md has a sentence on each.
 SECOND_TIER = ("browser", "mitsuba", "slow", "stress", "window")
 LIMIT_S, SECOND_TIER_LIMIT_S = 60, 300
+# Of a catalogue that is kept between runs: a minute of one core on a quiet machine.
+LONGEST_IMPORT_S = 1500
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -136,7 +138,7 @@ def kept_catalogue(tmp_path_factory, request):
             # In a process without the checks of this one.
             command = [sys.executable, "-m", "metamer.cli.main", "catalogue", "import", sources]
             command += ["--into", folder / "catalogue", "--jobs", "2", *words]
-            done = subprocess.run(command, capture_output=True, text=True)
+            done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_IMPORT_S)
             assert done.returncode == 0, done.stdout + done.stderr
             if kept is None:
                 return folder / "catalogue"

@@ -17,7 +17,9 @@ IN_THE_BOOTH = ("colorchecker/blue-matte", "colorchecker/red-satin", "metal/copp
 MOST_P99, MOST_MEAN = 1.0, 0.3
 MOST_PAGE_BYTES = 6_000_000
 
-pytestmark = pytest.mark.slow
+# What all tests wait for has a limit of its own, and is not counted to the first that asks for it.
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300, func_only=True)]
+LONGEST_COMMAND_S = 1500
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,9 @@ def both(tmp_path_factory, kept_catalogue):
         ["review", "--out", booth, "--materials", ",".join(IN_THE_BOOTH), *options],
     ):
         command = [sys.executable, "-m", "metamer.cli.main", *map(str, words)]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, encoding="utf-8")
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, encoding="utf-8", timeout=LONGEST_COMMAND_S
+        )
         # 1 and 2 say that a row is off; the tests below say which.
         assert done.returncode in (0, 1, 2), done.stdout + done.stderr
     return catalogue, out, booth
