@@ -72,7 +72,7 @@ class SpreadLayer:
 
     @property
     def terms_key(self) -> tuple:
-        """As of `Layer`: what arrives from where, and what hides it; never a spectrum."""
+        """Key of terms as of `Layer`: maps, places and occlusion, never a spectrum."""
         gathered, shadows = self.gathered, self.shadows
         near = isinstance(gathered, GatheredPanel)
         sent = (gathered.corners.tobytes(), gathered.luminance) if near else (id(gathered),)

@@ -239,5 +239,5 @@ def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_b
 
 
 def _all_equal(spectra: Sequence[Spectrum]) -> bool:
-    """Whether several spectra are one."""
+    """Tell whether all spectra are equal."""
     return len({spectrum.key for spectrum in spectra}) == 1

@@ -56,7 +56,7 @@ class Basis:
 
     @cached_property
     def products(self) -> Float[np.ndarray, "texels P"]:
-        """Of every two axes, texel by texel; some 20 MB, the same for all sites."""
+        """Products of every two axes, texel by texel; some 20 MB, the same for all sites."""
         return _products(self.axes)
 
 
@@ -179,7 +179,7 @@ def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
 
 
 def _products(known: Float[np.ndarray, "m K"]) -> Float[np.ndarray, "m P"]:
-    """Of every two columns, in the order of the upper triangle of a matrix, row by row."""
+    """Multiply every two columns, in the order of the upper triangle of a matrix, row by row."""
     i, j = np.triu_indices(known.shape[1])
     return known[:, i] * known[:, j]
 

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
+from ..environment.octahedral import bordered, places
 from ..environment.octahedral import directions as unfolded
-from ..environment.octahedral import places
 from ..vectors import dot, unit
 from . import octahedral
 from .occluders import Occluders
@@ -129,8 +129,8 @@ def _to_boundaries(
         up[texel[band]] = mirrored[band]
         # The largest of each column: rows of boundary points lie one after the other in memory.
         distances[number] = np.arccos(np.clip((near @ up.T).max(axis=0), 0.0, 1.0))
-    # What the horizon mirrors is as the four middles around it, where these agree. Else a ray tells, or deep below,
-    # where little hangs on it, the nearest middle.
+    # Mirrored directions take the state of the four middles around them where these agree; elsewhere a ray tells, or,
+    # deep below the horizon, where little hangs on it, the nearest middle.
     column, row = (np.floor((each + 1.0) * (0.5 * MAP) + 0.5).astype(np.int64) for each in places(mirrored))
     found = cells[one, row, column]
     unsure = np.flatnonzero((found == 0) | (found == _BOTH))
@@ -144,13 +144,7 @@ def _to_boundaries(
 
 def _cells(state: UInt8[np.ndarray, "n m m"]) -> UInt8[np.ndarray, "n k k"]:
     """All states at the four corners of each cell between the middles of texels, those over the folded rim included."""
-    padded = np.zeros((len(state), MAP + 2, MAP + 2), dtype=np.uint8)
-    padded[:, 1:-1, 1:-1] = state
-    padded[:, 0, 1:-1], padded[:, -1, 1:-1] = state[:, 0, ::-1], state[:, -1, ::-1]
-    padded[:, 1:-1, 0], padded[:, 1:-1, -1] = state[:, ::-1, 0], state[:, ::-1, -1]
-    # All four corners of the square are the one lowest direction.
-    padded[:, 0, 0], padded[:, 0, -1] = state[:, -1, -1], state[:, -1, 0]
-    padded[:, -1, 0], padded[:, -1, -1] = state[:, 0, -1], state[:, 0, 0]
+    padded = np.ascontiguousarray(np.moveaxis(bordered(np.moveaxis(state, 0, -1)), -1, 0))
     rows = padded[:, :-1] | padded[:, 1:]
     return rows[:, :, :-1] | rows[:, :, 1:]
 
@@ -227,7 +221,7 @@ def _boundaries(
     differ = (fine[:, :, 1:] ^ fine[:, :, :-1]) == _BOTH, (fine[:, 1:] ^ fine[:, :-1]) == _BOTH
     crossed = np.concatenate([one.reshape(count, -1) for one in differ], axis=1)
     site, edge = np.divmod(np.flatnonzero(crossed), crossed.shape[1])
-    # Where what is halfway is as the first end, the boundary runs in the second half.
+    # The boundary runs in the second half where the middle has the state of the first end.
     halfway = _asked(occluders, starts[site], grid.halfway[edge])
     second = halfway == fine.reshape(count, -1)[site, grid.ends[edge, 0]]
     return site, grid.halves[edge, second.astype(np.int64)]

@@ -61,10 +61,8 @@ def work(monkeypatch):
 
         monkeypatch.setattr(home, name, counted)
 
-    for name in PASSES:
-        if hasattr(Passes, name):
-            count(Passes, name)
-    count(Passes, "fold")
+    for name in (*PASSES, "fold"):
+        count(Passes, name)
     for kind in (GLRenderer, SoftwareRenderer):
         count(kind, "_terms")
         count(kind, "_tile")

@@ -32,7 +32,7 @@ def noisy(rng, row, count):
 
 @cache
 def repeated(name):
-    """Of 2000 readings of one tile."""
+    """Repeatability from 2000 readings of one tile."""
     rng = np.random.default_rng(6)
     return Repeatability(repeated=sample("tile", *noisy(rng, {"orange": ORANGE, "white": WHITE_TILE}[name], 2000)))
 
