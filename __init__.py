@@ -48,10 +48,10 @@ if TYPE_CHECKING:
     from .spectral.illuminants import illuminant as illuminant
     from .spectral.observers import observer as observer
     from .spectral.spectrum import Spectrum as Spectrum
+    from .viewer.api import render as render
+    from .viewer.api import review as review
     from .viewer.match import match as match
     from .viewer.picture import Picture as Picture
-    from .viewer.script import render as render
-    from .viewer.script import review as review
 
     __version__: str
 
@@ -80,8 +80,8 @@ _HOMES = {
     "load_scene": "lighting.scene_files.load_scene",
     "match": "viewer.match.match",
     "observer": "spectral.observers.observer",
-    "render": "viewer.script.render",
-    "review": "viewer.script.review",
+    "render": "viewer.api.render",
+    "review": "viewer.api.review",
     "shipped_scene": "lighting.scene_files.shipped_scene",
 }
 __all__ = ["__version__", *_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]

@@ -27,10 +27,10 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.context import NoGL
-from ..viewer.headless import GLRenderer
-from ..viewer.renderer import Renderer
-from ..viewer.software import SoftwareRenderer
+from ..viewer.gl.context import NoGL
+from ..viewer.gl.renderer import GLRenderer
+from ..viewer.render.renderer import Renderer
+from ..viewer.software.renderer import SoftwareRenderer
 
 ROUGHNESS, COLOUR, MAP = "another roughness", "another base colour", "another normal map"
 ROTATION, SPECTRUM = "the light turned", "another spectrum"

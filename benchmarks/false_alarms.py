@@ -135,7 +135,7 @@ def _record(folder: Path, catalogue: Path, pattern: str, size: int) -> None:
     from ..calibration.regression.baseline import record
     from ..calibration.regression.suite import read_suite
     from ..materials.catalogue import Catalogue
-    from ..viewer.script import renderer_named
+    from ..viewer.api import renderer_named
     from ..viewer.suite_run import environment, run_suite
     from .injected import shipped_suite
 
@@ -151,8 +151,8 @@ def _against(folder: Path, catalogue: Path, out: Path, rounds: int) -> None:
     from ..calibration.regression.comparison import compare
     from ..calibration.regression.suite import read_suite
     from ..materials.catalogue import Catalogue
-    from ..viewer.context import NoGL
-    from ..viewer.script import renderer_named
+    from ..viewer.api import renderer_named
+    from ..viewer.gl.context import NoGL
     from ..viewer.suite_run import run_suite
 
     suite, before = read_suite(folder / "suite" / "suite.toml"), as_recorded(baseline_side(folder / "baseline"))

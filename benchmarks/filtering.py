@@ -21,7 +21,7 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.renderer import Filtering, Renderer
+from ..viewer.render.renderer import Filtering, Renderer
 
 #: Samples along a side of a pixel, and how factors are filtered.
 CONFIGURATIONS: tuple[tuple[int, Filtering], ...] = (

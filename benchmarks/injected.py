@@ -44,7 +44,7 @@ from ..spectral.formula import Formula
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.processes import in_order, usable_cores
-from ..viewer.software import SoftwareRenderer
+from ..viewer.software.renderer import SoftwareRenderer
 from ..viewer.suite_run import environment, run_suite
 from .measuring import command, write_json
 

@@ -17,8 +17,8 @@ from ..materials.fitting.fit import fit
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.headless import GLRenderer
-from ..viewer.renderer import Renderer
+from ..viewer.gl.renderer import GLRenderer
+from ..viewer.render.renderer import Renderer
 
 LIGHT, CAMERA = "another light", "another camera"
 # The lights that take turns, and the steps of the camera, radians.

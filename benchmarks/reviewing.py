@@ -27,9 +27,9 @@ from ..materials.surface import Surface
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.context import create_context
-from ..viewer.gl_tile import read
-from ..viewer.headless import GLRenderer
+from ..viewer.gl.context import create_context
+from ..viewer.gl.renderer import GLRenderer
+from ..viewer.gl.tile import read
 from ..viewer.window.choices import opened
 from ..viewer.window.drawing import Quality
 from ..viewer.window.frame import Frame

@@ -19,10 +19,10 @@ from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.palette import Palette
-from ..viewer.headless import GLRenderer
-from ..viewer.passes import Passes
-from ..viewer.resources import Owner, palette_texels
-from ..viewer.shaders import program
+from ..viewer.gl.passes import Passes
+from ..viewer.gl.renderer import GLRenderer
+from ..viewer.gl.resources import Owner, palette_texels
+from ..viewer.gl.shaders import program
 
 COEFFICIENTS, SAMPLES = 8, 61
 FOLDED, RGB = f"{COEFFICIENTS} coefficients, folded", "RGB only"

@@ -100,7 +100,7 @@ def _words(look: Look) -> str:
 
 def _write_strip(path: Path, catalogue: Catalogue, found: Neighbours, renderer: str) -> list[str]:
     """The thumbnails in a row; what is wrong with files that could not be drawn."""
-    from ..viewer.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
+    from ..viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
 
     shown = [found.of, *(one.summary for one in found.found)]
     captions = [_caption(found.wish.start), *(_caption(one.look) for one in found.found)]

@@ -14,7 +14,7 @@ from .shared import add_renderer_option, positive_count, progress_bar, renderer_
 if TYPE_CHECKING:
     from ..calibration.preview_page import PreviewCard
     from ..lighting.scene import Scene
-    from ..viewer.preview import Thumbnail
+    from ..viewer.sheets.preview import Thumbnail
 
 _DEFAULT = "catalogue"
 
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     from ..spectral.errors import InputError
     from ..spectral.files import check_writable
     from ..viewer.picture import lit_by
-    from ..viewer.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
+    from ..viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
 
     png, html = args.png, args.html
     if png is None and html is None:
@@ -85,7 +85,7 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
     import numpy as np
 
     from ..calibration.preview_page import PreviewCard
-    from ..viewer.preview import caption
+    from ..viewer.sheets.preview import caption
 
     cards = []
     for one in drawn:

@@ -166,8 +166,8 @@ def _stated(record: MaterialRecord) -> str:
 
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
-    from ..viewer.material_facts import material_page
-    from ..viewer.preview import thumbnail_scene
+    from ..viewer.sheets.material_facts import material_page
+    from ..viewer.sheets.preview import thumbnail_scene
 
     if record.is_surface:
         with renderer_for(renderer) as drawing:

@@ -46,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.display.aim import aimed
     from ..calibration.display.cube import make_cube
     from ..calibration.display.record import read_record
-    from ..viewer.display import DEFAULT_VIEW, DisplayTransform
-    from ..viewer.display_config import file_stem, write_config
+    from ..viewer.display.config import file_stem, write_config
+    from ..viewer.display.transform import DEFAULT_VIEW, DisplayTransform
     from .shared import warn
 
     record = read_record(args.display)

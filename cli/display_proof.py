@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.display.proof import proofed
     from ..calibration.display.record import read_record
     from ..spectral.files import check_writable, written_whole
-    from ..viewer.display_picture import read_srgb
+    from ..viewer.display.received_picture import read_srgb
 
     if args.out is not None:
         check_writable(args.out)

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _renderer() -> str:
-    from ..viewer.context import NoGL, create_context, describe, release_context
+    from ..viewer.gl.context import NoGL, create_context, describe, release_context
 
     try:
         context = create_context()
@@ -65,7 +65,7 @@ def _renderer() -> str:
 def _display() -> str:
     import PyOpenColorIO as ocio
 
-    from ..viewer.display import DisplayTransform
+    from ..viewer.display.transform import DisplayTransform
 
     transform = DisplayTransform()
     return f"OpenColorIO {ocio.__version__}, {transform.config_name}, {transform.display}, {transform.view}"

@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         reference_picture,
         render_spectral,
     )
-    from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
+    from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
 
     if args.reference and args.spectral:
         raise UsageError("--spectral and --reference: the reference is written as XYZ, choose one of the two")

@@ -37,7 +37,7 @@ def rendered(
     from ..calibration.regression.review_folder import review_side
     from ..calibration.regression.suite import read_suite
     from ..spectral.processes import usable_cores
-    from ..viewer.script import renderer_named
+    from ..viewer.api import renderer_named
     from ..viewer.suite_run import run_suite
 
     if args.suite.is_dir():

@@ -70,10 +70,10 @@ def run(args: argparse.Namespace) -> int:
     from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.files import existing_file
     from ..spectral.processes import usable_cores
-    from ..viewer.keeping import VISIBILITY
-    from ..viewer.picture_cost import SAID_FROM_SECONDS, picture_cost
-    from ..viewer.review import review
-    from ..viewer.review_cases import light_names
+    from ..viewer.render.keeping import VISIBILITY
+    from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
+    from ..viewer.review.cases import light_names
+    from ..viewer.review.review import review
 
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()

@@ -20,7 +20,7 @@ from .transfer_wishes import Changes, add_wish_options, check_wishes, with_wishe
 if TYPE_CHECKING:
     from ..calibration.statistics import DeltaEStatistics
     from ..lighting.scene import Scene
-    from ..viewer.relit import Relit
+    from ..viewer.sheets.relight_compare import Relit
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:
@@ -60,8 +60,8 @@ def run(args: argparse.Namespace) -> int:
     from ..spectral.files import check_writable, existing_file, made_folder
     from ..spectral.processes import usable_cores
     from ..viewer.picture import bounces_notes, lit_by, render_spectral
-    from ..viewer.relit import dressed, relit
-    from ..viewer.turntable import turntable, write_animated
+    from ..viewer.sheets.relight_compare import dressed, relit
+    from ..viewer.sheets.turntable import turntable, write_animated
 
     if not (args.material or args.like or args.set or args.light) and args.illuminant is None:
         raise UsageError("nothing is changed: add --material PART=MATERIAL, --like, --set, --light or --illuminant")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..materials.material import Material
     from ..materials.neighbours import Neighbours
     from ..viewer.picture import Picture, Warn
-    from ..viewer.renderer import Renderer
+    from ..viewer.render.renderer import Renderer
 
 _TO = ".."
 
@@ -214,8 +214,8 @@ def write_steps(
 
     after : what is drawn already; one of the steps.
     """
-    from ..viewer.along import along, row_of
-    from ..viewer.preview import write_sheet
+    from ..viewer.sheets.material_sweep import along, row_of
+    from ..viewer.sheets.preview import write_sheet
 
     part = changes.part
     assert part is not None

@@ -16,7 +16,7 @@ from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 CHIPS = Path(__file__).parent.parent / "catalogs" / "shipped" / "spectra" / "munsell_nist_cqs9.csv"
 

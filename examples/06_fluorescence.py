@@ -24,7 +24,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 NM = np.arange(300.0, 781.0, 10.0)
 

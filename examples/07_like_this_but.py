@@ -9,8 +9,8 @@ from metamer.lighting.shapes import plane, sphere
 from metamer.materials.sliders import slider, sliders
 from metamer.materials.varied import varied_along
 from metamer.spectral.errors import InputError
-from metamer.viewer.along import along
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.sheets.material_sweep import along
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 HEAD = 'family = "sample"\nkind = "analytic"\n'
 MATT = '[[material]]\nname = "{name}"\nmodel = "lambert"\nreflectance = {{ constant = {value} }}\n'

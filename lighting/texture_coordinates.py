@@ -6,7 +6,7 @@ right) and to the next row (downwards) of the picture's samples; the area of a s
 
 Derivatives at the sample's own point, on the plane of its triangle, which goes on beyond the triangle's sides: no other
 part, silhouette or crease enters (Igehy 1999, Tracing ray differentials, section 3.1.2). Renderers that rasterise
-have the twin of this in `viewer.surfaces`.
+have the twin of this in `viewer.render.surfaces`.
 """
 
 from __future__ import annotations

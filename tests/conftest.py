@@ -161,7 +161,7 @@ def tiny_catalogue(tmp_path_factory, kept_catalogue) -> Path:
 @pytest.fixture(scope="session")
 def gl():
     """A headless moderngl context, or a skip that says what the machine lacks."""
-    from metamer.viewer.context import NoGL, create_context
+    from metamer.viewer.gl.context import NoGL, create_context
 
     try:
         _contexts.append(create_context())
@@ -177,7 +177,7 @@ _contexts: list = []
 def _keep_current():
     """Make the context of `gl` current, since a test before may have made another one."""
     if _contexts:
-        from metamer.viewer.context import make_current
+        from metamer.viewer.gl.context import make_current
 
         make_current(_contexts[0])
 

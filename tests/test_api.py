@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from metamer.materials.records.record_head import read_head
 from metamer.spectral.errors import InputError, UnknownNameError, UsageError
-from metamer.viewer.script import renderer_named
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.api import renderer_named
+from metamer.viewer.software.renderer import SoftwareRenderer
 from pictures import read_xyz_exr
 from PIL import Image
 

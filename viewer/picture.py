@@ -26,12 +26,12 @@ from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from .bouncing import counted
-from .display import DisplayTransform
-from .display_gl import DisplayPass
-from .headless import GLRenderer
-from .png import quantise, write_png
-from .renderer import Renderer, radiance_weights
+from .display.gl_pass import DisplayPass
+from .display.png import quantise, write_png
+from .display.transform import DisplayTransform
+from .gl.renderer import GLRenderer
+from .render.indirect_cache import counted
+from .render.renderer import Renderer, radiance_weights
 
 #: What made a picture that no renderer made.
 #: ΔE94 of noise that a reference picture may have on average, where nobody says another.

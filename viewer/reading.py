@@ -9,8 +9,8 @@ from ..lighting.scene import Scene
 from ..materials.effect import ANGLES
 from ..materials.reading import Reading
 from ..spectral.image import ColourImage
-from .display import DisplayTransform
-from .png import quantise
+from .display.png import quantise
+from .display.transform import DisplayTransform
 
 
 def xyz_in(scene: Scene, reading: Reading) -> Float[np.ndarray, "3"]:

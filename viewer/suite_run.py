@@ -19,9 +19,9 @@ from ..materials.catalogue import Catalogue
 from ..spectral.blas import blas
 from ..spectral.observers import observer
 from .picture import Warn, unheard
-from .renderer import Renderer
-from .review import review
-from .review_files import picture_name
+from .render.renderer import Renderer
+from .review.files import picture_name
+from .review.review import review
 
 REVIEWS = "reviews"
 Progress = Callable[[int, int, str], None]

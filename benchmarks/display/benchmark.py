@@ -21,8 +21,8 @@ from ...calibration.display.fitting import MODELS, fit
 from ...calibration.display.inverse import Inverse
 from ...calibration.display.patches import patches
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
-from ...viewer.display import DEFAULT_VIEW, DisplayTransform
-from ...viewer.display_config import write_config
+from ...viewer.display.config import write_config
+from ...viewer.display.transform import DEFAULT_VIEW, DisplayTransform
 from .simulated import SimulatedDisplay, displays
 
 #: Patches, seeds of the instrument's noise, and bits that codes are sent in.
@@ -166,7 +166,7 @@ def figures(driven: Driven, transform: DisplayTransform) -> dict[str, float]:
     """What is not of the chain as a whole: tables beside the inverse, files beside memory, the choice, drift."""
     import PyOpenColorIO as ocio
 
-    from ...viewer.display_config import display_transform
+    from ...viewer.display.config import display_transform
 
     model, display, aim = driven.choice.model, driven.display, driven.aim
     white = model.white_xyz

@@ -18,8 +18,8 @@ from ...materials.factored.pack import FactorPack
 from ...materials.fitting.fit import Fit, Trial, fit
 from ...materials.fluorescent import FluorescentLambert
 from ...materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
-from ...viewer.headless import create_renderer
-from ...viewer.renderer import Renderer
+from ...viewer.gl.renderer import create_renderer
+from ...viewer.render.renderer import Renderer
 from .. import filtering
 from . import growth as decompositions
 from . import methods

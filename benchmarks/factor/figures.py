@@ -21,8 +21,8 @@ from ...spectral.illuminants import illuminant
 from ...spectral.image import ColourImage
 from ...spectral.observers import observer
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...viewer.display import DisplayTransform
-from ...viewer.png import quantise
+from ...viewer.display.png import quantise
+from ...viewer.display.transform import DisplayTransform
 from .fluorescence import Drawn, row_lights
 from .scenes import lit_pixels
 

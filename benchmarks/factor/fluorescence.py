@@ -24,7 +24,7 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import xyz_from_rgb
-from ...viewer.renderer import Renderer
+from ...viewer.render.renderer import Renderer
 from ..fluorescence import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
 from ..fluorescence import lights as benchmark_lights
 from ..measuring import most_bytes, timed

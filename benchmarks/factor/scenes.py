@@ -20,7 +20,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
-from ...viewer.renderer import Renderer
+from ...viewer.render.renderer import Renderer
 
 _MATERIAL = "material"
 # Of the light on the surface; as in the protocol, the last of the shade is not counted.

@@ -15,7 +15,7 @@ from ...lighting.scene import Part, Scene
 from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ...viewer.renderer import Renderer
+from ...viewer.render.renderer import Renderer
 
 
 class Stopwatch:

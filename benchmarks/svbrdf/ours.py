@@ -16,16 +16,16 @@ from ...materials.points import Points
 from ...materials.slices.fit import mixtures
 from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette
-from ...viewer.gathering import SeenSamples, gathered_terms
-from ...viewer.keeping import SpreadLayer
-from ...viewer.kept_light import Shadows
+from ...viewer.render.keeping import SpreadLayer
+from ...viewer.render.light_cache import Shadows
+from ...viewer.software.environment_light import SeenSamples, gathered_terms
 from .meshes import SceneHiding
 from .methods import Task
 from .surface import GlossySurface, ShadedPoints
 
 
 def by_slices(task: Task) -> Float[np.ndarray, "N K T"]:
-    """`viewer.gathering` at the task's points; in the open, or where visibility is looked up at vertices."""
+    """Gather light at the task's points as the numpy renderer does, in the open or with visibility at vertices."""
     if task.hiding is not None and not isinstance(task.hiding, SceneHiding):
         raise TypeError("visibility at vertices is needed")
     return gathered_by(slices_of(task.surface), task.points, task.light.environment, task.hiding)

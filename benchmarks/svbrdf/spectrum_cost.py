@@ -30,8 +30,8 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ...spectral.upsampling import xyz_from_rgb
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...viewer.context import NoGL
-from ...viewer.headless import GLRenderer
+from ...viewer.gl.context import NoGL
+from ...viewer.gl.renderer import GLRenderer
 from . import meshes
 from .cases import gold, made_sky
 from .gold import reflectance

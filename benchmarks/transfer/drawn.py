@@ -10,7 +10,7 @@ import numpy as np
 from ...lighting.transfer.hits import RAYS
 from ...materials.fitting.fit import fit
 from ...spectral.difference import delta_e_xyz
-from ...viewer.software import SoftwareRenderer
+from ...viewer.software.renderer import SoftwareRenderer
 from .pixels import ALL, Truths, figures_of
 
 

@@ -20,7 +20,7 @@ from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 NM = np.arange(380.0, 781.0, 5.0)
 PIXELS, ANGLES = 20, (35.0, 80.0)

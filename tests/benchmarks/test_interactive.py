@@ -7,7 +7,7 @@ from metamer.benchmarks.interactive import CAMERA, LIGHT, report, run
 
 
 def test_it_measures_both():
-    from metamer.viewer.context import NoGL
+    from metamer.viewer.gl.context import NoGL
 
     try:
         measured = run(width=32, height=24, samples=2, subdivisions=2, repeats=2)
@@ -21,7 +21,7 @@ def test_it_measures_both():
 @pytest.mark.slow
 def test_it_measures_the_review_window():
     from metamer.benchmarks import reviewing
-    from metamer.viewer.context import NoGL
+    from metamer.viewer.gl.context import NoGL
 
     try:
         measured = reviewing.run(width=40, height=30, samples=2, subdivisions=2, repeats=1, switches=12)

@@ -8,7 +8,7 @@ from metamer.benchmarks.shading import CARRIED, FOLDED, RGB, SAMPLED, run, table
 
 @pytest.fixture(scope="module")
 def measured(request):
-    from metamer.viewer.context import NoGL
+    from metamer.viewer.gl.context import NoGL
 
     try:
         return run(size=32, rank=6, repeats=2)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.preview import contact_sheet, thumbnail_scene, thumbnails
-from metamer.viewer.sheet_text import line_length, write_line
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails
+from metamer.viewer.sheets.sheet_text import line_length, write_line
+from metamer.viewer.software.renderer import SoftwareRenderer
 from PIL import Image, ImageFont
 
 

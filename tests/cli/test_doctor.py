@@ -3,7 +3,7 @@
 import sys
 
 import pytest
-from metamer.viewer.context import INSTALL_LINE
+from metamer.viewer.gl.context import INSTALL_LINE
 
 
 def test_without_gl_it_names_the_packages_and_the_line_that_installs_them(metamer, monkeypatch):

@@ -6,7 +6,7 @@ import signal
 
 import h5py
 import pytest
-from metamer.viewer.review import OWN_LIGHT
+from metamer.viewer.review.review import OWN_LIGHT
 from pictures import read_xyz_exr
 from PIL import Image
 

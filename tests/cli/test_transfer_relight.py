@@ -5,8 +5,8 @@ import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.transfer import kept
 from metamer.spectral.formats.exr import read_exr
-from metamer.viewer import bouncing
-from metamer.viewer.turntable import orbited
+from metamer.viewer.render import indirect_cache as bouncing
+from metamer.viewer.sheets.turntable import orbited
 
 
 def test_a_floor_changes_a_ball_only_by_way_of_others(relight, tmp_path):

@@ -8,7 +8,7 @@ from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.protocol import measured
 from metamer.spectral.formats.answer import Answer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 #: Nine directions: the normal, four at 30 degrees, four at 60.
 NINE = [(0, 0)] + [(theta, phi) for theta in (30, 60) for phi in range(0, 360, 90)]

@@ -17,9 +17,9 @@ from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.renderer import radiance_weights
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.render.renderer import radiance_weights
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 EYE, NM = observer("1931_2"), np.arange(300.0, 781.0, 10.0)
 D65 = illuminant("D65")

@@ -23,7 +23,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.palette import DonaldsonPalette
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 from pictures import read_xyz_exr
 
 NM = np.arange(380.0, 781.0, 20.0)

@@ -14,10 +14,10 @@ from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from metamer.viewer.headless import GLRenderer
+from metamer.viewer.gl.renderer import GLRenderer
 from metamer.viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
-from metamer.viewer.renderer import radiance_weights
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.render.renderer import radiance_weights
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 # Between 5 nm samples, a product of light and reflectance is no longer what the two are one by one.
 FOLDED_DELTA_E94 = 0.1

@@ -7,7 +7,7 @@ import pytest
 from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.reading import Reading
 from metamer.spectral.bispectral import Bispectral
-from metamer.viewer.display import DisplayTransform
+from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.reading import swatch, xyz_in
 
 

@@ -17,8 +17,8 @@ from ...materials.neighbours import Neighbours, like
 from ...materials.sliders import Slider, sliders
 from ...spectral.formula import Formula
 from ...spectral.image import ColourImage
-from ..display import DisplayTransform
-from ..side import Side
+from ..display.transform import DisplayTransform
+from ..gl.side import Side
 from .background import Background
 from .metamerism import Metamerism, metamerism
 from .showing import surround_xyz, to_display

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 
-from ..display import DisplayTransform
+from ..display.transform import DisplayTransform
 from .state import Session
 
 

@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
-from ..display import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
-from ..png import quantise
+from ..display.png import quantise
+from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
 from .state import Adaptation
 
 

@@ -19,11 +19,11 @@ from jaxtyping import Float
 
 from ...lighting.camera import Camera
 from ...spectral.errors import MetamerError
-from ..geometry import same_geometry
-from ..live import LiveRenderer
-from ..resources import Owner
-from ..side import Side
-from ..side_layers import Prepared
+from ..gl.live import LiveRenderer
+from ..gl.resources import Owner
+from ..gl.side import Side
+from ..gl.side_layers import Prepared
+from ..render.geometry import same_geometry
 from .showing import Whites
 from .sides import Sources
 from .state import Session

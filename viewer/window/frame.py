@@ -17,13 +17,13 @@ from ...materials.varied import VariedCatalogue
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.image import ColourImage
-from ..differing import DifferencePass
-from ..display import DisplayTransform
-from ..gl_tile import read
+from ..display.transform import DisplayTransform
+from ..gl.difference_map import DifferencePass
+from ..gl.programs import read_again
+from ..gl.shaders import ShaderError
+from ..gl.side import Side
+from ..gl.tile import read
 from ..picture import display_for, picture_words
-from ..programs import read_again
-from ..shaders import ShaderError
-from ..side import Side
 from .drawing import Clock, Drawing, Quality
 from .showing import Showing, display_of, to_display
 from .sides import Sources

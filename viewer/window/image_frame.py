@@ -15,9 +15,9 @@ from ...lighting.lamps import lamp
 from ...spectral.errors import InputError
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
-from ..differing import DifferencePass
-from ..display import DisplayTransform
-from ..resources import Owner
+from ..display.transform import DisplayTransform
+from ..gl.difference_map import DifferencePass
+from ..gl.resources import Owner
 from .drawing import Quality
 from .light_choice import LightChoice
 from .showing import Showing, Whites, display_of, to_display

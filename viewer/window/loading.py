@@ -13,7 +13,7 @@ from ...lighting.scene_files import load_scene, shipped_scene
 from ...materials.catalogue import Catalogue, default_catalogue
 from ...materials.records.models import SPECTRA
 from ...spectral.errors import InputError
-from ..display import PINNED_CONFIG
+from ..display.transform import PINNED_CONFIG
 from .choices import Choices
 from .session import is_session, read_session
 from .spectral_image import SpectralPicture

@@ -30,7 +30,7 @@ from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import interpolation_matrix
-from ..software import SoftwareRenderer
+from ..software.renderer import SoftwareRenderer
 
 ORIGINAL, FAST = "original data", "fast form"
 #: ΔE94 of noise that a probe's reference may have.

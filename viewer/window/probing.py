@@ -9,7 +9,7 @@ from typing import Any
 from ...lighting.camera import Camera
 from ...lighting.scene import Scene
 from ...spectral.errors import MetamerError
-from ..side import Side
+from ..gl.side import Side
 from .background import Background
 from .image_frame import ImageFrame
 from .image_probe import image_reading

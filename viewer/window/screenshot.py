@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..png import write_png
+from ..display.png import write_png
 from .chain import chain
 from .drawing import Quality
 from .frame import Frame

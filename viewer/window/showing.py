@@ -11,13 +11,13 @@ from ...calibration import plots
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
 from ...spectral.upsampling import xyz_from_rgb
-from ..differing import columns
-from ..display import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
-from ..display_gl import DisplayPass
-from ..full_screen import FullScreen
-from ..programs import Programs
-from ..proof import proof_of
-from ..resources import Owner, release_target
+from ..display.gl_pass import DisplayPass
+from ..display.proof import proof_of
+from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
+from ..gl.difference_map import columns
+from ..gl.full_screen import FullScreen
+from ..gl.programs import Programs
+from ..gl.resources import Owner, release_target
 from .state import MODES, Adaptation, Session
 
 if TYPE_CHECKING:

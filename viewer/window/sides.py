@@ -29,7 +29,7 @@ from ...spectral.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import OBSERVERS, observer
 from ...spectral.spectrum import Spectrum
-from ..side import Side
+from ..gl.side import Side
 from .fitting import Fitting, Values
 from .light_choice import LightChoice
 from .state import Session

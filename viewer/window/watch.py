@@ -132,7 +132,7 @@ def files_of_materials(catalogue: Catalogue, ids: Iterable[str]) -> tuple[Path, 
 
 def files_of_shaders() -> tuple[Path, ...]:
     """The renderer's own shaders; those of surfaces lie beside their classes, and are read with the program."""
-    return tuple(sorted(one for one in Path(str(files("metamer.viewer"))).joinpath("shaders").iterdir()))
+    return tuple(sorted(one for one in Path(str(files("metamer.viewer.gl"))).joinpath("shaders").iterdir()))
 
 
 def _names_a_file(folder: Path, text: str) -> bool:

@@ -18,7 +18,7 @@ from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.review_cases import _distinct_lights
+from metamer.viewer.review.cases import _distinct_lights
 
 PART = '[[part]]\nshape = "sphere"\nsubdivisions = 2\n[[camera]]\n'
 MIDDLE = (np.array([-1.0, -1, -1]), np.array([1.0, 1, 1]))

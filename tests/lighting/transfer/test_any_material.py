@@ -31,7 +31,7 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 from ...viewer.scenes import lobe_pack, scene_of, sun
 

@@ -12,7 +12,7 @@ from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.local_pca import Size
 from metamer.materials.points import Points
 from metamer.spectral.folding import Folding
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 SIZE = Size(64, 4, 16, 0.1, 0.2)
 SUN = np.array([0.7, 1.0, 0.2]) / np.linalg.norm([0.7, 1.0, 0.2])

@@ -15,8 +15,8 @@ from metamer.materials.btf.metric import folding_of
 from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 CAMERA = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=24, height_px=24, samples=1)
 

@@ -16,8 +16,8 @@ from metamer.materials.btf.polynomials import polynomials
 from metamer.materials.points import Points
 from metamer.materials.svbrdf.texels import levels_of
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 KINDS = {
     "polynomials": polynomials,

@@ -17,8 +17,8 @@ from metamer.materials.btf.texels import BtfTexels
 from metamer.materials.points import Points
 from metamer.materials.svbrdf.texels import between, levels_of
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 FINE = Size(64, 4, 16, 0.1, 0.2)
 

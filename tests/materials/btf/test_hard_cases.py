@@ -10,7 +10,7 @@ from btf_cloths import NINE, SAID, UBO, cloth, draped, drawn, error_of, imported
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.upsampling import xyz_from_rgb
-from metamer.viewer.headless import GLRenderer
+from metamer.viewer.gl.renderer import GLRenderer
 
 
 def shown_alike(scenes, gl, fast):

@@ -19,8 +19,8 @@ from metamer.materials.btf.prefiltered import nearest_angle, prefiltered
 from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 IMAGES = bumps(height=5, width=6, views=3)
 LOWEST = round(float(np.cos(np.radians(75.0))), 6)

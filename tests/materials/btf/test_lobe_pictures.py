@@ -12,8 +12,8 @@ from metamer.materials.btf.lobe_field import lobe_field
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 
 IMAGES = bumps(height=5, width=6)
 KINDS = [(1, True), (2, True), (4, True), (2, False)]

@@ -8,10 +8,10 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.viewer import geometry
-from metamer.viewer.gl_tile import read
-from metamer.viewer.headless import GLRenderer
-from metamer.viewer.live import LiveRenderer
+from metamer.viewer.gl.live import LiveRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.tile import read
+from metamer.viewer.render import geometry
 from metamer.viewer.window import drawing
 from metamer.viewer.window.choices import opened
 from metamer.viewer.window.drawing import Quality

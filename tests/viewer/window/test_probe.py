@@ -16,9 +16,9 @@ from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.display import DISPLAY_WHITE_XYZ, DisplayTransform
+from metamer.viewer.display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 from metamer.viewer.picture import picture
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 from metamer.viewer.window.displayed import displayed
 from metamer.viewer.window.picking import Picker
 from metamer.viewer.window.places import Pin

@@ -7,9 +7,9 @@ import pytest
 from metamer.spectral.adaptation import adaptation_matrix
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.viewer.display import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
-from metamer.viewer.proof import Proof
-from metamer.viewer.resources import Owner
+from metamer.viewer.display.proof import Proof
+from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
+from metamer.viewer.gl.resources import Owner
 from metamer.viewer.window.showing import STRIPE, Showing, surround_xyz
 from metamer.viewer.window.state import Adaptation, Compare, Session, Shown
 

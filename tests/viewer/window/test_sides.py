@@ -18,9 +18,9 @@ from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.image import ColourImage
-from metamer.viewer import shaders
-from metamer.viewer.gl_tile import read
-from metamer.viewer.headless import GLRenderer
+from metamer.viewer.gl import shaders
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.tile import read
 from metamer.viewer.window import fitting
 from metamer.viewer.window.choices import opened
 from metamer.viewer.window.drawing import Quality
@@ -332,7 +332,7 @@ def test_what_cannot_be_worked_out_is_said_once_and_the_window_goes_on(frame, sc
     def refused(*_args):
         raise InputError("a material that reflects more than it receives")
 
-    monkeypatch.setattr("metamer.viewer.live.LiveRenderer.work_out", refused)
+    monkeypatch.setattr("metamer.viewer.gl.live.LiveRenderer.work_out", refused)
     asked = replace(session, bounces=True).wearing(FLOOR, "gloss")
     frame.show(asked, SIZE)
     deadline = time.monotonic() + 20

@@ -20,7 +20,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import OBSERVERS, observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.picture import picture, render_spectral
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 from metamer.viewer.window.spectral_image import raised_note
 from metamer.viewer.window.spectral_image_file import is_spectral_picture, picture_memory, read_spectral_picture
 

@@ -11,7 +11,7 @@ from metamer.lighting.reference import reference_images
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.picture import picture
-from metamer.viewer.software import SoftwareRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
 from metamer.viewer.window.view_error import AskedView, Tracers, ViewError, rounds, view_errors
 from metamer.viewer.window.worker import NICE, Failed, ReferenceWorker, packed, unpacked
 

@@ -11,7 +11,7 @@ import moderngl
 from imgui_bundle import hello_imgui, imgui, immapp
 
 from ....spectral.errors import MetamerError
-from ...context import REQUIRED_VERSION
+from ...gl.context import REQUIRED_VERSION
 from ..desk import Desk
 from ..session import write_session
 from .actions import put_actions

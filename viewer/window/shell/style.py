@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from imgui_bundle import ImVec2, ImVec4, hello_imgui, imgui, implot
 
-from ...display import DisplayTransform
+from ...display.transform import DisplayTransform
 from ..showing import surround_xyz
 from ..state import Interface
 

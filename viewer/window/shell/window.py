@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....calibration.statistics import DeltaEStatistics
-from ...context import describe
-from ...view import view_key
+from ...gl.context import describe
+from ...render.view import view_key
 from ..asking import Asking
 from ..background import Background
 from ..counting import count_clipped

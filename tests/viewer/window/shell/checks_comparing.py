@@ -2,7 +2,7 @@
 
 import numpy as np
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl_tile import read
+from metamer.viewer.gl.tile import read
 from metamer.viewer.window.light_choice import LightChoice
 from metamer.viewer.window.state import MODES
 

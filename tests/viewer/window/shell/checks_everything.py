@@ -39,7 +39,7 @@ def check_every_tab_is_drawn(it):
 
 def check_gl_reports_no_error_and_nothing_is_undefined(it):
     import numpy as np
-    from metamer.viewer.gl_tile import read
+    from metamer.viewer.gl.tile import read
 
     it.settled()
     assert it.on_gpu(lambda: it.window._context.error) == "GL_NO_ERROR"

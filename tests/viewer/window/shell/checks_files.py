@@ -85,7 +85,7 @@ def check_a_scene_that_breaks_while_it_is_reloaded_leaves_the_last_good_one(it):
 
 def check_a_shader_that_breaks_leaves_the_last_good_ones(it):
     """In a folder of shaders of its own, so that nothing of the program changes."""
-    from metamer.viewer import shaders
+    from metamer.viewer.gl import shaders
 
     folder, real = Path("shaders"), shaders._folder
     shutil.copytree(real(), folder)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl_tile import read
+from metamer.viewer.gl.tile import read
 from metamer.viewer.window.displayed import displayed
 
 

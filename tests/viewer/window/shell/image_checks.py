@@ -3,7 +3,7 @@
 import numpy as np
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.viewer.gl_tile import read
+from metamer.viewer.gl.tile import read
 
 SIZE = (920, 560)
 

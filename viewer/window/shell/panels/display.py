@@ -9,7 +9,7 @@ from functools import partial
 from imgui_bundle import imgui
 
 from .....spectral.errors import InputError
-from ....display import DisplayTransform
+from ....display.transform import DisplayTransform
 from ...chain import is_colorimetric
 from ...dials import DEGREE, EXPOSURE, SURROUND
 from ...loading import display_views

@@ -1,0 +1,150 @@
+"""A characterised display through OpenColorIO: files beside memory, GLSL beside the CPU, views, what is said."""
+
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from metamer.benchmarks.display.simulated import displays
+from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, aimed
+from metamer.calibration.display.characterise import characterise
+from metamer.calibration.display.cube import Cube, make_cube
+from metamer.calibration.display.patches import patches
+from metamer.spectral.errors import InputError
+from metamer.spectral.image import ColourImage
+from metamer.viewer.display.config import COMPENSATED, display_transform, make_config, write_config
+from metamer.viewer.display.gl_pass import DisplayPass
+from metamer.viewer.display.state import display_words
+from metamer.viewer.display.transform import DEFAULT_VIEW, INTERCHANGE_ROLE, DisplayTransform
+
+NAME = "Desk, left"
+
+
+@pytest.fixture(scope="module")
+def record():
+    """Of a display whose channels do not add up."""
+    return characterise(displays()[5].measured(patches(61), 0), "Desk, left").record
+
+
+@pytest.fixture(scope="module")
+def aim(record):
+    return aimed(record.model)
+
+
+@pytest.fixture(scope="module")
+def cube(record):
+    return make_cube(record.model, 17)
+
+
+@pytest.fixture(scope="module")
+def folder(record, aim, cube, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("config")
+    write_config(folder, NAME, cube, aim)
+    record.write(folder / "display.json")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def relative(record, aim):
+    """Colours that the display shows, dark ones too, as XYZ-D65."""
+    codes = np.random.default_rng(0).random((400, 3))
+    codes[:100] **= 3.0
+    return record.model.xyz(codes) @ np.linalg.inv(aim.adapted).T
+
+
+@pytest.mark.parametrize("file", ["config.ocio", "Desk_left.ocioz"])
+def test_both_views_do_what_the_cube_does(folder, file, cube, aim, relative):
+    for view, black in ((DEFAULT_VIEW, "absolute"), (COMPENSATED, "bpc")):
+        found = DisplayTransform(NAME, view, str(folder / file)).apply(relative)
+        assert np.abs(found - cube.look_up(aim.xyz(relative, black))).max() < 2e-5
+
+
+def test_files_say_what_memory_does(folder, cube, aim, relative):
+    import PyOpenColorIO as ocio
+
+    depth, lossless = ocio.BIT_DEPTH_F32, ocio.OPTIMIZATION_LOSSLESS
+    processors = (
+        ocio.Config.CreateRaw().getProcessor(display_transform(cube, aim)),
+        ocio.Config.CreateFromFile(str(folder / "config.ocio")).getProcessor(INTERCHANGE_ROLE, NAME),
+    )
+    found = []
+    for processor in processors:
+        values = relative.astype(np.float32)
+        processor.getOptimizedCPUProcessor(depth, depth, lossless).applyRGB(values)
+        found.append(values)
+    assert np.abs(found[0] - found[1]).max() <= 1e-6
+
+
+def test_glsl_says_what_the_cpu_does(gl, folder, relative):
+    transform = DisplayTransform(NAME, DEFAULT_VIEW, str(folder / "config.ocio"))
+    image = relative.reshape(20, 20, 3)
+    assert np.abs(DisplayPass(gl, transform)(image) - transform.apply(image)).max() <= 1e-5
+
+
+def test_an_asymmetric_cube_is_not_turned(aim):
+    """OCIO takes blue fastest: red and blue in each other's place would be wrong by 20 and say nothing."""
+    import PyOpenColorIO as ocio
+
+    levels = np.linspace(0.0, 1.0, 5)
+    red, green, blue = np.meshgrid(levels, levels, levels, indexing="ij")
+    nodes = np.stack([0.5 * red + 0.25 * green, green**2, 0.9 * blue + 0.05 * red], axis=-1)
+    curves = np.repeat(np.linspace(0.0, 1.0, 4096)[:, None], 3, axis=1)
+    cube = Cube(np.linalg.inv(aim.adapted), np.zeros(3), (0.0, 1.0), curves, nodes)
+    values = np.random.default_rng(2).random((100, 3)).astype(np.float32) ** 3
+    wanted = cube.look_up(values @ aim.adapted.T)
+    processor = ocio.Config.CreateRaw().getProcessor(display_transform(cube, aim)).getDefaultCPUProcessor()
+    processor.applyRGB(values)
+    assert np.abs(values - wanted).max() < 1e-5
+
+
+def test_the_configuration_is_valid_and_this_display_comes_first(folder, cube, aim):
+    import PyOpenColorIO as ocio
+
+    for file in ("config.ocio", "Desk_left.ocioz"):
+        config = ocio.Config.CreateFromFile(str(folder / file))
+        config.validate()
+        assert config.getDefaultDisplay() == NAME and config.getDefaultView(NAME) == DEFAULT_VIEW
+        assert "sRGB - Display" in list(config.getDisplays())
+        for space in config.getColorSpaces():
+            config.getProcessor(space.getName(), NAME)
+    first = make_config(NAME, display_transform(cube, aim), aim, "bpc")
+    assert first.getDefaultView(NAME) == COMPENSATED
+    with pytest.raises(InputError, match="a name that the configuration has already"):
+        make_config("sRGB - Display", display_transform(cube, aim), aim)
+
+
+def test_white_below_full_code_is_told_for_what_it_is(folder):
+    """D65 is not this display's own white: its codes are not full, and it is colorimetric."""
+    words = " ".join(DisplayTransform(NAME, DEFAULT_VIEW, str(folder / "config.ocio")).describe())
+    assert "full code is not white on this display" in words and "changes white" not in words
+    mapped = " ".join(
+        DisplayTransform("sRGB - Display", "ACES 1.0 - SDR Video", str(folder / "config.ocio")).describe()
+    )
+    assert "changes white" in mapped
+
+
+def test_what_the_display_cannot_show_is_counted(folder):
+    transform = DisplayTransform(NAME, DEFAULT_VIEW, str(folder / "config.ocio"))
+    pixels = np.repeat(PICTURE_WHITE_XYZ[None, None], 4, axis=1) * np.array([0.2, 0.5, 0.98, 1.2])[None, :, None]
+    _, notes = transform.encode(ColourImage(pixels, "xyz_d65", PICTURE_WHITE_XYZ))
+    assert len(notes) == 1 and notes[0].startswith("1 of 4 pixels")
+
+
+def test_a_review_names_the_display_and_its_last_verification(folder, record):
+    transform = DisplayTransform(NAME, DEFAULT_VIEW, str(folder / "config.ocio"))
+    assert "never verified" in display_words(transform)[1]
+    one = {"when": "2026-01-01T00:00:00+00:00", "verdict": "pass", "criteria": "Metamer", "figures": {"average": 0.4}}
+    replace(record, verifications=(one,)).write(folder / "display.json")
+    words = display_words(transform, datetime(2026, 1, 11, 12, tzinfo=UTC))
+    record.write(folder / "display.json")
+    assert words[0].startswith("Display: Desk, left") and "10 days ago" in words[1] and "0.40" in words[1]
+    assert display_words(DisplayTransform()) == []
+
+
+def test_a_full_disk_while_the_configuration_is_written(room_for, tmp_path, cube, aim):
+    (tmp_path / "config.ocio").write_text("as it was")
+    with room_for(20_000), pytest.raises((InputError, OSError)):
+        write_config(tmp_path, NAME, cube, aim)
+    assert (tmp_path / "config.ocio").read_text() == "as it was"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["config.ocio", "luts"]
+    assert not list((tmp_path / "luts").iterdir())

@@ -1,0 +1,192 @@
+"""Pictures that stay on the GPU are those that are read back, and nothing is done twice for them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.lighting import shapes
+from metamer.lighting.lights import DirectionalLight
+from metamer.lighting.scene import Part
+from metamer.spectral.errors import InputError
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.observers import observer
+from metamer.viewer.gl.live import LiveRenderer
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.resources import Owner
+from metamer.viewer.gl.side import Side
+from metamer.viewer.gl.tile import read
+from metamer.viewer.render import geometry
+from metamer.viewer.render.raster import window_triangles
+from metamer.viewer.render.view import view_of
+
+
+@pytest.fixture
+def live(gl):
+    renderer = LiveRenderer(gl, keeps_terms=True)
+    yield renderer
+    renderer.close()
+
+
+@pytest.fixture
+def owner(gl):
+    kept = Owner(gl)
+    yield kept
+    kept.release()
+
+
+def counted(monkeypatch, holder, name):
+    """How often a function is called."""
+    calls, real = [], getattr(holder, name)
+
+    def counting(*args, **kwargs):
+        calls.append(args)
+        return real(*args, **kwargs)
+
+    monkeypatch.setattr(holder, name, counting)
+    return calls
+
+
+def orbited(camera, angle):
+    x, y, z = camera.position
+    turned = np.cos(angle) * x + np.sin(angle) * z, y, np.cos(angle) * z - np.sin(angle) * x
+    return replace(camera, position=turned)
+
+
+@pytest.mark.parametrize("tile", [None, 32])
+def test_canvases_hold_the_pictures_of_both_sides(scenes, gl, live, owner, tile):
+    live.tile_samples = tile
+    scene = scenes.lamp_scene(size=40)
+    other = replace(scene.with_material("part0", "brushed"), observer=observer("1964_10"))
+    sides = [Side(scene, scenes.SURFACES), Side(other, scenes.SURFACES, illuminant("FL11"))]
+    canvases = [owner.texture((40, 40), 4) for _ in sides]
+    done = list(live.drawing(live.prepared(sides, scene.camera()), canvases))
+    assert done == [(number, len(done)) for number in range(1, len(done) + 1)]
+    assert len(done) == (1 if tile is None else 16)
+    with GLRenderer(gl) as once:
+        for side, canvas in zip(sides, canvases, strict=True):
+            xyz, coverage = once.render_many(side.scene, None, scenes.SURFACES, (side.illuminant,))[0]
+            np.testing.assert_array_equal(read(canvas)[..., 3], coverage)
+            off = np.abs(read(canvas)[..., :3] - xyz).max(axis=-1)
+            assert (off > 0.002).mean() <= (1e-3 if tile else 0.0) and np.median(off) < 1e-6
+
+
+def test_another_camera_builds_no_geometry(scenes, live, owner, monkeypatch):
+    scene = scenes.lamp_scene(size=24, samples=1)
+    canvas = owner.texture((24, 24), 4)
+    triangles, grids = counted(monkeypatch, geometry, "_triangles"), counted(monkeypatch, geometry, "shadow_grid")
+    for turn in range(4):
+        live.draw([Side(scene, scenes.SURFACES)], orbited(scene.camera(), 0.2 * turn), [canvas])
+    assert (len(triangles), len(grids)) == (1, len(scene.lights))
+
+
+def test_another_light_or_observer_works_out_no_terms(scenes, live, owner, monkeypatch):
+    scene = scenes.lamp_scene(size=24)
+    canvases = [owner.texture((24, 24), 4) for _ in range(2)]
+    terms, tiles = counted(monkeypatch, live, "_terms"), counted(monkeypatch, live, "_tile")
+    for light, who in ((None, "1931_2"), ("A", "1931_2"), ("FL11", "1964_10")):
+        seen = replace(scene, observer=observer(who))
+        lit = None if light is None else illuminant(light)
+        sides = [Side(one, scenes.SURFACES, lit) for one in (seen, seen.with_material("part0", "sharp"))]
+        live.draw(sides, scene.camera(), canvases)
+        counts = len(terms), len(tiles)
+        assert live.knows(live.prepared(sides, scene.camera()))
+        if light is None:
+            first = counts
+    assert not live.knows(live.prepared(sides, orbited(scene.camera(), 0.1)))
+    assert not live.knows(
+        live.prepared([Side(scene.with_material("part0", "brushed"), scenes.SURFACES)], scene.camera())
+    )
+    assert counts == first and first[1] == 1 and first[0] > 4
+
+
+def test_sides_of_other_geometry_are_refused(scenes, live, owner):
+    scene = scenes.lamp_scene(size=8, samples=1)
+    canvases = [owner.texture((8, 8), 4) for _ in range(2)]
+    sun = DirectionalLight(np.array([0.0, 1.0, 0.0]), illuminant("D65"), 500.0)
+    more = (*scene.parts, Part("more", shapes.sphere(1), "matt"))
+    for other in (replace(scene, lights=(sun,)), replace(scene, parts=more)):
+        with pytest.raises(InputError, match="different geometry"):
+            live.draw([Side(scene, scenes.SURFACES), Side(other, scenes.SURFACES)], scene.camera(), canvases)
+
+
+def test_a_drawing_that_is_left_half_way_leaves_nothing_wrong(scenes, gl, live, owner):
+    live.tile_samples = 24
+    scene = scenes.lamp_scene(size=24)
+    canvas = owner.texture((24, 24), 4)
+    steps = live.drawing(live.prepared([Side(scene, scenes.SURFACES)], scene.camera()), [canvas])
+    next(steps)
+    steps.close()
+    live.draw([Side(scene, scenes.SURFACES)], scene.camera(), [canvas])
+    with GLRenderer(gl) as once:
+        xyz, _ = once.render(scene, None, scenes.SURFACES)
+    assert np.abs(read(canvas)[..., :3] - xyz).max() < 1e-3
+
+
+def test_a_slope_stays_one_when_it_is_enlarged(live, owner):
+    across = np.arange(8, dtype=np.float32)
+    small = owner.texels(np.tile(across[None, :, None], (6, 1, 4)))
+    large = owner.texture((24, 18), 4)
+    live.enlarge(small, large)
+    wanted = np.clip((np.arange(24) + 0.5) / 3.0 - 0.5, 0.0, 7.0)
+    np.testing.assert_allclose(read(large), np.broadcast_to(wanted[None, :, None], (18, 24, 4)), atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["lamp_scene", "sphere_scene"])
+def test_a_window_of_a_view_has_the_triangles_that_are_cut_out_of_all(scenes, name):
+    scene = getattr(scenes, name)(size=48)
+    view = view_of(geometry.scene_geometry(scene), scene.camera())
+    for window in view.windows(36):
+        some = view.triangles(window)
+        every = window_triangles(view.clip, view.depth, view.perspective, view.size, window)
+        for field in ("corners", "nearness", "inverse_w", "parent", "weights"):
+            np.testing.assert_array_equal(getattr(some, field), getattr(every, field))
+        assert (some.key_base, some.key_shift) == (every.key_base, every.key_shift)
+
+
+def test_triangles_beside_and_behind_the_eye_are_in_the_windows_that_show_them(scenes):
+    """A floor that the camera stands on: corners behind it have no place in the picture."""
+    scene = scenes.lamp_scene(size=32, samples=1)
+    near = replace(scene.camera(), position=(0.5, -0.8, 2.0), target=(0.0, -0.7, 0.0))
+    view = view_of(geometry.scene_geometry(scene), near)
+    for window in view.windows(8):
+        every = window_triangles(view.clip, view.depth, view.perspective, view.size, window)
+        np.testing.assert_array_equal(view.triangles(window).parent, every.parent)
+
+
+def test_a_dimmed_light_is_as_much_darker(scenes, live, owner):
+    scene = scenes.lamp_scene(size=16)
+    canvases = [owner.texture((16, 16), 4) for _ in range(2)]
+    sides = [Side(scene, scenes.SURFACES), Side(scene, scenes.SURFACES, dimming=0.25)]
+    live.draw(sides, scene.camera(), canvases)
+    np.testing.assert_allclose(read(canvases[1])[..., :3], 0.25 * read(canvases[0])[..., :3], atol=1e-6)
+    np.testing.assert_array_equal(read(canvases[1])[..., 3], read(canvases[0])[..., 3])
+
+
+def test_what_closed_meshes_show_from_behind_is_not_missed(scenes, live, owner):
+    scene = scenes.lamp_scene(size=32, samples=1)
+    canvases = [owner.texture((32, 32), 4) for _ in range(2)]
+    live.draw([Side(scene, scenes.SURFACES)], scene.camera(), canvases[:1])
+    drawn = len(live._view.triangles(next(live._view.windows())).parent)
+    live.release()
+    live.one_sided = frozenset(id(part.mesh) for part in scene.parts[:2])
+    live.draw([Side(scene, scenes.SURFACES)], scene.camera(), canvases[1:])
+    assert len(live._view.triangles(next(live._view.windows())).parent) < 0.6 * drawn
+    np.testing.assert_array_equal(read(canvases[0]), read(canvases[1]))
+
+
+def test_a_picture_that_is_begun_in_steps_is_the_same(scenes, live, owner):
+    scene = scenes.lamp_scene(size=24)
+    canvas = owner.texture((24, 24), 4)
+    sides = [Side(scene, scenes.SURFACES)]
+    assert not live.has_worked_out(sides)
+    live.work_out(sides)
+    assert live.has_worked_out(sides)
+    prepared = live.prepared(sides, scene.camera())
+    assert len(list(live.beginning(prepared))) == 2 + len(scene.lights)
+    for _ in live.drawing(prepared, [canvas]):
+        pass
+    first = read(canvas).copy()
+    assert not list(live.beginning(prepared))
+    live.release()
+    live.draw(sides, scene.camera(), [canvas])
+    np.testing.assert_array_equal(first, read(canvas))

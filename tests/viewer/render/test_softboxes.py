@@ -1,0 +1,82 @@
+"""Softboxes near by, in both renderers: beside one another and beside the reference."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.lighting import shapes
+from metamer.lighting.camera import Camera
+from metamer.lighting.environment.softbox import SoftboxLight
+from metamer.lighting.reference import reference_images
+from metamer.spectral.difference import delta_e_xyz
+from metamer.spectral.illuminants import illuminant
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.software.renderer import SoftwareRenderer
+
+
+def softbox(position=(1.2, 2.2, 1.6), target=(0, 0, 0), **more):
+    return SoftboxLight(position, target, 1.6, 1.0, illuminant("D65"), **more)
+
+
+def ball_on_a_floor(scenes, material="gloss", size=24, beyond=()):
+    parts = [(shapes.sphere(3), material), (shapes.plane(6.0, 6.0).placed(translate=(0, -1.0, 0)), "matt"), *beyond]
+    camera = Camera("near", (0.5, 1.0, 6.0), (0, -0.3, 0), vertical_fov_deg=34, width=size, height_px=size, samples=1)
+    scene = scenes.scene_of(parts, [scenes.sun((0, 1, 0), 1.0)], camera)
+    return replace(scene, lights=(softbox((1.5, 2.4, 1.8)),))
+
+
+def apart(scene, one, other, seen):
+    return delta_e_xyz(one[seen].astype(float), other[seen].astype(float), scene.adopted_white())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("material", ["gloss", "sharp", "brushed"])
+def test_gl_equals_numpy(scenes, gl, material):
+    near = replace(scenes.sphere_scene(material, size=32, samples=1), lights=(softbox(),))
+    for scene in (near, ball_on_a_floor(scenes, material)):
+        twin, coverage = SoftwareRenderer().render(scene, None, dict(scenes.SURFACES))
+        drawn, _ = GLRenderer(gl).render(scene, None, dict(scenes.SURFACES))
+        seen = coverage == 1.0
+        some = np.abs(twin[seen])
+        relative = np.abs(drawn - twin)[seen] / np.maximum(some, 1e-2 * some.max())
+        assert np.percentile(relative, 99.9) < 1e-3
+        assert apart(scene, twin, drawn, seen).max() < 0.1
+
+
+@pytest.mark.parametrize(("material", "most"), [("matt", 0.3), ("gloss", 0.6)])
+def test_a_softbox_near_by_is_seen_from_each_place(scenes, material, most):
+    # Seen alike from everywhere, as a light far off, it would be off by some 16.
+    scene = replace(scenes.sphere_scene(material, size=24, samples=1), lights=(softbox(),))
+    surfaces = {material: scenes.SURFACES[material]}
+    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    truth = reference_images(scene, None, surfaces, budget=1.0)
+    assert apart(scene, truth.xyz[0], drawn, coverage == 1.0).mean() < most
+
+
+def test_soft_shadows_are_the_references(scenes):
+    scene, surfaces = ball_on_a_floor(scenes, "matt"), {"matt": scenes.SURFACES["matt"]}
+    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    truth = reference_images(scene, None, surfaces, budget=1.0)
+    seen = coverage == 1.0
+    off = apart(scene, truth.xyz[0], drawn, seen)
+    assert off.mean() < 0.7 and np.percentile(off, 95) < 4.0
+    # There is a shadow.
+    alone, _ = SoftwareRenderer().render(replace(scene, parts=scene.parts[1:]), scene.camera(), surfaces)
+    assert (truth.xyz[0][seen, 1] < 0.5 * alone[seen, 1]).mean() > 0.02
+
+
+@pytest.mark.slow
+def test_what_stands_behind_a_softbox_does_not_hide_it(scenes):
+    wall = shapes.plane(9.0, 9.0).placed(rotate_deg=(90, 0, 0), translate=(0, 0, 5.0)), "matt"
+    camera = ball_on_a_floor(scenes).camera()
+    before, beyond = ball_on_a_floor(scenes), ball_on_a_floor(scenes, beyond=(wall,))
+    lamp = (softbox((0.0, 2.5, 3.0)),)
+    before, beyond = replace(before, lights=lamp), replace(beyond, lights=lamp)
+    camera = replace(camera, position=(0.5, 1.0, 4.0))
+    surfaces = dict(scenes.SURFACES)
+    one, coverage = SoftwareRenderer().render(before, camera, surfaces)
+    other, _ = SoftwareRenderer().render(beyond, camera, surfaces)
+    seen = coverage == 1.0
+    assert one[seen, 1].max() > 0.3
+    # Sites and axes of maps differ between the scenes, the light does not.
+    assert apart(before, one, other, seen).mean() < 0.5

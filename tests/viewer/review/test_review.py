@@ -1,0 +1,364 @@
+"""A review says what its pictures say: figures recomputed from its files, both renderers, and that it can fail."""
+
+import json
+import pickle
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from metamer.calibration.statistics import compared_pixels
+from metamer.lighting.reference import reference_image
+from metamer.lighting.scene import Review
+from metamer.materials.catalogue import Catalogue
+from metamer.materials.records.record import MARKER, write_record
+from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
+from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
+from metamer.spectral.formats.exr import read_exr
+from metamer.spectral.illuminants import illuminant
+from metamer.spectral.image import ColourImage
+from metamer.spectral.observers import observer
+from metamer.viewer.display.transform import DisplayTransform
+from metamer.viewer.gl.context import NoGL
+from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.review.review import OWN_LIGHT, review
+from metamer.viewer.software.renderer import SoftwareRenderer
+from pictures import read_xyz_exr
+
+ROOT = Path(__file__).resolve().parents[3]
+LIGHTS = ("D65", "A", "FL11")
+
+
+@pytest.fixture(scope="module")
+def catalogue(tiny_catalogue):
+    return Catalogue.open(tiny_catalogue)
+
+
+@pytest.fixture(scope="module")
+def sphere(scenes):
+    """A sphere on which every tiny material is swept."""
+    return replace(scenes.sphere_scene("tiny/matt-red", size=40, samples=2), review=Review("part0", ("*",), LIGHTS))
+
+
+def run(scene, catalogue, out, renderer=None, **options):
+    found = review(scene, catalogue, out, renderer=renderer or SoftwareRenderer(), version="test", **options)
+    return found, json.loads((out / "review.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def written(sphere, catalogue, tmp_path_factory):
+    """Folder and review.json of the whole tiny catalogue under three lights, in numpy, references by two processes."""
+    out = tmp_path_factory.mktemp("review")
+    seen = []
+    _, document = run(sphere, catalogue, out, jobs=2, progress=lambda *step: seen.append(step))
+    assert seen == [(k + 1, 12, row["material"]) for k, row in enumerate(document["results"])]
+    return out, document
+
+
+def picture_of(out, row):
+    image, coverage = read_xyz_exr(out / row["files"]["XYZ EXR"])
+    return image.values.astype(np.float64), coverage, image.white_xyz
+
+
+def test_shape_of_review_json(written):
+    _, document = written
+    assert list(document) == [
+        "schema", "metamer", "created", "renderer", "status", "budget_delta_e94", "formula", "plan", "warnings",
+        "colour_chain", "self_check", "protocol", "results",
+    ]  # fmt: skip
+    assert document["metamer"] == "test" and document["renderer"] == "software (numpy)"
+    assert document["budget_delta_e94"] == 1.0 and document["formula"] == "CIE 1994"
+    assert document["status"] == "pass"
+    assert set(document["plan"]) == {"basis_size", "reasons"}
+    assert len(document["results"]) == 12
+    for row in document["results"]:
+        assert {"material", "illuminant", "observer", "delta_e94", "image", "seconds"} <= set(row)
+        assert list(row["delta_e94"]) == ["mean", "p95", "p99", "max"]
+        figures = row["delta_e94"]
+        assert 0 < figures["mean"] < figures["p95"] <= figures["p99"] <= figures["max"], row
+        assert row["observer"] == "CIE 1931 2 Degree Standard Observer"
+        assert set(row["seconds"]) == {"render", "reference", "compare", "write"}
+        assert all(seconds > 0 for seconds in row["seconds"].values())
+        assert (written[0] / row["image"]).is_file()
+
+
+def test_documented_fields_are_those_written(written):
+    """docs/review_json.md holds a JSON Schema: nothing is missing from it, and nothing is written that it lacks."""
+    schema = json.loads(re.search(r"```json\n(.*?)```", (ROOT / "docs/review_json.md").read_text(), re.DOTALL)[1])
+    _, document = written
+
+    def check(value, rule, where):
+        if value is None:
+            assert "null" in rule["type"], where
+        elif "properties" in rule:
+            assert set(value) == set(rule["properties"]), where
+            assert set(rule.get("required", ())) <= set(value), where
+            for key, inner in rule["properties"].items():
+                check(value[key], inner, f"{where}.{key}")
+        elif rule.get("type") == "array" and "items" in rule:
+            for k, item in enumerate(value):
+                check(item, rule["items"], f"{where}[{k}]")
+        elif "enum" in rule:
+            assert value in rule["enum"], where
+
+    check(document, schema, "review")
+
+
+def test_figures_are_those_of_the_pictures_and_the_reference(written, sphere, catalogue):
+    """From the files alone: EXR against rays and original data, over lit pixels that the ball covers wholly."""
+    out, document = written
+    for row in document["results"]:
+        sample, coverage, white = picture_of(out, row)
+        lit = sphere.with_illuminant(illuminant(row["illuminant"])).with_material("part0", row["material"])
+        truth, share = reference_image(lit, None, {row["material"]: catalogue.load(row["material"]).brdf()})
+        np.testing.assert_allclose(white, lit.adopted_white(), atol=1e-6)
+        delta = delta_e_xyz(truth, sample, lit.adopted_white(), "CIE 1994")
+        values = delta[compared_pixels(np.minimum(coverage, share), truth, sample)]
+        figures = row["delta_e94"]
+        found = [values.mean(), *np.percentile(values, (95, 99)), values.max()]
+        # The file holds the very numbers that were compared.
+        np.testing.assert_allclose(list(figures.values()), found, rtol=1e-9, err_msg=str(row))
+        assert row["pixels"] == values.size
+
+
+def test_the_worst_pixel_and_its_spectra_are_those_of_the_map(written, catalogue):
+    """The spectrum that the original data have there gives, under the light, the colour that the reference has."""
+    out, document = written
+    spectra = 0
+    for row in document["results"]:
+        delta_e = read_exr(out / row["files"]["ΔE94 EXR"])[1]["deltaE94"]
+        worst = row["worst_pixel"]
+        at = tuple(worst["place"])
+        assert delta_e[at] == pytest.approx(np.nanmax(np.where(np.isfinite(delta_e), delta_e, np.nan)), rel=1e-6)
+        assert worst["delta_e94"] == pytest.approx(delta_e[at], rel=1e-6)
+        image, _ = read_xyz_exr(out / row["files"]["reference EXR"])
+        lab = lab_from_xyz(image.values[at].astype(np.float64), image.white_xyz)
+        np.testing.assert_allclose(worst["reference_lab"], lab, atol=1e-3)
+        if worst["wavelengths_nm"] is None:
+            continue
+        spectra += 1
+        nm, factor = (np.array(worst[name]) for name in ("wavelengths_nm", "reference_factor"))
+        weights = observer("1931_2").weights(illuminant(row["illuminant"]), nm)
+        seen = weights @ factor * (np.array(row["white_xyz"]) / weights.sum(axis=1))
+        assert np.abs(lab_from_xyz(seen, np.array(row["white_xyz"])) - lab).max() < 1.5, row["material"]
+        assert np.abs(np.array(worst["picture_factor"]) - factor).max() < 0.02
+    assert spectra >= 9
+
+
+def test_reference_and_map_are_files_too(written):
+    """What a row says can be found again from its files alone, without a ray."""
+    out, document = written
+    for row in document["results"]:
+        sample, *_ = picture_of(out, row)
+        reference, _ = read_xyz_exr(out / row["files"]["reference EXR"])
+        _, channels = read_exr(out / row["files"]["ΔE94 EXR"])
+        kept = channels["deltaE94"]
+        compared = ~np.isnan(kept)
+        assert compared.sum() == row["pixels"]
+        again = delta_e_xyz(reference.values.astype(np.float64), sample, reference.white_xyz, "CIE 1994")
+        np.testing.assert_allclose(again[compared], kept[compared], atol=2e-4)
+        figures = [kept[compared].mean(), *np.percentile(kept[compared], (95, 99)), kept[compared].max()]
+        np.testing.assert_allclose(list(row["delta_e94"].values()), figures, rtol=1e-5)
+
+
+def test_headers_say_where_a_picture_comes_from(written, sphere):
+    out, document = written
+    row = document["results"][1]
+    said = {
+        "scene": sphere.name,
+        "camera": sphere.camera().name,
+        "material": row["material"],
+        "illuminant": row["illuminant"],
+        "observer": row["observer"],
+        "renderer": document["renderer"],
+        "software": "Metamer test",
+    }
+    for label, picture in (("XYZ EXR", "sample"), ("reference EXR", "reference"), ("ΔE94 EXR", "CIE 1994")):
+        header, _ = read_exr(out / row["files"][label])
+        assert {name: header[name] for name in said} == said
+        assert header["picture"].startswith(picture)
+    words = (out / row["image"]).read_bytes()
+    assert all(f"{name}: {text}".encode() in words for name, text in said.items())
+
+
+def test_rows_hold_the_colour_of_the_original_data(written, catalogue):
+    """A matt surface looks alike from everywhere, so its 45:0 reading is its reflectance, integrated."""
+    _, document = written
+    rows = {row["illuminant"]: row for row in document["results"] if row["material"] == "tiny/matt-red"}
+    brdf = catalogue.load("tiny/matt-red").brdf()
+    eye = observer("1931_2")
+    reflectance = np.pi * brdf.eval(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.6, 0.8]))
+    for name, row in rows.items():
+        xyz = eye.weights(illuminant(name), brdf.wavelengths_nm) @ reflectance
+        np.testing.assert_allclose(row["colour"]["xyz"], xyz, rtol=1e-9)
+        np.testing.assert_allclose(row["colour"]["lab"], lab_from_xyz(xyz, np.array(row["white_xyz"])), rtol=1e-9)
+        assert row["colour"]["geometry"] == "45a:0"
+
+
+def test_gl_and_numpy_write_the_same_review(written, sphere, catalogue, gl, tmp_path):
+    out, document = written
+    renderer = GLRenderer(gl)
+    try:
+        _, theirs = run(sphere, catalogue, tmp_path, renderer)
+    finally:
+        renderer.close()
+    assert theirs["renderer"].startswith("OpenGL")
+    assert any("ran on the GPU" in words for words in theirs["colour_chain"])
+    for mine, other in zip(document["results"], theirs["results"], strict=True):
+        sample, coverage, white = picture_of(out, mine)
+        again, other_coverage, _ = picture_of(tmp_path, other)
+        np.testing.assert_array_equal(coverage, other_coverage)
+        delta = delta_e_xyz(sample, again, white, "CIE 1994")
+        assert delta.max() < 0.1, (mine["material"], mine["illuminant"], delta.max())
+        assert other["delta_e94"]["p99"] == pytest.approx(mine["delta_e94"]["p99"], abs=0.02)
+
+
+def test_jobs_do_not_change_the_figures(written, sphere, catalogue, tmp_path):
+    _, document = written
+    _, alone = run(sphere, catalogue, tmp_path, jobs=1, materials=["tiny/rough-blue"], illuminants=["A"])
+    (row,) = [r for r in document["results"] if (r["material"], r["illuminant"]) == ("tiny/rough-blue", "A")]
+    # Another plan, for another set of spectra; the references are the same.
+    assert alone["results"][0]["delta_e94"]["p99"] == pytest.approx(row["delta_e94"]["p99"], abs=0.05)
+
+
+def test_one_light_needs_three_numbers(sphere, catalogue, tmp_path):
+    _, document = run(sphere, catalogue, tmp_path, illuminants=["FL11"])
+    assert document["plan"]["basis_size"] == 3
+    assert any("One light and no bounce" in reason for reason in document["plan"]["reasons"])
+
+
+def test_three_lights_need_more(written):
+    _, document = written
+    assert 3 < document["plan"]["basis_size"] < 10
+    assert any("Peercy" in reason for reason in document["plan"]["reasons"])
+
+
+@pytest.mark.parametrize("scale", [1.05, 0.95])
+def test_wrong_pack_is_found(sphere, catalogue, tmp_path, scale):
+    """5 % too light or too dark is over the budget for every material under every light."""
+    folder = tmp_path / "wrong"
+    folder.mkdir()
+    (folder / MARKER).write_bytes((catalogue.folder / MARKER).read_bytes())
+    for material_id in catalogue.ids():
+        record = catalogue.load(material_id)
+        packs = tuple(pack.recoloured(scale * pack.palette.values[0]) for pack in record.fast.packs)
+        write_record(replace(record, fast=replace(record.fast, packs=packs)), folder / f"{material_id}.h5")
+    found, document = run(sphere, Catalogue.open(folder), tmp_path / "out", illuminants=["D65", "A"])
+    assert found.status == document["status"] == "over"
+    for row in document["results"]:
+        assert row["delta_e94"]["mean"] > 0.5, row
+
+
+def test_wrong_light_is_found(written, sphere, catalogue):
+    """The trap that a reference of its own is for: a picture under A held against the truth under D65."""
+    out, document = written
+    rows = {(row["material"], row["illuminant"]): row for row in document["results"]}
+    sample, _, white = picture_of(out, rows["tiny/rough-blue", "A"])
+    truth, *_ = picture_of(out, rows["tiny/rough-blue", "D65"])
+    assert delta_e_xyz(truth, sample, white, "CIE 1994").mean() > 1.0
+
+
+def test_scene_without_review_judges_each_material_over_its_own_pixels(scenes, catalogue, tmp_path):
+    scene = scenes.lamp_scene(size=40, samples=2)
+    names = {"gloss": "tiny/satin-green", "sharp": "tiny/copper", "matt": "tiny/matt-red"}
+    scene = replace(scene, parts=tuple(replace(part, material=names[part.material]) for part in scene.parts))
+    _, document = run(scene, catalogue, tmp_path)
+    rows = document["results"]
+    assert [(row["material"], row["illuminant"]) for row in rows] == [
+        (name, OWN_LIGHT) for name in ("tiny/satin-green", "tiny/copper", "tiny/matt-red")
+    ]
+    pictures = [picture_of(tmp_path, row) for row in rows]
+    for sample, coverage, _ in pictures[1:]:
+        np.testing.assert_array_equal(sample, pictures[0][0])
+        np.testing.assert_array_equal(coverage, pictures[0][1])
+    # Pixels on the edge between two parts belong to neither.
+    judged, covered = sum(row["pixels"] for row in rows), int((pictures[0][1] == 1).sum())
+    assert 0.5 * covered < judged < covered
+    truth, share = reference_image(scene, None, {name: catalogue.load(name).brdf() for name in names.values()})
+    whole = compared_pixels(share, truth, pictures[0][0])
+    assert judged < whole.sum()
+    assert document["status"] == "pass"
+
+
+def test_swatch_is_seen_in_the_mixture_of_all_lights(scenes, catalogue, tmp_path):
+    """Half the light from A, half from D65: a swatch under the first alone would be far too warm for this white."""
+    suns = [scenes.sun(name=name) for name in ("A", "D65")]
+    scene = replace(scenes.sphere_scene("tiny/copper", size=24, samples=1), lights=tuple(suns))
+    found, _ = run(scene, catalogue, tmp_path)
+    (row,) = found.rows
+    weights = [scene.observer.weights(light.spectrum, row.wavelengths_nm) for light in suns]
+    xyz = 0.5 * (weights[0] + weights[1]) @ row.reflectance
+    rgb, _ = DisplayTransform().encode(ColourImage(xyz[None, None], "xyz", row.white_xyz))
+    np.testing.assert_allclose(row.swatch, 255 * rgb[0, 0], atol=0.5)
+
+
+def test_other_parts_keep_their_material(scenes, catalogue, tmp_path):
+    """What is swept on one part is judged there alone."""
+    scene = scenes.lamp_scene(size=32, samples=2)
+    parts = tuple(replace(part, material="tiny/matt-red") for part in scene.parts)
+    scene = replace(scene, parts=parts, review=Review("part1", ("tiny/copper", "tiny/satin-green"), ("D65",)))
+    _, document = run(scene, catalogue, tmp_path)
+    first, second = document["results"]
+    assert first["pixels"] == second["pixels"] < 150
+    one, coverage, _ = picture_of(tmp_path, first)
+    other, *_ = picture_of(tmp_path, second)
+    same = (one == other).all(axis=-1)
+    assert same[coverage == 1].mean() > 0.5 and not same.all()
+
+
+def test_renderer_that_returns_no_numbers_does_not_pass(sphere, catalogue, tmp_path):
+    class Holes(SoftwareRenderer):
+        def render_many(self, *args):
+            found = super().render_many(*args)
+            found[0][0][20, 20] = np.nan
+            return found
+
+    _, document = run(sphere, catalogue, tmp_path, Holes(), materials=["tiny/matt-red"], illuminants=["D65"])
+    (row,) = document["results"]
+    assert row["undefined_pixels"] == 1
+    assert row["status"] == document["status"] == "over"
+    assert any("no number" in note for note in row["notes"])
+
+
+def test_page_shows_every_row_and_loads_nothing(written):
+    out, document = written
+    page = (out / "index.html").read_text(encoding="utf-8")
+    for row in document["results"]:
+        assert row["material"] in page
+    for target in re.findall(r'(?:src|href)="([^"]*)"', page):
+        assert target.startswith(("data:", "#", "pictures/", "review.json")), target
+
+
+def test_material_that_vanishes_while_references_are_computed(sphere, catalogue, tmp_path, monkeypatch):
+    """An error in a worker process comes back as itself, not as a broken pool."""
+    record = catalogue.load("tiny/matt-red")
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    (empty / MARKER).write_bytes((catalogue.folder / MARKER).read_bytes())
+    monkeypatch.setattr(Catalogue, "load", lambda *_: record)
+    monkeypatch.setattr(Catalogue, "match", lambda *_: ("tiny/matt-red", "tiny/copper"))
+    with pytest.raises(UnknownNameError, match="unknown material"):
+        run(sphere, Catalogue(empty), tmp_path / "out", jobs=2, illuminants=["D65"])
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        InputError("is empty", file="a.csv", field="x", found=3, expected="4", hint="fill it"),
+        UnknownNameError("light", "D66", ["D65", "A"], file="scene.toml"),
+        NoGL((("EGL", "none"),)),
+        MetamerError("said"),
+    ],
+)
+def test_errors_survive_the_way_between_processes(error):
+    back = pickle.loads(pickle.dumps(error))
+    assert type(back) is type(error) and str(back) == str(error) and vars(back) == vars(error)
+
+
+def test_a_light_that_nothing_adapts_from_is_named_before_any_work(sphere, catalogue, tmp_path):
+    """Low-pressure sodium: two lines, so yellow that Bradford's blue response to them is negative."""
+    with pytest.raises(InputError, match=r"illuminant LPS: Bradford adaptation has no meaning for this white"):
+        review(sphere, catalogue, tmp_path, illuminants=("D65", "LPS"), renderer=SoftwareRenderer(), version="test")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,181 @@
+"""What scripts call: `metamer render` and `metamer review`, with the same words, for objects in place of files."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, get_args
+
+from ..calibration.protocol import read_protocol
+from ..lighting.scene import Scene
+from ..materials.catalogue import Catalogue
+from ..spectral.errors import UnknownNameError, UsageError
+from ..spectral.processes import usable_cores
+from .gl.context import NoGL
+from .gl.renderer import GLRenderer, SoftwareRenderer, create_renderer
+from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture
+from .render.picture_cost import picture_cost
+from .render.renderer import Filtering, Renderer
+
+if TYPE_CHECKING:
+    from .review.review import ReviewResult
+
+#: "auto" is OpenGL where there is a driver, else numpy.
+RendererName = Literal["auto", "gl", "software"]
+Progress = Callable[[int, int, str], None]
+
+
+def render(
+    scene: Scene,
+    catalogue: Catalogue | None = None,
+    *,
+    camera: str | None = None,
+    illuminant: str | None = None,
+    reference: bool = False,
+    bounces: int | Literal["auto"] | None = None,
+    noise: float | None = None,
+    filtering: Filtering | None = None,
+    renderer: RendererName | Renderer = "auto",
+    progress: Progress | None = None,
+) -> Picture:
+    """One picture of a scene: `xyz` (H,W,3), `white` (3,), `coverage` (H,W); `write` makes a file of it.
+
+    Python's warnings tell why a picture may show nothing.
+
+    Parameters
+    ----------
+    catalogue : where the materials are; default: `Catalogue.open()`.
+    camera : its name in the scene; default: the first.
+    illuminant : in place of every light's own spectrum.
+    reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
+    bounces : surfaces that light may come by beside the one that is seen, or "auto": as many as can be seen; default:
+        what the scene says (`Scene.bounces`), which is none where it says nothing.
+    noise : of a reference: ΔE94 that what is drawn (lights that spread, and bounces) may leave on average; default 0.1.
+    filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
+    renderer : by name; or one that is kept for many pictures (`create_renderer` of `metamer.viewer.gl.renderer`), which
+        keeps `filtering` and `progress`, too.
+    progress : called with (done, total, what) while a long picture is drawn.
+
+    Raises
+    ------
+    InputError, UnknownNameError : no such camera, light or material; a material without a surface; not enough memory.
+    UsageError : `filtering` of a reference, which has no factors; `noise` of anything else.
+    """
+    if reference and filtering not in (None, "linear"):
+        raise UsageError("filtering and reference: the reference has no factors to filter, leave one out")
+    if not reference and noise is not None:
+        raise UsageError("noise is of references: add reference=True")
+    catalogue = Catalogue.open() if catalogue is None else catalogue
+    scene = lit_by(scene if bounces is None else replace(scene, bounces=bounces), illuminant)
+    view = scene.camera(camera)
+    kind = "reference" if reference else "picture"
+    picture_cost(scene, view, kind).check_room(scene, view)
+    said: list[str] = []
+    if reference:
+        made = reference_picture(
+            scene, catalogue, camera, said.append, progress, REFERENCE_NOISE if noise is None else noise
+        )
+    else:
+        with _ready(renderer) as drawing:
+            drawing.filtering = filtering or drawing.filtering
+            drawing.progress = progress or drawing.progress
+            made = picture(scene, catalogue, camera, drawing, said.append)
+    for line in said:
+        warnings.warn(line, stacklevel=2)
+    return made
+
+
+def review(
+    scene: Scene,
+    catalogue: Catalogue | None = None,
+    out: str | Path = "review",
+    *,
+    illuminants: Sequence[str] | None = None,
+    materials: Sequence[str] | None = None,
+    budget: float = 1.0,
+    camera: str | None = None,
+    renderer: RendererName | Renderer = "auto",
+    jobs: int | None = None,
+    again: bool = False,
+    protocol: str | Path | None = None,
+    progress: Progress | None = None,
+) -> ReviewResult:
+    """Render materials under several lights, compare with the reference, and write the report into the folder `out`.
+
+    `status` of what comes back is "pass", "near" or "over", `rows` have the figures, `page` is the report. Rows that
+    are in `out` already, from the very same things, are not drawn again. Python's warnings tell why a picture may show
+    nothing.
+
+    Parameters
+    ----------
+    catalogue : where the materials are; default: `Catalogue.open()`.
+    illuminants : names; default: those of the scene's review, or of its lights.
+    materials : ids or patterns to sweep over the review's part, or the first; default: those of the scene's review.
+    budget : ΔE94 that the 99th percentile of each row is held against.
+    camera : its name in the scene; default: the first.
+    renderer : as of `render`.
+    jobs : processes that compute references; default: one a core.
+    again : draw every row, also those that are there.
+    protocol : a reviewer's protocol, as the window writes it; the report repeats it.
+    progress : called with (rows done, rows in all, material).
+
+    Raises
+    ------
+    InputError, UnknownNameError : the camera sees nothing to judge; a file or a name that cannot be used.
+    """
+    from .review.cases import light_names
+    from .review.review import review as review_into
+
+    catalogue = Catalogue.open() if catalogue is None else catalogue
+    # Read first: a review takes minutes.
+    ratings = () if protocol is None else read_protocol(protocol)
+    jobs = jobs or usable_cores()
+    view = scene.camera(camera)
+    picture_cost(scene, view, "review", spectra=len(light_names(scene, illuminants)), jobs=jobs).check_room(scene, view)
+    with _ready(renderer) as drawing:
+        result = review_into(
+            scene,
+            catalogue,
+            out,
+            illuminants=illuminants,
+            materials=materials,
+            budget=budget,
+            renderer=drawing,
+            camera=camera,
+            jobs=jobs,
+            version=version("metamer"),
+            progress=progress,
+            again=again,
+            ratings=ratings,
+        )
+    for line in result.warnings:
+        warnings.warn(line, stacklevel=2)
+    return result
+
+
+def renderer_named(name: str) -> tuple[Renderer, NoGL | None]:
+    """A renderer, and why "auto" gives none with OpenGL where it does not.
+
+    Raises
+    ------
+    UnknownNameError : another name. NoGL : "gl" where there is no driver.
+    """
+    if name not in get_args(RendererName):
+        raise UnknownNameError("renderer", name, get_args(RendererName))
+    if name == "auto":
+        return create_renderer(keeps_terms=False)
+    return (GLRenderer() if name == "gl" else SoftwareRenderer()), None
+
+
+@contextmanager
+def _ready(renderer: str | Renderer) -> Iterator[Renderer]:
+    """The renderer named, for as long as it is needed; or the one given, which stays open."""
+    if not isinstance(renderer, str):
+        yield renderer
+        return
+    with renderer_named(renderer)[0] as made:
+        yield made

@@ -1,0 +1,168 @@
+"""A characterised display as a configuration of OpenColorIO: the pinned one, and this display beside its own.
+
+Its colour space is entered from XYZ-D65: a matrix, a mirrored power of 1/3, a range, a curve a channel, a cube. It has
+two views: the colorimetric one, as other displays of the configuration have it, and the same with the black of pictures
+moved to that of the display.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...calibration.display.aim import Aim, Black
+from ...calibration.display.cube import Cube
+from ...spectral.errors import InputError
+from ...spectral.files import made_folder, written_whole
+from .transform import DEFAULT_VIEW, PINNED_CONFIG
+
+#: The second view.
+COMPENSATED = "Black-point compensated"
+_FORMAT = "Academy/ASC Common LUT Format"
+_CONFIG, _TABLES = "config.ocio", "luts"
+# What a zip file says of when its members were made: nothing, so that equal displays are equal bytes.
+_NO_TIME = (1980, 1, 1, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Written:
+    """Files of a configuration: the one to name as a folder's, and the same in one file."""
+
+    config: Path
+    archive: Path
+    display: str
+
+
+def display_transform(cube: Cube, aim: Aim) -> Any:
+    """OCIO transforms from XYZ-D65 to codes, held in memory."""
+    import PyOpenColorIO as ocio
+
+    matrix, offset = np.eye(4), np.zeros(4)
+    matrix[:3, :3] = cube.light_from_xyz @ aim.adapted
+    offset[:3] = -cube.light_from_xyz @ cube.black_xyz
+    low, high = cube.domain
+    third = ocio.ExponentTransform([1.0 / 3.0] * 3 + [1.0], negativeStyle=ocio.NEGATIVE_MIRROR)
+    curves = ocio.Lut1DTransform(len(cube.curves), False)
+    curves.setData(np.ascontiguousarray(cube.curves, dtype=np.float32))
+    nodes = ocio.Lut3DTransform(len(cube.nodes))
+    # OCIO takes the cube as it lies here: red slowest, blue fastest.
+    nodes.setData(np.ascontiguousarray(cube.nodes, dtype=np.float32))
+    nodes.setInterpolation(ocio.INTERP_TETRAHEDRAL)
+    return ocio.GroupTransform(
+        [
+            ocio.MatrixTransform(matrix.ravel().tolist(), offset.tolist()),
+            third,
+            ocio.RangeTransform(low, high, 0.0, 1.0),
+            curves,
+            nodes,
+        ]
+    )
+
+
+def make_config(name: str, transform: Any, aim: Aim, black: Black = "absolute", describing: str = "") -> Any:
+    """The pinned configuration with this display, which comes first.
+
+    name : of display and colour space. transform : from XYZ-D65, in memory or as a file. black : which view is first.
+
+    Raises
+    ------
+    InputError : the pinned configuration has a display or colour space of that name, or the name is empty.
+    """
+    import PyOpenColorIO as ocio
+
+    config = ocio.Config.CreateFromFile(PINNED_CONFIG)
+    taken = [*config.getDisplays(), *config.getColorSpaceNames()]
+    if not name.strip() or name.casefold() in (one.casefold() for one in taken):
+        raise InputError(
+            "a name that the configuration has already" if name.strip() else "a display without a name",
+            field="display",
+            found=repr(name),
+            expected="a name of its own, such as the maker's and a number",
+            hint="--name",
+        )
+    config.addColorSpace(
+        ocio.ColorSpace(
+            ocio.REFERENCE_SPACE_DISPLAY,
+            name=name,
+            family="Display",
+            encoding="sdr-video",
+            description=describing,
+            fromReference=transform,
+        )
+    )
+    shared = config.getViewTransform(DEFAULT_VIEW)
+    matrix, offset = aim.compensation()
+    moved = np.eye(4)
+    moved[:3, :3] = matrix
+    to_display = shared.getTransform(ocio.VIEWTRANSFORM_DIR_FROM_REFERENCE)
+    compensated = ocio.MatrixTransform(moved.ravel().tolist(), [*offset.tolist(), 0.0])
+    config.addViewTransform(
+        ocio.ViewTransform(
+            ocio.REFERENCE_SPACE_SCENE,
+            name=COMPENSATED,
+            description=f"Colorimetric, black moved to that of {name}",
+            fromReference=ocio.GroupTransform([to_display, compensated]),
+        )
+    )
+
+    first = (COMPENSATED, DEFAULT_VIEW) if black == "bpc" else (DEFAULT_VIEW, COMPENSATED)
+    for view in first:
+        config.addDisplayView(name, view, viewTransform=view, displayColorSpaceName=name)
+    # Quoted, a name may have a comma in it.
+    displays = list(config.getDisplays())
+    config.setActiveDisplays(", ".join(f'"{one}"' for one in [name, *(each for each in displays if each != name)]))
+    # Which of a display's views is the default, active views say where there are any.
+    if views := list(config.getActiveViews()):
+        ahead = [COMPENSATED, *views] if black == "bpc" else [*views, COMPENSATED]
+        config.setActiveViews(", ".join(f'"{one}"' for one in dict.fromkeys(ahead)))
+    return config
+
+
+def write_config(
+    folder: str | Path, name: str, cube: Cube, aim: Aim, black: Black = "absolute", describing: str = ""
+) -> Written:
+    """Write `config.ocio` with its tables into a folder, and all of it as one `.ocioz`; each whole or not at all.
+
+    Raises
+    ------
+    InputError, NoRoomError : a name that is taken; the folder cannot be written to, or its disk is full.
+    """
+    import PyOpenColorIO as ocio
+
+    folder = made_folder(folder)
+    made_folder(folder / _TABLES)
+    stem = file_stem(name)
+    tables = display_transform(cube, aim).write(_FORMAT)
+    config = make_config(name, ocio.FileTransform(f"{stem}.clf"), aim, black, describing)
+    config.setSearchPath(_TABLES)
+    text = config.serialize()
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for member, content in ((_CONFIG, text), (f"{_TABLES}/{stem}.clf", tables)):
+            archive.writestr(zipfile.ZipInfo(member, _NO_TIME), content, zipfile.ZIP_DEFLATED)
+    written = Written(folder / _CONFIG, folder / f"{stem}.ocioz", name)
+    # The configuration last: it is not there before what it names.
+    contents = (
+        (folder / _TABLES / f"{stem}.clf", tables.encode("utf-8")),
+        (written.archive, packed.getvalue()),
+        (written.config, text.encode("utf-8")),
+    )
+    for path, content in contents:
+        with written_whole(path) as beside:
+            beside.write_bytes(content)
+    return written
+
+
+def file_stem(name: str) -> str:
+    """A display's name as that of a file.
+
+    >>> file_stem("EIZO CG279X (desk 4)")
+    'EIZO_CG279X_desk_4'
+    """
+    words = "".join(letter if letter.isalnum() or letter in "-." else " " for letter in name).split()
+    return "_".join(words).strip(".") or "display"

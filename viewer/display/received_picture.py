@@ -1,0 +1,33 @@
+"""Pictures that somebody sends, as XYZ-D65."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from ...spectral.errors import InputError
+from ...spectral.files import existing_file
+
+
+def read_srgb(path: str | Path) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.ndarray, "H W 3"]]:
+    """Pixels and XYZ-D65, Y of white 1 (IEC 61966-2-1), of a picture without a profile or with one of sRGB.
+
+    Raises
+    ------
+    InputError : no picture that can be read.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    path = existing_file(path)
+    try:
+        with Image.open(path) as image:
+            pixels = np.asarray(image.convert("RGB"))
+    except (UnidentifiedImageError, OSError, Image.DecompressionBombError) as reason:
+        raise InputError(
+            "not a picture that can be read", file=path, found=str(reason)[:120], expected="a PNG or JPEG file"
+        ) from None
+    from ...calibration.display.claims import CLAIMS
+
+    return pixels, CLAIMS["sRGB"].xyz(pixels.reshape(-1, 3) / 255.0).reshape(pixels.shape)

@@ -1,0 +1,308 @@
+"""From relative XYZ to the numbers a display is sent: adapt once, then OpenColorIO, then count what did not fit.
+
+The chain is `XYZ under the scene's white -> chromatic adaptation -> XYZ-D65 -> OCIO display and view -> [0, 1]`.
+Adaptation happens here and nowhere else. The default view is colorimetric: it never tone-maps, so a perfect
+diffuser is display white, and a colour that the display cannot show is clipped, counted and said. The first view
+of the same configuration maps that white to about 0.7, which is why the view is never left to OCIO's default.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.display.aim import PICTURE_WHITE_XYZ
+from ...spectral.adaptation import Method, adaptation_matrix
+from ...spectral.difference import delta_e_xyz
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.image import ColourImage
+
+# Pinned by its full name: what "default" and "latest" mean moves between releases of OpenColorIO.
+PINNED_CONFIG = "ocio://cg-config-v2.2.0_aces-v1.3_ocio-v2.4"
+INTERCHANGE_ROLE = "cie_xyz_d65_interchange"
+DEFAULT_DISPLAY = "sRGB - Display"
+DEFAULT_VIEW = "Un-tone-mapped"
+
+# White of the interchange space.
+DISPLAY_WHITE_XYZ = PICTURE_WHITE_XYZ
+# ΔE94 of white by what the display shows for its code, from which on a view is not colorimetric: a step of eight bits.
+WHITE_TOLERANCE = 0.5
+
+# Encoded values this far outside [0, 1] count as clipped: a quarter of an 8-bit step, well above float32 rounding.
+CLIP_TOLERANCE = 1e-3
+# Shown where a pixel holds no number.
+NOT_A_NUMBER_RGB = (1.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class DisplayTransform:
+    """One display and view of one OCIO configuration, entered from XYZ.
+
+    Parameters
+    ----------
+    display, view : names as the configuration spells them.
+    config : a path or an `ocio://` name; None takes `$OCIO` where it is set, else the pinned built-in configuration.
+    adaptation : `Bradford`, `CAT02` or `CAT16`, from the image's white to the display's.
+
+    Raises
+    ------
+    InputError : the configuration cannot be read or lacks the interchange role.
+    UnknownNameError : it has no such display or view; the message gives the nearest names.
+    """
+
+    display: str = DEFAULT_DISPLAY
+    view: str = DEFAULT_VIEW
+    config: str | None = None
+    adaptation: Method = "Bradford"
+
+    def __post_init__(self) -> None:
+        adaptation_matrix(DISPLAY_WHITE_XYZ, DISPLAY_WHITE_XYZ, self.adaptation)
+        _ = self._cpu
+
+    @cached_property
+    def config_name(self) -> str:
+        """The configuration in use, as OCIO is asked for it."""
+        return self.config or os.environ.get("OCIO") or PINNED_CONFIG
+
+    @cached_property
+    def _named_by(self) -> str:
+        if self.config:
+            return f"configuration {self.config}"
+        return f"$OCIO={os.environ['OCIO']}" if os.environ.get("OCIO") else f"configuration {PINNED_CONFIG}"
+
+    @cached_property
+    def _config(self) -> Any:
+        import PyOpenColorIO as ocio
+
+        try:
+            config = ocio.Config.CreateFromFile(self.config_name)
+        except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
+            raise InputError(
+                "the OpenColorIO configuration cannot be used",
+                file=self._named_by,
+                found=str(reason).strip(),
+                expected="a configuration that OpenColorIO can load",
+                hint=f"correct the file, or unset OCIO to use {PINNED_CONFIG}",
+            ) from None
+        if not config.hasRole(INTERCHANGE_ROLE):
+            raise InputError(
+                "the OpenColorIO configuration does not say which of its spaces is CIE XYZ (D65)",
+                file=self._named_by,
+                field="roles",
+                found=", ".join(name for name, _ in config.getRoles()) or "no roles",
+                expected=f"the role {INTERCHANGE_ROLE}",
+                hint=f"add `{INTERCHANGE_ROLE}: <its XYZ-D65 display space>` to its roles, or unset OCIO",
+            )
+        displays = list(config.getDisplays())
+        if self.display not in displays:
+            raise UnknownNameError("display", self.display, displays, file=self._named_by, field="display")
+        views = list(config.getViews(self.display))
+        if self.view not in views:
+            raise UnknownNameError("view", self.view, views, file=self._named_by, field=self.display)
+        return config
+
+    @cached_property
+    def processor(self) -> Any:
+        """The OCIO processor from XYZ-D65 to the encoded display; both the CPU and the GPU path are made from it."""
+        return self._processor(back=False)
+
+    @cached_property
+    def inverse(self) -> Any:
+        """The OCIO processor from codes of the display back to XYZ-D65.
+
+        Raises
+        ------
+        InputError : the transform cannot be turned round.
+        """
+        return self._processor(back=True)
+
+    def _processor(self, back: bool) -> Any:
+        import PyOpenColorIO as ocio
+
+        direction = ocio.TRANSFORM_DIR_INVERSE if back else ocio.TRANSFORM_DIR_FORWARD
+        transform = ocio.DisplayViewTransform(
+            src=INTERCHANGE_ROLE, display=self.display, view=self.view, direction=direction
+        )
+        try:
+            return self._config.getProcessor(transform)
+        except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
+            raise InputError(
+                f"the display transform cannot be {'turned round' if back else 'built'}",
+                file=self._named_by,
+                field=f"{self.display} / {self.view}",
+                found=str(reason).strip(),
+                hint="check that every look-up table which the configuration names exists and can be read",
+            ) from None
+
+    @cached_property
+    def _cpu(self) -> Any:
+        import PyOpenColorIO as ocio
+
+        # Lossless: the default optimisation replaces powers by approximations that are off by more than the GPU is.
+        depth = ocio.BIT_DEPTH_F32
+        return self.processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
+
+    def apply(self, xyz_d65: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """Encode XYZ that already has the display's white; float32, not clipped."""
+        values = np.array(xyz_d65, dtype=np.float32, order="C")
+        self._cpu.applyRGB(values.reshape(-1, 3))
+        return values
+
+    def decode(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """XYZ with the display's white that codes stand for; float32.
+
+        Raises
+        ------
+        InputError : the transform cannot be turned round.
+        """
+        import PyOpenColorIO as ocio
+
+        depth, values = ocio.BIT_DEPTH_F32, np.array(rgb, dtype=np.float32, order="C")
+        back = self.inverse.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
+        back.applyRGB(values.reshape(-1, 3))
+        return values
+
+    def adaptation_from(self, white_xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+        """Matrix that takes XYZ under `white_xyz` to XYZ under the display's white, as `xyz @ matrix.T`."""
+        return adaptation_matrix(np.asarray(white_xyz, dtype=np.float64), DISPLAY_WHITE_XYZ, self.adaptation)
+
+    def encode(
+        self,
+        image: ColourImage,
+        coverage: Float[np.ndarray, "H W"] | None = None,
+        background_xyz: Float[np.ndarray, "3"] | None = None,
+        on: Callable[[np.ndarray], np.ndarray] | None = None,
+    ) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
+        """Display-encoded RGB in [0, 1] and what has to be said about it.
+
+        Parameters
+        ----------
+        image : relative XYZ (Y = 1: perfect diffuser) with the white it is seen under; "xyz_d65" is not adapted again.
+        coverage : share of each pixel that the scene covers, 0 to 1; the image is taken as already multiplied by it.
+        background_xyz : what stands behind the scene, under the same white; laid in by coverage, in linear light.
+        on : what encodes (H, W, 3) in place of `apply`, such as a `DisplayPass` on the GPU.
+
+        Returns
+        -------
+        rgb : float32 (H, W, 3).
+        notes : clipped pixels with their share, pixels that hold no number; empty if there were none.
+        """
+        if background_xyz is not None and coverage is None:
+            raise InputError("a background needs the picture's coverage", field="coverage", expected="an (H, W) array")
+        xyz = np.asarray(image.values, dtype=np.float64)
+        if background_xyz is not None and coverage is not None:
+            xyz = composite(xyz, coverage, background_xyz)
+        if image.space == "xyz":
+            xyz = xyz @ self.adaptation_from(image.white_xyz).T
+        xyz_d65 = xyz.astype(np.float32)
+        undefined = ~np.isfinite(xyz_d65).all(axis=-1)
+        xyz_d65[undefined] = 0.0
+        rgb = (on or self.apply)(xyz_d65)
+        undefined = np.logical_or(undefined, ~np.isfinite(rgb).all(axis=-1))
+        notes = _notes(rgb, undefined, self.display)
+        rgb = np.clip(rgb, 0.0, 1.0)
+        rgb[undefined] = NOT_A_NUMBER_RGB
+        return rgb, notes
+
+    def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
+        """Whether all that a picture shows is brighter than the display can be: no pixel that a surface covers is left.
+
+        A view that limits values itself hides this: it never clips.
+        """
+        covered = np.asarray(coverage) > 0.0
+        if not covered.any():
+            return False
+        xyz = (
+            np.asarray(image.values, dtype=np.float64)[covered] / np.asarray(coverage, dtype=np.float64)[covered, None]
+        )
+        if image.space == "xyz":
+            xyz = xyz @ self.adaptation_from(image.white_xyz).T
+        return bool((self.apply(xyz) > 1.0 + CLIP_TOLERANCE).any(axis=-1).all())
+
+    def describe(self) -> list[str]:
+        """The chain in plain words, for a report; what white becomes is measured, not quoted."""
+        import PyOpenColorIO as ocio
+
+        white, above = self.apply(np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ]))
+        code = ", ".join(f"{value:.4f}" for value in white)
+        x, y = DISPLAY_WHITE_XYZ[:2] / DISPLAY_WHITE_XYZ.sum()
+        words = [
+            f"Chromatic adaptation: {self.adaptation}, once, from the white of each light to the display white D65 "
+            f"(x {x:.4f}, y {y:.4f}), before OpenColorIO.",
+            f"Display transform: OpenColorIO {ocio.__version__}, {self._named_by}, display “{self.display}”, "
+            f"view “{self.view}”, entered through the role {INTERCHANGE_ROLE}.",
+            f"The perfect diffuser facing the light (Y = 1) is sent to the display as ({code}).",
+        ]
+        if np.all(above <= 1.0 + CLIP_TOLERANCE):
+            words.append("This view limits values above white itself: clipped pixels cannot all be counted.")
+        else:
+            words.append("No tone mapping by Metamer: what the display cannot show is clipped and counted per picture.")
+        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(white), DISPLAY_WHITE_XYZ))
+        if not off <= WHITE_TOLERANCE:
+            words.append(
+                f"This view changes white, by ΔE94 {off:.1f}: it is not colorimetric, and pictures do not show "
+                "colours as computed."
+            )
+        elif white.min() < 1.0 - 2e-3:
+            words.append("These codes show the white that was asked for: full code is not white on this display.")
+        return words
+
+    def shown(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """XYZ-D65 that the display shows for codes, as the configuration has its colour space; codes are cut to [0, 1].
+
+        Raises
+        ------
+        InputError : the configuration cannot tell what codes show.
+        """
+        import PyOpenColorIO as ocio
+
+        name = self._config.getDisplayViewColorSpaceName(self.display, self.view)
+        name = self.display if name == "<USE_DISPLAY_NAME>" else name
+        values = np.clip(np.array(rgb, dtype=np.float32, order="C"), 0.0, 1.0)
+        try:
+            processor = self._config.getProcessor(name, INTERCHANGE_ROLE).getDefaultCPUProcessor()
+        except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
+            raise InputError(
+                "what codes show is not known",
+                file=self._named_by,
+                field=name,
+                found=str(reason).strip(),
+                expected="a display colour space that can be inverted",
+            ) from None
+        processor.applyRGB(values.reshape(-1, 3))
+        return values
+
+
+def composite(
+    xyz: Float[np.ndarray, "H W 3"],
+    coverage: Float[np.ndarray, "H W"],
+    background_xyz: Float[np.ndarray, "3"],
+) -> Float[np.ndarray, "H W 3"]:
+    """Lay a picture, already multiplied by its coverage, over a uniform background in linear light."""
+    behind = 1.0 - np.asarray(coverage, dtype=np.float64)[..., None]
+    return np.asarray(xyz, dtype=np.float64) + behind * np.asarray(background_xyz, dtype=np.float64)
+
+
+def _notes(rgb: Float[np.ndarray, "H W 3"], undefined: np.ndarray, display: str) -> tuple[str, ...]:
+    notes = []
+    total = undefined.size
+    over = (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1) & ~undefined
+    under = (rgb < -CLIP_TOLERANCE).any(axis=-1) & ~undefined
+    clipped = int(np.count_nonzero(over | under))
+    if clipped:
+        sides = [
+            (over, "above its range (brighter than white in a channel)"),
+            (under, "below it (outside its gamut)"),
+        ]
+        counted = " and ".join(f"{np.count_nonzero(side)} {words}" for side, words in sides if side.any())
+        notes.append(f"{clipped} of {total} pixels ({clipped / total:.2%}) clipped to “{display}”: {counted}.")
+    missing = int(np.count_nonzero(undefined))
+    if missing:
+        notes.append(f"{missing} of {total} pixels ({missing / total:.2%}) hold no number and are shown in magenta.")
+    return tuple(notes)

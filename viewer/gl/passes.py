@@ -1,0 +1,342 @@
+"""The passes of the GL renderer: what is seen, what light arrives, what leaves; and texture coordinates.
+
+`PROGRAMS` lists every pair of shader files with the sizes that are written into them, all but `shade.frag`, which each
+fast form completes; a test compiles them all.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...materials.fast import TermShader
+from ..render import shadows
+from ..render.geometry import LightGeometry
+from ..render.raster import SUBSTEPS, Window, WindowTriangles
+from ..render.view import View
+from . import resources
+from .full_screen import set_values
+from .light_textures import LightTables
+from .programs import Made, Programs
+from .shaders import ShaderError
+
+if TYPE_CHECKING:
+    import moderngl
+
+# Spectra that one draw call writes: OpenGL 4.1 promises eight targets, four keep the shader's registers.
+MOST_SPECTRA = 4
+# Four terms each that one draw call writes, for the same reason.
+MOST_QUADS = 4
+# Four terms each that one draw call gathers where it folds them itself: a local array.
+MOST_FOLDED = 16
+
+_GEOMETRY_SIZES: dict[str, int | float] = {
+    "SUBSTEPS": float(SUBSTEPS),
+    "TRIANGLE_TEXELS": resources.TRIANGLE_TEXELS,
+    "TRIANGLES_A_ROW": resources.TRIANGLES_A_ROW,
+    "OCCLUDERS_A_ROW": resources.OCCLUDERS_A_ROW,
+    "ROW_LENGTH": resources.ROW_LENGTH,
+    "OUTLINE_RAMP": shadows.OUTLINE_RAMP,
+    "CONTACT": shadows.CONTACT,
+    "ROUNDING": shadows.ROUNDING,
+}
+FOLDED = tuple({"SPECTRA": count} for count in range(1, MOST_SPECTRA + 1))
+KEPT = tuple({"QUADS": count} for count in range(1, MOST_QUADS + 1))
+PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
+    ("visibility.vert", "visibility.frag", {}),
+    *(
+        ("fullscreen.vert", "light.frag", {**kind, **mipmapped, **_GEOMETRY_SIZES})
+        for mipmapped in ({}, {"MIPMAPPED": 1})
+        for kind in ({"PARALLEL": 0}, {"PARALLEL": 1}, {"FREE": 1})
+    ),
+    (
+        "fullscreen.vert",
+        "uv.frag",
+        {"UV_TEXELS": resources.UV_TEXELS, "UVS_A_ROW": resources.UVS_A_ROW, **_GEOMETRY_SIZES},
+    ),
+    ("fullscreen.vert", "frames.frag", _GEOMETRY_SIZES),
+    *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
+)
+
+
+class Passes:
+    """The programs, compiled when first used."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        self.owner = resources.Owner(context)
+        #: Those of other passes too, where `use_programs_of` says so.
+        self.programs = Programs(context)
+        self._own = self.programs
+        self._named: set[tuple[Path, tuple[str, ...]]] = set()
+        self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
+
+    def use_programs_of(self, other: Passes) -> None:
+        """Compile nothing that the other has; it lives longer."""
+        self.programs = other.programs
+
+    def release(self) -> None:
+        """Free the programs, where they are its own."""
+        self._own.release()
+        self.keep_shadows(())
+        self.owner.release()
+
+    def visibility(self, owner: resources.Owner, window: Window, triangles: WindowTriangles) -> moderngl.Texture:
+        """Number + 1 of the triangle at each sample (R32F), rows from the top; kept by `owner`."""
+        context, size = self.context, (window.width, window.height)
+        seen = owner.texture(size, 1)
+        scratch = resources.Owner(context)
+        try:
+            target = scratch.keep(context.framebuffer([seen], scratch.keep(context.depth_renderbuffer(size))))
+            self._begin(target, size)
+            target.clear(depth=0.0)
+            if len(triangles.parent):
+                made = self._made("visibility.vert", "visibility.frag").program
+                context.enable_only(context.DEPTH_TEST)
+                context.depth_func = ">"
+                set_values(made, {"key_base": triangles.key_base, "key_shift": triangles.key_shift})
+                vertices = resources.triangle_vertices(triangles, window)
+                buffer = scratch.keep(context.buffer(vertices.tobytes()))
+                layout = [(buffer, resources.VERTEX_FORMAT, *resources.VERTEX_NAMES)]
+                scratch.keep(context.vertex_array(made, layout)).render(context.TRIANGLES)
+        finally:
+            scratch.release()
+        return seen
+
+    def light(
+        self,
+        owner: resources.Owner,
+        view: View,
+        light: LightGeometry,
+        seen: moderngl.Texture,
+        triangles: moderngl.Texture,
+        numbers: Int[np.ndarray, " T"],
+        mipmapped: bool = False,
+        free: moderngl.Texture | None = None,
+    ) -> tuple[moderngl.Texture, ...]:
+        """Angles and irradiance of one light at every sample (io, hd, azimuths), kept by `owner`.
+
+        triangles, numbers : `triangle_texels`, and which of the scene's triangles they are.
+        `mipmapped` adds what samples span of the angles (io, hd). `free` : what reaches each sample, where it is known.
+        """
+        context = self.context
+        made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
+        outputs = tuple(owner.texture(seen.size, components) for components in made_of)
+        scratch = resources.Owner(context)
+        try:
+            tables = {"free": free} if free else self._shadow_tables(light)
+            lit = scratch.table(view.lit(light)[numbers].astype(np.float32), resources.ROW_LENGTH)
+            self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
+            context.enable_only(context.NOTHING)
+            kind = {"FREE": 1} if free else {"PARALLEL": int(light.shadows.parallel)}
+            kind |= {"MIPMAPPED": 1} if mipmapped else {}
+            made, everywhere = self._full_screen("light.frag", **kind)
+            values = {
+                "eye": tuple(view.eye),
+                "perspective": view.perspective,
+                "resolution": light.shadows.resolution,
+                # Column by column.
+                "view_from_world": tuple(light.shadows.basis.T.reshape(-1)),
+                "view_origin": tuple(light.shadows.origin),
+                "convergence": light.shadows.convergence,
+                "light": tuple(light.vector),
+                "irradiance": light.irradiance / view.camera.samples**2,
+            }
+            set_values(made, values, {"seen": seen, "triangles": triangles, "lit": lit, **tables})
+            everywhere.render(context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return outputs
+
+    def uv(
+        self,
+        owner: resources.Owner,
+        corners: Float[np.ndarray, "T 3 2"],
+        seen: moderngl.Texture,
+        triangles: moderngl.Texture,
+    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """Texture coordinates (RG32F) and what samples span of them (RGBA32F: their change to the next column of
+        samples, then to the next row) at every sample, kept by `owner`; 0 where nothing is seen or a part has none.
+        For materials that vary with them: no other pass needs it.
+
+        corners : of the window's triangles, whatever is linear on them. triangles : `triangle_texels`.
+        """
+        context = self.context
+        outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
+        scratch = resources.Owner(context)
+        try:
+            uvs = scratch.table(resources.uv_texels(corners), resources.UVS_A_ROW, resources.UV_TEXELS)
+            self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
+            context.enable_only(context.NOTHING)
+            made, everywhere = self._full_screen("uv.frag")
+            set_values(made, {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
+            everywhere.render(context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return outputs
+
+    def frames(
+        self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: moderngl.Texture
+    ) -> tuple[moderngl.Texture, ...]:
+        """Tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to the
+        viewer, and its position; kept by `owner`. For lights that spread: no other pass needs it.
+        """
+        outputs = tuple(owner.texture(seen.size, 4) for _ in range(4))
+        scratch = resources.Owner(self.context)
+        try:
+            self._begin(scratch.keep(self.context.framebuffer(outputs)), seen.size)
+            self.context.enable_only(self.context.NOTHING)
+            made, everywhere = self._full_screen("frames.frag")
+            values = {"eye": tuple(view.eye), "perspective": view.perspective}
+            set_values(made, values, {"seen": seen, "triangles": triangles})
+            everywhere.render(self.context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return outputs
+
+    def gather(
+        self,
+        target: moderngl.Framebuffer,
+        scissor: tuple[int, int, int, int] | None,
+        sizes: Mapping[str, int],
+        terms: TermShader,
+        light: Sequence[LightTables],
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Add what a material gathers of a light that spreads to `target`, whose attachments are folded pictures where
+        `sizes` have SPECTRA, else four terms each (ROWS_A_CALL of each of FIELDS).
+        """
+        self._check_names(terms)
+        whole = {**sizes, "ROW_LENGTH": resources.ROW_LENGTH}
+        textures, uniforms = dict(samplers), dict(values)
+        for one in light:
+            whole |= one.sizes
+            textures |= one.textures
+            uniforms |= one.uniforms
+        made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
+        self.draw_layer(made, everywhere, target, scissor, textures, uniforms)
+
+    def shade(
+        self,
+        target: moderngl.Framebuffer,
+        scissor: tuple[int, int, int, int] | None,
+        written: Mapping[str, int],
+        terms: TermShader,
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Add one summand under one light to `target`, whose attachments are, as `written` says, {"SPECTRA": n}
+        pictures or {"QUADS": n} times four terms.
+        """
+        self._check_names(terms)
+        made, everywhere = self._full_screen("shade.frag", terms.file, **terms.sizes, **written)
+        self.draw_layer(made, everywhere, target, scissor, samplers, {**terms.uniforms, **values})
+
+    def _check_names(self, terms: TermShader) -> None:
+        """A name that the file does not have would be no error of GL's, and a wrong picture."""
+        names = (*terms.uniforms, *terms.textures)
+        if (terms.file, names) in self._named:
+            return
+        words = _words(terms.file) if terms.file.is_file() else set(names)
+        for name in names:
+            if name not in words:
+                raise ShaderError(f"{terms.file}: no uniform {name!r}, which its summand's `shader` gives")
+        self._named.add((terms.file, names))
+
+    def fold(
+        self,
+        target: moderngl.Framebuffer,
+        box: tuple[int, int, int, int],
+        spectra: int,
+        quads: Sequence[moderngl.Texture],
+        first_row: int,
+        palette: moderngl.Texture,
+        palette_shape: tuple[int, int],
+        origin: tuple[int, int] | None = None,
+    ) -> None:
+        """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each.
+
+        origin : where the terms' first pixel is; None is the box's.
+        """
+        made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
+        for unit, quad in enumerate(quads, 1):
+            quad.use(unit)
+        units: object = 1 if len(quads) == 1 else list(range(1, len(quads) + 1))
+        values = {"terms": units, "origin": origin or box[:2], "first_row": first_row, "palette_shape": palette_shape}
+        self.draw_layer(made, everywhere, target, box, {"palette": palette}, values)
+
+    def draw_layer(
+        self,
+        made: moderngl.Program,
+        everywhere: moderngl.VertexArray,
+        target: moderngl.Framebuffer,
+        scissor: tuple[int, int, int, int] | None,
+        samplers: Mapping[str, moderngl.Texture],
+        values: Mapping[str, object],
+    ) -> None:
+        """Run a full-screen program that adds to what is in `target`."""
+        context = self.context
+        self._begin(target, target.size)
+        context.enable_only(context.BLEND)
+        context.blend_equation = context.FUNC_ADD
+        context.blend_func = context.ONE, context.ONE
+        target.scissor = scissor
+        set_values(made, values, samplers)
+        everywhere.render(context.TRIANGLES, vertices=3)
+        target.scissor = None
+
+    def _begin(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
+        target.use()
+        target.scissor = None
+        target.viewport = (0, 0, *size)
+
+    def keep_shadows(self, lights: Sequence[LightGeometry]) -> None:
+        """Free the shadow tables of all lights but these."""
+        for key in [key for key, (light, _, _) in self._shadows.items() if light not in lights]:
+            self._shadows.pop(key)[1].release()
+
+    def upload_shadows(self, light: LightGeometry) -> None:
+        """Put a light's shadow tables on the GPU, where `light` would."""
+        self._shadow_tables(light)
+
+    def _shadow_tables(self, light: LightGeometry) -> dict[str, moderngl.Texture]:
+        """What `shadows.glsl` reads, kept for other cameras."""
+        if id(light) not in self._shadows:
+            grid, owner = light.shadows, resources.Owner(self.context)
+            starts = grid.starts.astype(np.float32).view(np.int32)
+            entries = np.stack([grid.entries.astype(np.int32), starts], axis=1)
+            tables = {
+                "occluders": owner.table(grid.corners.astype(np.float32), resources.OCCLUDERS_A_ROW, 3),
+                "cells": owner.table(grid.first.astype(np.int32), resources.ROW_LENGTH),
+                "entries": owner.table(entries, resources.ROW_LENGTH),
+            }
+            self._shadows[id(light)] = light, owner, tables
+        return self._shadows[id(light)][2]
+
+    def _full_screen(
+        self, fragment: str, terms: Path | None = None, /, **sizes: int | float
+    ) -> tuple[moderngl.Program, moderngl.VertexArray]:
+        """A program that runs at every pixel of its target, and its vertex array without buffers."""
+        return self._made("fullscreen.vert", fragment, terms, **sizes)
+
+    def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> Made:
+        if terms is not None:
+            return self.programs.of((vertex, fragment, tuple(sizes.items()), terms))
+        # What is linear stands first, so that it is found where nothing is said of mip-mapping.
+        for names in PROGRAMS:
+            if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
+                return self.programs.of((vertex, fragment, tuple(names[2].items()), None))
+        raise KeyError(f"{vertex} + {fragment} {sizes} is not in PROGRAMS")
+
+
+def _words(file: Path) -> set[str]:
+    """Of a form's GLSL, and of what it includes that lies beside it."""
+    text = file.read_text("utf-8")
+    beside = [file.with_name(name) for name in re.findall(r'#include "([^"]+)"', text)]
+    return set(re.findall(r"\w+", text)).union(*(_words(one) for one in beside if one.is_file()))

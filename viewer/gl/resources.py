@@ -1,0 +1,153 @@
+"""What goes to the GPU: triangles and palettes as texels, and who gives them back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.fast import MOST_TEXELS
+from ...spectral.errors import InputError
+from ..render.raster import SUBSTEPS, Window, WindowTriangles
+from ..render.view import View
+
+if TYPE_CHECKING:
+    import moderngl
+
+# Tables without a shape of their own are laid out in rows of this many texels.
+ROW_LENGTH = 4096
+TRIANGLE_TEXELS = 11
+TRIANGLES_A_ROW = ROW_LENGTH // TRIANGLE_TEXELS
+UV_TEXELS = 2
+UVS_A_ROW = ROW_LENGTH // UV_TEXELS
+OCCLUDERS_A_ROW = ROW_LENGTH // 3
+# Triangle numbers travel as float32.
+MOST_TRIANGLES = 1 << 24
+
+Releasable = TypeVar("Releasable")
+
+
+class Owner:
+    """Keeps GL objects that live and die together."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        self._kept: list = []
+
+    def keep(self, thing: Releasable) -> Releasable:
+        """Remember `thing`, which has a `release` method; returns it."""
+        self._kept.append(thing)
+        return thing
+
+    def release(self) -> None:
+        """Release everything kept, newest first."""
+        if any(thing is self.context.fbo for thing in self._kept):
+            _bind_another(self.context)
+        while self._kept:
+            self._kept.pop().release()
+
+    def texture(self, size: tuple[int, int], components: int, data=None, dtype: str = "f4") -> moderngl.Texture:
+        """A texture for `texelFetch`: no filtering, no mipmaps."""
+        nearest = self.context.NEAREST
+        made = self.context.texture(size, components, data, dtype=dtype)
+        made.filter = (nearest, nearest)
+        return self.keep(made)
+
+    def texels(self, values: Float[np.ndarray, "h w 4"]) -> moderngl.Texture:
+        """An array as a texture, in its own precision."""
+        dtype = "f2" if values.dtype == np.float16 else "f4"
+        return self.texture(values.shape[1::-1], values.shape[2], values.tobytes(), dtype)
+
+    def table(self, values: np.ndarray, items_a_row: int, texels: int = 1) -> moderngl.Texture:
+        """Items of `texels` texels each, (n, texels, components), laid out in rows of `items_a_row` items."""
+        dtype = {"int32": "i4", "float16": "f2"}.get(values.dtype.name, "f4")
+        components = values.shape[-1] if values.ndim > 1 else 1
+        values = values.reshape(-1, texels, components)
+        rows = max(1, -(-len(values) // items_a_row))
+        padded = np.zeros((rows * items_a_row, *values.shape[1:]), dtype=values.dtype)
+        padded[: len(values)] = values
+        return self.texture((items_a_row * texels, rows), components, padded.tobytes(), dtype)
+
+
+def release_target(target: moderngl.Framebuffer) -> None:
+    """Free a framebuffer, which may be the one that is drawn to: moderngl would bind its number again, an error of GL's
+    that hides others.
+    """
+    if target is target.ctx.fbo:
+        _bind_another(target.ctx)
+    target.release()
+
+
+def _bind_another(context: moderngl.Context) -> None:
+    """Draw to the screen, or where there is none to a texel that stays as long as the context."""
+    if context.screen is not None:
+        context.screen.use()
+        return
+    if context.extra is None:
+        context.extra = context.framebuffer([context.texture((1, 1), 4)])
+    context.extra.use()
+
+
+def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:
+    """Per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene and handedness; three times position and 1/w;
+    three normals; three tangents. Float32; corners in 1/256 sample, exact below 2^24.
+    """
+    texels = np.zeros((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
+    texels[:, 0] = triangles.corners[:, :2].reshape(-1, 4)
+    texels[:, 1, :2] = triangles.corners[:, 2]
+    texels[:, 1, 2] = triangles.parent
+    texels[:, 1, 3] = view.handedness[triangles.parent]
+    cut = np.flatnonzero((triangles.weights != np.eye(3)).any(axis=(1, 2)))
+    for start, corners in ((2, view.scene.positions), (5, view.normals), (8, view.scene.tangents)):
+        texels[:, start : start + 3, :3] = corners[triangles.parent]
+        texels[cut, start : start + 3, :3] = np.einsum(
+            "tkj,tji->tki", triangles.weights[cut], corners[triangles.parent[cut]]
+        )
+    texels[:, 2:5, 3] = triangles.inverse_w
+    return texels
+
+
+def uv_texels(corners: Float[np.ndarray, "T 3 2"]) -> Float[np.ndarray, "T 2 4"]:
+    """Per triangle the texture coordinates of its corners: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
+    texels = np.zeros((len(corners), UV_TEXELS, 4), dtype=np.float32)
+    texels.reshape(-1, 8)[:, :6] = corners.reshape(-1, 6)
+    return texels
+
+
+_VERTEX = np.dtype([("corner", "f4", 2), ("reference", "i4", 2), ("plane", "f4", 3), ("range", "f4", 2), ("n", "f4")])
+VERTEX_FORMAT = "2f4 2i4 3f4 2f4 1f4"
+VERTEX_NAMES = ("corner", "reference", "depth_plane", "depth_range", "number")
+
+
+def triangle_vertices(triangles: WindowTriangles, window: Window) -> np.ndarray:
+    """Vertex records for `visibility.vert`, three a triangle."""
+    vertices = np.zeros((len(triangles.parent), 3), dtype=_VERTEX)
+    reference, planes = triangles.depth_planes()
+    # The target's rows are the picture's rows: row 0 on top, so y runs down in clip space too.
+    vertices["corner"] = 2.0 * triangles.corners / (SUBSTEPS * np.array([window.width, window.height])) - 1.0
+    vertices["reference"] = reference[:, None]
+    vertices["plane"], vertices["range"] = planes[:, None, :3], planes[:, None, 3:]
+    vertices["n"] = np.arange(1, len(vertices) + 1)[:, None]
+    return vertices
+
+
+def palette_texels(colours: Float[np.ndarray, "P R M3"]) -> tuple[Float[np.ndarray, "h w 4"], tuple[int, int]]:
+    """A folded palette four terms a texel, as `fold.glsl` reads it: a column for X, Y and Z of each spectrum of each
+    entry; and how many entries stand side by side, and the rows of one.
+
+    Raises
+    ------
+    InputError : more entries than a texture has room for.
+    """
+    entries, rank, columns = colours.shape
+    rows = -(-rank // 4)
+    across = min(entries, max(1, MOST_TEXELS // columns))
+    down = -(-entries // across)
+    if down * rows > MOST_TEXELS:
+        found, most = f"{entries} of {rank} terms", MOST_TEXELS // columns * (MOST_TEXELS // rows)
+        raise InputError("a palette of too many entries", field="palette", found=found, expected=f"at most {most}")
+    padded = np.zeros((down * across, rows * 4, columns), dtype=np.float32)
+    padded[:entries, :rank] = colours
+    texels = padded.reshape(down, across, rows, 4, columns).transpose(0, 2, 1, 4, 3)
+    return np.ascontiguousarray(texels.reshape(down * rows, across * columns, 4)), (across, rows)

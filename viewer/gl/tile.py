@@ -1,0 +1,91 @@
+"""What the GL renderer keeps of a window of the picture: textures of what its samples see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..render.keeping import KeptTerms, SpreadLayer, Tile
+from ..render.raster import SUBSTEPS, WindowTriangles
+from .environment_light import FRAMES
+from .resources import Owner
+
+if TYPE_CHECKING:
+    import moderngl
+
+# The numbers of a part's first and last triangle, and its box of pixels.
+Place = tuple[tuple[int, int], tuple[int, int, int, int]]
+
+
+@dataclass(eq=False)
+class GLTile(Tile):
+    """A tile on the GPU.
+
+    seen : triangle number + 1 at each sample, 0 where there is none.
+    parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
+    None where there are none.
+    uv : texture coordinates and footprints, where they were asked for.
+    frames : of lights that spread, where there are any.
+    lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
+    """
+
+    parts: tuple[Place | None, ...]
+    samples: int
+    seen: moderngl.Texture
+    uv: tuple[moderngl.Texture, ...]
+    frames: tuple[moderngl.Texture, ...]
+    lights: tuple[tuple[moderngl.Texture, ...], ...]
+    owner: Owner
+
+
+@dataclass(eq=False)
+class GLTerms(KeptTerms):
+    """Terms on the GPU: a texture for every four of them, of the pixels of `box` (x, y, width, height)."""
+
+    box: tuple[int, int, int, int]
+    quads: tuple[moderngl.Texture, ...]
+    owner: Owner
+
+
+def framed(tile: GLTile, layer: SpreadLayer) -> dict[str, moderngl.Texture]:
+    """What lights that spread read of a tile."""
+    uv = dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
+    return {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True)), **uv}
+
+
+def places(
+    triangles: WindowTriangles, first_face: Int[np.ndarray, "_"], samples: int, size: tuple[int, int]
+) -> tuple[Place | None, ...]:
+    """Where each part is found in a tile of `size` pixels."""
+    ends = np.searchsorted(triangles.parent, first_face)
+    found: list[Place | None] = []
+    for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        if first == last:
+            found.append(None)
+            continue
+        spans = []
+        for axis, most in enumerate(size):
+            corners = triangles.corners[first:last, :, axis]
+            low = int(corners.min()) // (SUBSTEPS * samples)
+            spans.append((low, min(int(corners.max()) // (SUBSTEPS * samples) + 1, most) - low))
+        (left, width), (top, height) = spans
+        box = (left, top, width, height)
+        found.append(((first + 1, last), box) if width > 0 and height > 0 else None)
+    return tuple(found)
+
+
+def coverage_of(seen: moderngl.Texture, samples: int) -> Float[np.ndarray, "h w"]:
+    """The share of each pixel's samples where something is seen."""
+    hit = read(seen)[..., 0] > 0
+    height, width = hit.shape
+    hits = hit.reshape(height // samples, samples, width // samples, samples).sum(axis=(1, 3))
+    return (hits / samples**2).astype(np.float32)
+
+
+def read(texture: moderngl.Texture) -> np.ndarray:
+    """A texture of floats, row by row."""
+    width, height = texture.size
+    return np.frombuffer(texture.read(), dtype=np.float32).reshape(height, width, texture.components)

@@ -1,0 +1,173 @@
+"""A scene as both renderers take it, whatever the camera: triangles about its centre, and what each light meets.
+
+What outlives a camera is here, and what a light's place decides is kept while only other lights move; what one camera
+sees of it is `view.View`. Everything that is decided once a triangle is decided in float64, so that the two renderers
+cannot differ on it. Lengths are in radii of the scene. The policy is that of `lighting.geometry`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...lighting.geometry import Tracer
+from ...lighting.lights import DeltaLight
+from ...lighting.mesh import Mesh
+from ...lighting.scene import Scene
+from ...lighting.vectors import dot
+from ...materials.cutout import Cutout
+from .shadows import ShadowGrid, SortedTriangles, shadow_grid, sorted_triangles
+
+
+@dataclass(frozen=True, eq=False)
+class LightGeometry:
+    """A light without its spectrum.
+
+    vector (4,) : homogeneous, in radii about the scene's centre (`Light.homogeneous`).
+    irradiance : pi E / E_ref on a surface that faces it at unit length of vector[:3] - vector[3] position.
+    above (F,) : positive where it stands above a triangle's horizon, on the side of the triangle's own normal.
+    """
+
+    vector: Float[np.ndarray, "4"]
+    irradiance: float
+    above: Float[np.ndarray, " F"]
+    shadows: ShadowGrid
+
+    def towards(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """From points to the light, of the length that irradiance falls with."""
+        return self.vector[:3] - self.vector[3] * points
+
+
+@dataclass(frozen=True, eq=False)
+class SceneGeometry:
+    """Triangles by their corners, and lights; good for all cameras, materials and spectra.
+
+    centre (3,), radius : world, of what is seen; scale of all that follows but `corners` (F, 3, 3), world.
+    face_normals (F, 3) : unit. positions, normals, tangents (F, 3, 3) : rounded to float32.
+    handedness (F,) : 1 or -1, of the tangents (`lighting.tangents`).
+    first_face (parts + 1,) : where each part's triangles begin.
+    cutouts : by part, its material's holes. tracer : rays that go on through those; None where there are none.
+    """
+
+    meshes: tuple[Mesh, ...]
+    centre: Float[np.ndarray, "3"]
+    radius: float
+    corners: Float[np.ndarray, "F 3 3"]
+    face_normals: Float[np.ndarray, "F 3"]
+    positions: Float[np.ndarray, "F 3 3"]
+    normals: Float[np.ndarray, "F 3 3"]
+    tangents: Float[np.ndarray, "F 3 3"]
+    handedness: Float[np.ndarray, " F"]
+    first_face: Int[np.ndarray, "_"]
+    occluders: SortedTriangles
+    lights: tuple[LightGeometry, ...] = ()
+    cutouts: tuple[Cutout | None, ...] = ()
+    tracer: Tracer | None = None
+
+    @property
+    def has_uv(self) -> tuple[bool, ...]:
+        """By part, whether it has texture coordinates."""
+        return tuple(mesh.uv is not None for mesh in self.meshes)
+
+    @cached_property
+    def uv(self) -> Float[np.ndarray, "F 3 2"] | None:
+        """Texture coordinates rounded to float32, 0 on parts without; None where no part has any. Put together when
+        first asked for.
+        """
+        if not any(self.has_uv):
+            return None
+        parts = [np.zeros((len(m.faces), 3, 2)) if m.uv is None else m.uv[m.faces] for m in self.meshes]
+        return _float32(np.concatenate(parts))
+
+
+def knows_geometry(scene: Scene, known: SceneGeometry | None) -> bool:
+    """Whether `scene_geometry` would give back `known`."""
+    if known is None or not _same_meshes(scene, known) or len(scene.delta_lights) != len(known.lights):
+        return False
+    pairs = zip(scene.delta_lights, known.lights, strict=True)
+    return all(_is_of(one, *_place(scene, light, known)) for light, one in pairs)
+
+
+def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeometry:
+    """A scene prepared for any camera; what `known` has of the same meshes and lights is taken over, and `known` itself
+    given back where nothing has changed.
+    """
+    same = known is not None and _same_meshes(scene, known)
+    bare = known if known is not None and same else _triangles(scene)
+    lights = tuple(_light(scene, light, bare) for light in scene.delta_lights)
+    if same and [id(light) for light in lights] == [id(light) for light in bare.lights]:
+        return bare
+    return replace(bare, lights=lights)
+
+
+def same_geometry(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes differ in materials without holes, spectra and observers at most."""
+    low, high = scene.bounds
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    lux = scene.viewing.reference_illuminance_lux, other.viewing.reference_illuminance_lux
+
+    def places(one: Scene) -> list[tuple]:
+        found = (light.homogeneous(centre, radius) for light in one.delta_lights)
+        return [(tuple(vector), strength) for vector, strength in found]
+
+    return (
+        lux[0] == lux[1]
+        and len(scene.parts) == len(other.parts)
+        and all(a.mesh is b.mesh and a.cutout is b.cutout for a, b in zip(scene.parts, other.parts, strict=True))
+        and places(scene) == places(other)
+    )
+
+
+def _same_meshes(scene: Scene, known: SceneGeometry) -> bool:
+    """Told apart by identity, which is theirs while `known` keeps them alive."""
+    return len(scene.parts) == len(known.meshes) and all(
+        part.mesh is mesh and part.cutout is cutout
+        for part, mesh, cutout in zip(scene.parts, known.meshes, known.cutouts, strict=True)
+    )
+
+
+def _triangles(scene: Scene) -> SceneGeometry:
+    low, high = scene.bounds
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    meshes = tuple(part.mesh for part in scene.parts)
+    corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
+    return SceneGeometry(
+        meshes=meshes,
+        centre=centre,
+        radius=radius,
+        corners=corners,
+        face_normals=np.concatenate([mesh.face_normals for mesh in meshes]),
+        positions=_float32((corners - centre) / radius),
+        normals=_float32(np.concatenate([mesh.normals[mesh.faces] for mesh in meshes])),
+        tangents=_float32(np.concatenate([mesh.tangents.directions[mesh.tangents.faces] for mesh in meshes])),
+        handedness=np.concatenate([mesh.tangents.handedness for mesh in meshes]),
+        first_face=np.cumsum([0, *(len(mesh.faces) for mesh in meshes)]),
+        occluders=sorted_triangles((corners - centre) / radius),
+        cutouts=scene.cutouts,
+        tracer=Tracer(scene) if any(scene.cutouts) else None,
+    )
+
+
+def _light(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> LightGeometry:
+    vector, irradiance = _place(scene, light, bare)
+    for one in bare.lights:
+        if _is_of(one, vector, irradiance):
+            return one
+    above = dot(bare.face_normals, light.arrivals(bare.corners[:, 0]).directions)
+    return LightGeometry(vector, irradiance, above, shadow_grid(bare.occluders, vector))
+
+
+def _place(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> tuple[Float[np.ndarray, "4"], float]:
+    vector, lux = light.homogeneous(bare.centre, bare.radius)
+    return vector, np.pi * lux / scene.viewing.reference_illuminance_lux
+
+
+def _is_of(one: LightGeometry, vector: Float[np.ndarray, "4"], irradiance: float) -> bool:
+    return np.array_equal(one.vector, vector) and one.irradiance == irradiance
+
+
+def _float32(values: np.ndarray) -> np.ndarray:
+    return values.astype(np.float32).astype(np.float64)

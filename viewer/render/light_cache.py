@@ -1,0 +1,159 @@
+"""What of lights that spread is worked out once and kept: what they send, what hides them, their bright parts."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...lighting.environment.bright_light import BrightLight
+from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.environment.gathering import GatheredLight
+from ...lighting.environment.panel import GatheredPanel
+from ...lighting.environment.softbox import SoftboxLight
+from ...lighting.lights import SpreadLight
+from ...lighting.mesh import Mesh
+from ...lighting.scene import Scene
+from ...lighting.visibility.before import Before
+from ...lighting.visibility.cache import scene_visibility
+from ...lighting.visibility.hidden_light import HiddenLight
+from ...lighting.visibility.keeping import visibility_folder
+from ...lighting.visibility.visibility import SceneVisibility
+
+# Prefiltered environments, some 20 MB each.
+KEPT_ENVIRONMENTS = 4
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Shadows:
+    """What hides a light that spreads: the visibility of the scene, and an environment's bright parts."""
+
+    visibility: SceneVisibility
+    bright: BrightLight | None = None
+
+    @cached_property
+    def hidden(self) -> HiddenLight:
+        """What the scene's vertices lose of the light."""
+        assert self.bright is not None
+        return HiddenLight.of(self.visibility, self.bright)
+
+
+class KeptLight:
+    """Good for several renderers, and for several threads one after the other: who works something out holds `lock`.
+
+    Visibility is kept while the meshes are the same, a light's parts while its map is, however it is turned.
+    """
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
+        self._shaded: tuple[Mesh, ...] | None = None
+        self._visibility: dict[tuple | None, SceneVisibility | None] = {}
+        self._bright: dict[int, tuple[np.ndarray, BrightLight]] = {}
+        # As they are turned, by the same key and the rotation.
+        self._turned: dict[tuple[int, bytes], BrightLight] = {}
+        self._hiding: dict[tuple[int, int], Shadows] = {}
+
+    def clear(self) -> None:
+        """Forget everything."""
+        with self.lock:
+            for kept in (self._gathered, self._bright, self._turned, self._visibility, self._hiding):
+                kept.clear()
+            self._shaded = None
+
+    def knows(self, light: SpreadLight, scene: Scene) -> bool:
+        """Whether `gathered` and `shadows` take no time worth the name."""
+        if not self.lock.acquire(blocking=False):
+            return False
+        try:
+            if isinstance(light, EnvironmentLight) and id(light.maps.maps) not in self._gathered:
+                return False
+            if not self._same_meshes(scene) or self._key(light, scene) not in self._visibility:
+                return False
+            visibility = self._visibility[self._key(light, scene)]
+            if visibility is None or not isinstance(light, EnvironmentLight):
+                return True
+            turned = self._turned.get((id(light.maps.maps), light.world_from_map.tobytes()))
+            return turned is not None and (id(visibility), id(turned)) in self._hiding
+        finally:
+            self.lock.release()
+
+    def gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight | GatheredPanel, np.ndarray]:
+        """What a light that spreads sends, and how it is turned; of an environment what its maps are without weights.
+
+        Kept for other rotations, spectra, observers and strengths.
+        """
+        if isinstance(light, SoftboxLight):
+            low, high = scene.bounds
+            # As geometry is scaled, see `SceneGeometry`.
+            return GatheredPanel.of(light, 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))), np.eye(3)
+        if not isinstance(light, EnvironmentLight):
+            raise TypeError(f"no renderer knows how to gather a {type(light).__name__}")
+        key = id(light.maps.maps)
+        with self.lock:
+            if key not in self._gathered:
+                if len(self._gathered) >= KEPT_ENVIRONMENTS:
+                    self._gathered.clear()
+                self._gathered[key] = light.maps.maps, GatheredLight.of(light.unweighted)
+            return self._gathered[key][1], light.world_from_map
+
+    def shadows(
+        self, light: SpreadLight, scene: Scene, jobs: int, progress: Progress, say: Callable[[str], object]
+    ) -> Shadows | None:
+        """What hides a light; None where nothing hides anything."""
+        with self.lock:
+            if not self._same_meshes(scene):
+                self._shaded, self._visibility, self._hiding = tuple(part.mesh for part in scene.parts), {}, {}
+            key = self._key(light, scene)
+            if key not in self._visibility:
+                if len(self._visibility) >= KEPT_ENVIRONMENTS:
+                    self._visibility.clear()
+                before = _before(light, scene)
+                found = scene_visibility(scene, visibility_folder(), jobs, progress, say, before)
+                self._visibility[key] = found
+            visibility = self._visibility[key]
+            if visibility is None or not isinstance(light, EnvironmentLight):
+                return None if visibility is None else Shadows(visibility)
+            bright = self._bright_light(light)
+            pair = id(visibility), id(bright)
+            if pair not in self._hiding:
+                if len(self._hiding) >= KEPT_ENVIRONMENTS:
+                    self._hiding.pop(next(iter(self._hiding)))
+                self._hiding[pair] = Shadows(visibility, bright)
+            return self._hiding[pair]
+
+    def _same_meshes(self, scene: Scene) -> bool:
+        return self._shaded is not None and [*map(id, self._shaded)] == [id(part.mesh) for part in scene.parts]
+
+    def _key(self, light: SpreadLight, scene: Scene) -> tuple | None:
+        """By the place of a light that only some of the scene can hide."""
+        before = _before(light, scene)
+        return None if before is None else (before.point.tobytes(), before.facing.tobytes())
+
+    def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
+        """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""
+        key, rotation = id(environment.maps.maps), environment.world_from_map
+        if key not in self._bright:
+            if len(self._bright) >= KEPT_ENVIRONMENTS:
+                self._bright.clear()
+                self._turned.clear()
+            of_maps = replace(environment.unweighted, rotation_deg=0.0)
+            self._bright[key] = environment.maps.maps, BrightLight.of(of_maps)
+        turned = key, rotation.tobytes()
+        if turned not in self._turned:
+            if len(self._turned) >= KEPT_ENVIRONMENTS:
+                self._turned.pop(next(iter(self._turned)))
+            self._turned[turned] = self._bright[key][1].turned(rotation)
+        return self._turned[turned]
+
+
+def _before(light: SpreadLight, scene: Scene) -> Before | None:
+    """What of a scene may hide a light; None where all of it may."""
+    if not isinstance(light, SoftboxLight):
+        return None
+    found = Before(light.position, light.axes[2])
+    return None if all(found.holds(part.mesh.vertices) for part in scene.parts) else found

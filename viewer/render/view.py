@@ -1,0 +1,135 @@
+"""What one camera sees of a scene's triangles: which side of each, where on the picture, and the picture in tiles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...lighting.camera import Camera
+from ...lighting.tangents import seen_handedness
+from ...lighting.vectors import dot
+from .geometry import LightGeometry, SceneGeometry
+from .raster import Window, WindowTriangles, window_triangles
+
+# Samples along a side of what is rendered at once: bounds memory, and keeps positions on the vertex grid exact.
+TILE_SAMPLES = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A camera's view of a scene; good for all materials and all spectra.
+
+    normals (F, 3, 3) : those of the scene's corners, turned to the viewer's side of their triangle.
+    side (F,) : 1 or -1, whether a triangle's own normal is on the viewer's side.
+    handedness (F,) : 1 or -1, of the shading frames on that side (`lighting.tangents.seen_handedness`).
+    perspective, eye (3,) : the pin-hole, or the unit direction to the viewer of an orthographic camera.
+    clip (F, 3, 3), depth (F, 3) : corners in clip space without its third coordinate, and how far off they are.
+    left_out (F,) : triangles that are not drawn; None draws all.
+    """
+
+    scene: SceneGeometry
+    camera: Camera
+    normals: Float[np.ndarray, "F 3 3"]
+    side: Float[np.ndarray, " F"]
+    handedness: Float[np.ndarray, " F"]
+    perspective: bool
+    eye: Float[np.ndarray, "3"]
+    clip: Float[np.ndarray, "F 3 3"]
+    depth: Float[np.ndarray, "F 3"]
+    left_out: Bool[np.ndarray, " F"] | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture in samples."""
+        return self.camera.width * self.camera.samples, self.camera.height_px * self.camera.samples
+
+    def lit(self, light: LightGeometry) -> Bool[np.ndarray, " F"]:
+        """Where a light stands above the triangle's horizon, on the viewer's side."""
+        return self.side * light.above > 0.0
+
+    def windows(self, side: int | None = None) -> Iterator[Window]:
+        """The picture in windows of whole pixels, of at most `side` samples (None: `TILE_SAMPLES`) along a side."""
+        width, height = self.size
+        step = _tile_side(self.camera, side)
+        for top in range(0, height, step):
+            for left in range(0, width, step):
+                yield Window(left, top, min(step, width - left), min(step, height - top))
+
+    def triangles(self, window: Window) -> WindowTriangles:
+        """The triangles in one of the windows."""
+        whole = (window.width, window.height) == self.size
+        if whole and self.left_out is None:
+            return window_triangles(self.clip, self.depth, self.perspective, self.size, window)
+        if whole:
+            near = np.flatnonzero(~self.left_out)  # pyright: ignore[reportOptionalOperand]
+        else:
+            low, high = self.boxes
+            ends = window.left + window.width, window.top + window.height
+            near = ((high >= (window.left, window.top)) & (low <= ends)).all(axis=1)
+            near = np.flatnonzero(near if self.left_out is None else near & ~self.left_out)
+        farthest = float(self.depth.max(initial=0.0))
+        found = window_triangles(self.clip[near], self.depth[near], self.perspective, self.size, window, farthest)
+        return replace(found, parent=near[found.parent])
+
+    @cached_property
+    def boxes(self) -> tuple[Float[np.ndarray, "F 2"], Float[np.ndarray, "F 2"]]:
+        """Lowest and highest column and row of samples that each triangle may touch, and a sample more either way;
+        all of the picture where a corner is not in front of the camera.
+        """
+        w = self.clip[..., 2]
+        ahead = np.all(w > 0.0, axis=1)
+        flat = self.clip[..., :2] / np.where(ahead[:, None], w, 1.0)[..., None]
+        at = 0.5 * (1.0 + flat * (1.0, -1.0)) * self.size
+        low, high = at.min(axis=1) - 1.0, at.max(axis=1) + 1.0
+        low[~ahead], high[~ahead] = -np.inf, np.inf
+        return low, high
+
+    def uv(self, triangles: WindowTriangles) -> Float[np.ndarray, "T 3 2"]:
+        """Texture coordinates at the corners of a window's triangles, 0 on parts without."""
+        if self.scene.uv is None:
+            return np.zeros((len(triangles.parent), 3, 2))
+        return np.einsum("tkj,tjc->tkc", triangles.weights, self.scene.uv[triangles.parent])
+
+
+def view_of(scene: SceneGeometry, camera: Camera) -> View:
+    """Prepare a scene for rasterising from a camera."""
+    corners = scene.corners
+    perspective = camera.projection == "perspective"
+    to_viewer = camera.position - corners[:, 0] if perspective else np.broadcast_to(camera.axes[2], corners[:, 0].shape)
+    side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
+    clip = corners @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
+    view = camera.view_from_world()
+    has_uv = np.repeat(scene.has_uv, np.diff(scene.first_face))
+    return View(
+        scene=scene,
+        camera=camera,
+        normals=scene.normals * side[:, None, None],
+        side=side,
+        handedness=seen_handedness(scene.handedness, has_uv, side),
+        perspective=perspective,
+        eye=(camera.position - scene.centre) / scene.radius if perspective else camera.axes[2],
+        clip=clip,
+        depth=-(corners @ view[2, :3] + view[2, 3]),
+    )
+
+
+@lru_cache(maxsize=16)
+def view_key(camera: Camera) -> tuple:
+    """Equal for two cameras that see the same."""
+    size = (camera.width, camera.height_px, camera.samples)
+    return camera.projection, camera.clip_from_world().tobytes(), camera.position.tobytes(), size
+
+
+def window_count(camera: Camera, side: int | None = None) -> int:
+    """How many windows a camera's picture is drawn in; `side` as of `View.windows`."""
+    step = _tile_side(camera, side)
+    return -(-camera.width * camera.samples // step) * -(-camera.height_px * camera.samples // step)
+
+
+def _tile_side(camera: Camera, side: int | None) -> int:
+    """Samples along a side of a tile of whole pixels."""
+    return max(1, (TILE_SAMPLES if side is None else side) // camera.samples) * camera.samples

@@ -1,0 +1,184 @@
+"""What a review draws: which materials under which lights, and all that its rows have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...lighting.camera import Camera
+from ...lighting.geometry import VisibleGeometry, visible_geometry
+from ...lighting.placement import looks_past, placement_warnings, why_black
+from ...lighting.plan import ScenePlan, plan_scene
+from ...lighting.scene import Scene
+from ...materials.catalogue import Catalogue
+from ...materials.fast import Fast
+from ...materials.records.material import MaterialRecord
+from ...spectral.errors import InputError
+from ...spectral.illuminants import illuminant
+from ...spectral.spectrum import Spectrum
+from ..display.gl_pass import DisplayPass
+from ..display.transform import DisplayTransform
+from ..picture import Warn, display_for, display_pass
+from ..render.indirect_cache import counted
+from ..render.renderer import Renderer
+
+#: What an illuminant is called where each light keeps its own; one can ask for it so, too.
+OWN_LIGHT = "the scene's lights"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One picture under all illuminants, and the materials in it that are judged."""
+
+    scene: Scene
+    judged: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What all rows of a review have in common.
+
+    names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material, in the plan's
+    basis.
+    budget : ΔE94 that the 99th percentile of each row is held against. total : rows.
+    """
+
+    scene: Scene
+    view: Camera
+    geometry: VisibleGeometry
+    names: tuple[str, ...]
+    spectra: tuple[Spectrum | None, ...]
+    records: Mapping[str, MaterialRecord]
+    surfaces: Mapping[str, Fast]
+    plan: ScenePlan
+    display: DisplayTransform
+    gpu: DisplayPass | None
+    renderer: Renderer
+    budget: float
+    total: int
+    version: str
+
+
+def light_names(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple[str, ...]:
+    """The lights of a review, each once: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
+    return tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
+
+
+def prepared(
+    scene: Scene,
+    catalogue: Catalogue,
+    renderer: Renderer,
+    *,
+    illuminants: Sequence[str] | None,
+    materials: Sequence[str] | None,
+    camera: str | None,
+    budget: float,
+    version: str,
+    warn: Warn,
+) -> tuple[Setting, list[Case]]:
+    """All that is known before anything is drawn; the parameters are those of `review`.
+
+    Raises
+    ------
+    InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
+        name that cannot be used.
+    """
+    names = light_names(scene, illuminants)
+    spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
+    view = scene.camera(camera)
+    if materials and scene.review is None:
+        where = f'The scene has no [review]: the materials are put on its first part, "{scene.reviewed_part}".'
+        scene = replace(scene, notes=(*scene.notes, where))
+    cases = _cases(scene, catalogue, materials)
+    records = {
+        material_id: catalogue.surface(material_id)
+        for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
+    }
+    surfaces = {name: record.drawn() for name, record in records.items()}
+    _check_materials(cases, records, surfaces)
+    # The picture and its reference have as many bounces.
+    shown_in = [one for one in spectra if one is not None]
+    bounced = scene.bounces != 0
+    cases = [replace(case, scene=counted(case.scene, surfaces, shown_in)) for case in cases]
+    lights = _distinct_lights(scene, spectra)
+    plan = plan_scene(list(surfaces.values()), lights, scene.observer, budget)
+    display = display_for(scene.viewing)
+    _check_whites(scene, names, spectra, display)
+    needs_uv = any(case.scene.needs_uv(surfaces) for case in cases)
+    geometry = visible_geometry(scene, view, with_uv=needs_uv)
+    _check_view(scene, view, geometry, warn)
+    setting = Setting(
+        scene=scene,
+        view=view,
+        geometry=geometry,
+        names=names,
+        spectra=spectra,
+        records=records,
+        # The plan's basis is for light that comes straight from the lights.
+        surfaces=surfaces if bounced else {name: surface.in_basis(plan.basis) for name, surface in surfaces.items()},
+        plan=plan,
+        display=display,
+        gpu=display_pass(renderer, display),
+        renderer=renderer,
+        budget=budget,
+        total=sum(len(case.judged) for case in cases) * len(names),
+        version=version,
+    )
+    return setting, cases
+
+
+def _check_materials(
+    cases: Sequence[Case], records: Mapping[str, MaterialRecord], surfaces: Mapping[str, Fast]
+) -> None:
+    """Refuse, before anything is drawn, what a part cannot wear, and what has no reading to be judged by."""
+    for case in cases:
+        case.scene.check_surfaces(surfaces)
+        for name in case.judged:
+            records[name].brdf()
+
+
+def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[Case]:
+    if scene.review is None and not materials:
+        return [Case(scene, scene.material_ids)]
+    patterns = materials or (scene.review.materials if scene.review else ())
+    ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match_surfaces(pattern))
+    return [Case(scene.with_material(scene.reviewed_part, material_id), (material_id,)) for material_id in ids]
+
+
+def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
+    """Every light spectrum that the review shows, each once."""
+    own = [spectrum for light in scene.lights for spectrum in light.spectra]
+    found = [s for other in spectra for s in (own if other is None else [other])]
+    return list({spectrum.key: spectrum for spectrum in found}.values())
+
+
+def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: Warn) -> None:
+    """Warn of what stands wrong; refuse a view without what is to be judged, or without light, before the long work."""
+    for line in placement_warnings(scene, view):
+        warn(line)
+    hint = "move the camera, or leave its position out for one that frames the scene"
+    if not len(geometry.pixel):
+        raise InputError(looks_past(scene, view), file=scene.path, field=f"camera {view.name}", hint=hint)
+    if scene.review is not None:
+        number = [part.name for part in scene.parts].index(scene.review.on)
+        if not (geometry.part == number).any():
+            seen = ", ".join(scene.parts[index].name for index in np.unique(geometry.part))
+            problem = f'camera "{view.name}" does not see part "{scene.review.on}", which is reviewed'
+            raise InputError(problem, file=scene.path, field=f"camera {view.name}", found=f"it sees {seen}", hint=hint)
+    for line in why_black(scene, view, geometry):
+        # Black equals black: every row would be within its budget.
+        raise InputError(line, file=scene.path, field="lights", hint="move the light or the camera")
+
+
+def _check_whites(
+    scene: Scene, names: Sequence[str], spectra: Sequence[Spectrum | None], display: DisplayTransform
+) -> None:
+    """Say before the long work, not after it, that pictures under a light cannot be shown."""
+    for name, spectrum in zip(names, spectra, strict=True):
+        lit = scene if spectrum is None else scene.with_illuminant(spectrum, name)
+        try:
+            display.adaptation_from(lit.adopted_white())
+        except InputError as error:
+            raise error.at(file=scene.path, field=f"illuminant {name}", found=f"white {error.found}") from error

@@ -1,0 +1,78 @@
+"""What is drawn held against the truth: ΔE94 over the pixels of each material that is judged."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics, mean_shift
+from ...lighting.geometry import VisibleGeometry
+from ...lighting.scene import Scene
+from ...spectral.difference import lab_from_xyz
+from ...spectral.errors import InputError
+from .cases import Case, Setting
+from .draw import Drawing
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One material of a drawing: share (H, W) of each pixel that shows it, ΔE94 (H, W) there, and its statistics.
+
+    shift : mean ΔL*, Δa*, Δb* of picture less truth. worst : row and column of the largest ΔE94, and CIELAB (2, 3) of
+    truth and picture there; None where no pixel holds a number.
+    """
+
+    material: str
+    share: Float[np.ndarray, "H W"]
+    difference: Float[np.ndarray, "H W"]
+    statistics: DeltaEStatistics
+    shift: tuple[float, float, float] | None
+    worst: tuple[int, int] | None
+    worst_lab: Float[np.ndarray, "2 3"] | None
+    seconds: float
+
+
+def compare(setting: Setting, case: Case, drawing: Drawing) -> Iterator[Comparison]:
+    """Each material that is judged, over the pixels that show it.
+
+    Raises
+    ------
+    InputError : a material and illuminant of which no pixel can be compared.
+    """
+    for material in case.judged:
+        begun = time.perf_counter()
+        share = np.minimum(drawing.coverage[0], _share_of(setting.geometry, case.scene, material))
+        difference = delta_e_map(drawing.truth_xyz, drawing.sample.values, drawing.white, share)
+        statistics = _statistics(difference, material, drawing.illuminant)
+        labs = [lab_from_xyz(xyz, drawing.white) for xyz in (drawing.truth_xyz, drawing.sample.values)]
+        shift = mean_shift(difference, *labs)
+        worst = None if shift is None else _worst(difference)
+        worst_lab = None if worst is None else np.array([lab[worst] for lab in labs], dtype=np.float64)
+        seconds = time.perf_counter() - begun
+        yield Comparison(material, share, difference, statistics, shift, worst, worst_lab, seconds)
+
+
+def _worst(difference: Float[np.ndarray, "H W"]) -> tuple[int, int]:
+    """Of the pixels that hold a number."""
+    at = np.argmax(np.where(np.isfinite(difference), difference, -1.0))
+    row, column = np.unravel_index(int(at), difference.shape)
+    return int(row), int(column)
+
+
+def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illuminant_name: str) -> DeltaEStatistics:
+    try:
+        return delta_e_statistics(difference)
+    except InputError as reason:
+        raise reason.at(field=f"{material_id} under {illuminant_name}") from None
+
+
+def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:
+    """(H,W) share of each pixel that shows a material."""
+    wearing = [index for index, part in enumerate(scene.parts) if part.material == material_id]
+    pixels = geometry.pixel[np.isin(geometry.part, wearing)]
+    hits = np.bincount(pixels, minlength=geometry.rows * geometry.width)
+    return hits.reshape(geometry.rows, geometry.width) / geometry.samples

@@ -1,0 +1,83 @@
+"""The files of one row of a review: what they are called, and what is in them."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.formats.exr import write_exr
+from ...spectral.formats.xyz_exr import write_xyz_exr
+from ...spectral.image import ColourImage
+from ..display.png import write_png
+
+#: Folder of the pictures, beside the page.
+PICTURES = "pictures"
+
+# What is kept as it is. No letter here has a twin of the other case, so that two names never differ by case alone.
+_PLAIN_MATERIAL = re.compile(r"[a-z0-9_-]+(/[a-z0-9_-]+)*")
+_PLAIN_LIGHT = re.compile(r"[A-Z0-9-]+")
+_OWN_LIGHT = "as_lit"
+_LONGEST = 100
+# Names that Windows keeps for devices, whatever follows their first dot.
+_DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))})
+
+
+def picture_name(material_id: str, light: str | None) -> str:
+    """The name, without its ending, of a material's pictures under a light; None: as the scene is lit.
+
+    Two different pairs have two different names on every file system, also where case does not count: `/` becomes `~`,
+    and a name that cannot be kept otherwise has a `~~` and digits of its hash behind what can be read of it.
+
+    >>> picture_name("paint/red", "D65"), picture_name("Paint/bright red", "FL11"), picture_name("paint/red", None)
+    ('paint~red.D65', 'Paint~bright-red~~55bafbe75786.FL11', 'paint~red.as_lit')
+    """
+    return f"{_kept(material_id, _PLAIN_MATERIAL)}.{_OWN_LIGHT if light is None else _kept(light, _PLAIN_LIGHT)}"
+
+
+def _kept(name: str, plain: re.Pattern[str]) -> str:
+    slashless = name.replace("/", "~")
+    if plain.fullmatch(name) and len(name) <= _LONGEST and name not in _DEVICES:
+        return slashless
+    digest = hashlib.sha256(name.encode("utf-8", "surrogatepass")).hexdigest()[:12]
+    return f"{re.sub(r'[^A-Za-z0-9_~-]+', '-', slashless)[:_LONGEST]}~~{digest}"
+
+
+def write_row(
+    out: Path,
+    name: str,
+    shown_rgb: Float[np.ndarray, "H W 3"],
+    display: str,
+    sample: ColourImage,
+    reference: ColourImage,
+    coverage: tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]],
+    delta_e: Float[np.ndarray, "H W"],
+    said: Mapping[str, str],
+) -> tuple[str, dict[str, str]]:
+    """Write the picture of a row and what its figures come from; paths relative to `out`: the PNG, the rest by label.
+
+    Parameters
+    ----------
+    name : from `picture_name`.
+    shown_rgb : display-encoded picture, for the `display` named.
+    sample, reference : XYZ of the renderer and of the truth, and the `coverage` of each.
+    delta_e : ΔE94 of the two; NaN where they are not compared, infinite where there is no number.
+    said : attributes for every header, by name.
+    """
+    files = {
+        "XYZ EXR": f"{PICTURES}/{name}.exr",
+        "reference EXR": f"{PICTURES}/{name}.reference.exr",
+        "ΔE94 EXR": f"{PICTURES}/{name}.delta-e94.exr",
+    }
+    image = f"{PICTURES}/{name}.png"
+    words = [f"{label}: {text}" for label, text in said.items()]
+    write_png(out / image, shown_rgb, display=display, words=words)
+    write_xyz_exr(out / files["XYZ EXR"], sample, coverage[0], {**said, "picture": "sample"})
+    write_xyz_exr(out / files["reference EXR"], reference, coverage[1], {**said, "picture": "reference"})
+    what = {**said, "picture": "CIE 1994 (graphic arts) of sample and reference; NaN: not compared, inf: no number"}
+    write_exr(out / files["ΔE94 EXR"], what, {"deltaE94": delta_e})
+    return image, files

@@ -1,0 +1,132 @@
+"""The folder of a review while it is drawn: what is finished waits in `unfinished`, and takes its place at the end.
+
+    out/unfinished/KEY/rows.npz, pictures/...    a material that is drawn, under all lights
+    out/rows/KEY.npz, out/pictures/...           the same once the report is there
+
+KEY is a hash of everything that the rows depend on. A later review into the same folder takes rows whose key is its own
+and whose pictures are what they were.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import zipfile
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+
+from ...calibration.history import HISTORY
+from ...calibration.row_files import Drawn, read_rows, write_rows
+from ...spectral.ending import clearing, undisturbed
+from ...spectral.files import check_writable, half_written, made_folder
+from ...spectral.locks import alone_at_work
+from .files import PICTURES
+
+UNFINISHED, ROWS = "unfinished", "rows"
+REPORT = ("index.html", "review.json")
+# What numpy and JSON make of a file that is damaged or of another version.
+_UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
+
+
+@contextmanager
+def drawing_into(out: Path) -> Iterator[None]:
+    """Make the folder, for one review at a time, and clear away what one that was killed left half-done.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written to, or another review is being drawn into it.
+    """
+    new = not out.exists()
+
+    def clear_empty() -> None:
+        for folder in (out / UNFINISHED, *([out] if new else [])):
+            with suppress(OSError):
+                folder.rmdir()
+
+    with clearing(clear_empty):
+        made_folder(out)
+        with alone_at_work(out, "another review is being drawn into this folder"):
+            for stray in half_written(out):
+                stray.unlink(missing_ok=True)
+            for stray in (out / UNFINISHED).glob(".*"):
+                shutil.rmtree(stray, ignore_errors=True)
+            for name in (*REPORT, HISTORY):
+                check_writable(out / name)
+            yield
+
+
+def found_rows(out: Path, key: str) -> Drawn | None:
+    """Rows of that key that an earlier review has drawn, where their pictures are there and unchanged."""
+    for file, folder in ((out / UNFINISHED / key / "rows.npz", out / UNFINISHED / key), (_place(out, key), out)):
+        with suppress(*_UNREADABLE):
+            drawn = read_rows(file)
+            if all(_digest(folder / name) == digest for name, digest in drawn.files.items()):
+                return drawn
+    return None
+
+
+@contextmanager
+def drawn_rows(out: Path, key: str) -> Iterator[tuple[Path, list[Drawn]]]:
+    """A folder for the pictures of one key, and a list for what goes with them: kept when the block ends well."""
+    work = out / UNFINISHED / f".{key}"
+    drawn: list[Drawn] = []
+    with clearing(lambda: shutil.rmtree(work, ignore_errors=True)):
+        (work / PICTURES).mkdir(parents=True)
+        yield work, drawn
+        files = [path for path in sorted(work.rglob("*")) if path.is_file()]
+        digests = {path.relative_to(work).as_posix(): _digest(path) for path in files}
+        write_rows(work / "rows.npz", replace(drawn[0], files=digests))
+        with undisturbed():
+            shutil.rmtree(out / UNFINISHED / key, ignore_errors=True)
+            work.rename(out / UNFINISHED / key)
+
+
+def put_in_place(out: Path, keys: Sequence[str], report: Path) -> None:
+    """Lay the rows of these keys and the files in the folder `report` where they belong, and forget all others.
+
+    Pictures never stand beside figures of another review: the report of before goes first, the new one comes last.
+    """
+    with undisturbed():
+        for name in REPORT:
+            (out / name).unlink(missing_ok=True)
+        (out / PICTURES).mkdir(exist_ok=True)
+        (out / ROWS).mkdir(exist_ok=True)
+        for key in dict.fromkeys(keys):
+            drawn = out / UNFINISHED / key
+            if drawn.is_dir():
+                for picture in (drawn / PICTURES).iterdir():
+                    picture.replace(out / PICTURES / picture.name)
+                (drawn / "rows.npz").replace(_place(out, key))
+        _forget_all_but(out, keys)
+        for name in (HISTORY, *REPORT):
+            (report / name).replace(out / name)
+        shutil.rmtree(out / UNFINISHED, ignore_errors=True)
+
+
+def _forget_all_but(out: Path, keys: Collection[str]) -> None:
+    """Remove rows of earlier reviews and the pictures that only they have."""
+    ours = {_place(out, key) for key in keys}
+    others = [file for file in (out / ROWS).glob("*.npz") if file not in ours]
+    stale = {name for file in others for name in _pictures_of(file)}
+    for name in stale - {name for file in ours for name in _pictures_of(file)}:
+        (out / PICTURES / name).unlink(missing_ok=True)
+    for file in others:
+        file.unlink()
+
+
+def _pictures_of(file: Path) -> list[str]:
+    with suppress(*_UNREADABLE):
+        return [Path(name).name for name in read_rows(file).files]
+    return []
+
+
+def _place(out: Path, key: str) -> Path:
+    return out / ROWS / f"{key}.npz"
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

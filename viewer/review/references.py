@@ -1,0 +1,74 @@
+"""The references of a review, computed by several processes: they cost far more than the pictures."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.row import ReferenceNoise
+from ...lighting.camera import Camera
+from ...lighting.geometry import VisibleGeometry
+from ...lighting.reference import reference_images
+from ...lighting.reference_noise import Noise
+from ...lighting.scene import Scene
+from ...materials.catalogue import Catalogue
+from ...spectral.processes import in_order
+from ...spectral.spectrum import Spectrum
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Pictures (M,H,W,3), float64, one for each spectrum; the seconds that they took together; their noise."""
+
+    xyz: Float[np.ndarray, "M H W 3"]
+    seconds: float
+    noise: Noise | None = None
+
+    def noise_of(self, number: int) -> ReferenceNoise | None:
+        """Of one of the pictures, as a row has it."""
+        noise = self.noise
+        if noise is None:
+            return None
+        return ReferenceNoise(noise.mean[number], noise.p99[number], noise.aimed, noise.directions, noise.limited)
+
+
+# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material.
+_worker: dict = {}
+
+
+def references(
+    scenes: Sequence[Scene],
+    catalogue: Catalogue,
+    view: Camera,
+    spectra: Sequence[Spectrum | None],
+    geometry: VisibleGeometry,
+    jobs: int,
+    budget: float = 1.0,
+) -> Generator[Reference, None, None]:
+    """References of scenes that differ in materials only, in their order, each under all `spectra`, with the bounces of
+    each scene, which are a number (`bouncing.counted`).
+
+    `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
+    job, or one scene, everything happens in this process.
+    """
+    start = _start_worker, (catalogue.folder, view, spectra, geometry, budget)
+    yield from in_order(_reference, ((scene,) for scene in scenes), min(jobs, len(scenes)), start)
+
+
+def _start_worker(
+    folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry, budget: float
+) -> None:
+    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry, budget=budget)
+
+
+def _reference(scene: Scene) -> Reference:
+    start = time.perf_counter()
+    surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
+    seen = {name: _worker[name] for name in ("geometry", "budget")}
+    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen, bounces=int(scene.bounces))
+    return Reference(found.xyz, time.perf_counter() - start, found.noise)

@@ -1,0 +1,241 @@
+"""A review: every material under every light, drawn, compared with the truth, and written as a report.
+
+Cases, draw, compare and write are a file each (`review_cases`, `review_draw`, `review_compare`, `review_write`); here
+is their order, and what an earlier review of the same things has left to take over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from shutil import rmtree
+
+from ...calibration.history import HISTORY, read_history
+from ...calibration.rating import Rating
+from ...calibration.report import status, write_report
+from ...calibration.row import ReviewRow
+from ...calibration.statistics import self_check
+from ...lighting.plan import ScenePlan
+from ...lighting.scene import Scene
+from ...materials.catalogue import Catalogue
+from ...materials.reading import Reading
+from ...spectral.ending import clearing, saying
+from ..picture import Warn, unheard
+from ..render.renderer import Renderer
+from .cases import OWN_LIGHT, Case, Setting, prepared
+from .compare import compare
+from .draw import draw
+from .folder import REPORT, UNFINISHED, Drawn, drawing_into, drawn_rows, found_rows, put_in_place
+from .references import Reference, references
+from .row_key import row_key
+from .words import colour_chain
+from .worst_pixel import pixel_spectra
+from .write import write
+
+__all__ = ["OWN_LIGHT", "ReviewResult", "review"]
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class ReviewResult:
+    """Where a review was written, and how it came out; `resumed` of its rows were there already."""
+
+    page: Path
+    figures: Path
+    status: str
+    rows: tuple[ReviewRow, ...]
+    plan: ScenePlan
+    warnings: tuple[str, ...] = ()
+    resumed: int = 0
+
+
+def review(
+    scene: Scene,
+    catalogue: Catalogue,
+    out: str | Path,
+    *,
+    illuminants: Sequence[str] | None = None,
+    materials: Sequence[str] | None = None,
+    budget: float = 1.0,
+    renderer: Renderer,
+    camera: str | None = None,
+    jobs: int = 1,
+    version: str,
+    progress: Progress | None = None,
+    warn: Warn = unheard,
+    again: bool = False,
+    ratings: Sequence[Rating] = (),
+    resumed: Callable[[int, int], None] = lambda found, total: None,
+) -> ReviewResult:
+    """Render, compare and report.
+
+    `materials`, or those of the scene's review, are swept over one part, the review's or the first. Without either, the
+    scene is judged as it stands, material by material, each over the pixels that show it. The sample is the renderer's
+    picture from fast forms; the reference is `lighting.reference` from the original data.
+
+    Rows that an earlier review has drawn from the very same things are taken as they are. A review that is broken off
+    leaves what it has drawn in the folder `unfinished`, and a report that was there before.
+
+    Parameters
+    ----------
+    out : folder, made where missing: `index.html`, `review.json`, what `write_row` writes in `pictures/`, and in
+        `rows/` what another review into it may take over.
+    illuminants : names; None takes those of the scene's review, or `OWN_LIGHT`.
+    materials : ids or patterns in place of those of the scene's review.
+    budget : ΔE94 that the 99th percentile of each row is held against.
+    jobs : processes that compute references.
+    progress : called with (rows done, rows in all, material) for each row that is drawn.
+    again : draw every row, also those that are there.
+    ratings : a reviewer's protocol (`calibration.protocol`), for the report.
+    resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
+    warn : called at once with a line for each reason why pictures show nothing; the report repeats them.
+
+    Raises
+    ------
+    InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
+        name that cannot be used.
+    """
+    out = Path(out)
+    with drawing_into(out):
+        warnings = _Warnings(warn)
+        setting, cases = prepared(
+            scene,
+            catalogue,
+            renderer,
+            illuminants=illuminants,
+            materials=materials,
+            camera=camera,
+            budget=budget,
+            version=version,
+            warn=warnings,
+        )
+        keys = [_key(setting, catalogue, case, case is cases[0]) for case in cases]
+        drawn: list[Drawn | None] = [None if again else found_rows(out, key) for key in keys]
+        there = _rows_in(drawn)
+        if there:
+            resumed(there, setting.total)
+
+        def reached() -> str:
+            done = _rows_in(drawn)
+            return f"{done} of {setting.total} rows are in {out}; the same command goes on from here." if done else ""
+
+        with saying(reached):
+            _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings)
+            result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings)
+    return replace(result, resumed=there)
+
+
+def _rows_in(drawn: Sequence[Drawn | None]) -> int:
+    return sum(len(found.rows) for found in drawn if found)
+
+
+def _report(
+    out: Path,
+    setting: Setting,
+    keys: Sequence[str],
+    drawn: Sequence[Drawn],
+    warnings: _Warnings,
+    ratings: Sequence[Rating],
+) -> ReviewResult:
+    """Write the report of all rows, and lay everything in its place."""
+    it = setting
+    rows = tuple(row for found in drawn for row in found.rows)
+    # Known differences, put into the first material's reference.
+    checks = next((found.checks for found in drawn), ())
+    for line in (line for found in drawn for line in found.warnings):
+        warnings(line)
+    lit_by = (it.plan, it.names, it.spectra, it.display, "GPU" if it.gpu else "CPU")
+    report = out / UNFINISHED / ".report"
+    with clearing(lambda: rmtree(report, ignore_errors=True)):
+        write_report(
+            report,
+            rows,
+            it.plan,
+            it.renderer.made_by,
+            it.budget,
+            colour_chain(it.scene, it.view, *lit_by),
+            it.version,
+            checks=checks,
+            title=f"Colour review: {it.scene.name}",
+            warnings=warnings.said,
+            history=read_history(out / HISTORY),
+            ratings=ratings,
+        )
+        put_in_place(out, keys, report)
+    page, figures = (out / name for name in REPORT)
+    return ReviewResult(page, figures, status(rows, it.budget, checks), rows, it.plan, tuple(warnings.said))
+
+
+def _key(setting: Setting, catalogue: Catalogue, case: Case, checked: bool) -> str:
+    """The hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with them."""
+    it = setting
+    lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
+    return row_key(case.scene, it.view, catalogue, *lit, it.plan, it.display, it.budget, it.total, more)
+
+
+def _draw_missing(
+    out: Path,
+    catalogue: Catalogue,
+    setting: Setting,
+    cases: Sequence[Case],
+    keys: Sequence[str],
+    drawn: list[Drawn | None],
+    jobs: int,
+    progress: Progress | None,
+    warn: Warn,
+) -> None:
+    """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there."""
+    missing = [index for index, found in enumerate(drawn) if found is None]
+    done = setting.total - sum(len(cases[index].judged) for index in missing) * len(setting.names)
+
+    def finished(row: ReviewRow) -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, setting.total, row.material)
+
+    scenes = [cases[index].scene for index in missing]
+    truths = references(scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs, setting.budget)
+    with closing(truths):
+        for index, truth in zip(missing, truths, strict=True):
+            with drawn_rows(out, keys[index]) as (folder, kept):
+                kept.append(_drawn(setting, cases[index], truth, folder, index == 0, finished, warn))
+            drawn[index] = kept[0]
+
+
+def _drawn(
+    setting: Setting,
+    case: Case,
+    truth: Reference,
+    folder: Path,
+    checked: bool,
+    finished: Callable[[ReviewRow], None],
+    warn: Warn,
+) -> Drawn:
+    """The rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
+    heard, rows, checks = _Warnings(warn), [], ()
+    readings = {material: Reading.of(setting.records[material].brdf()) for material in case.judged}
+    spectra = pixel_spectra(setting, case)
+    for drawing in draw(setting, case, truth, heard):
+        for found in compare(setting, case, drawing):
+            if checked and not checks:
+                checks = tuple(self_check(drawing.truth_xyz, drawing.white, found.share))
+            rows.append(write(setting, drawing, found, readings[found.material], folder, spectra))
+            finished(rows[-1])
+    return Drawn(tuple(rows), checks, tuple(heard.said))
+
+
+class _Warnings:
+    """Warnings as they are said, each once."""
+
+    def __init__(self, warn: Warn) -> None:
+        self._warn = warn
+        self.said: list[str] = []
+
+    def __call__(self, line: str) -> None:
+        if line not in self.said:
+            self.said.append(line)
+            self._warn(line)

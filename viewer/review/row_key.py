@@ -1,0 +1,62 @@
+"""What a review's rows depend on, as a hash: rows that were drawn from the very same things are not drawn again."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+from ...calibration.plots import embedded_side
+from ...lighting.camera import Camera
+from ...lighting.plan import ScenePlan
+from ...lighting.scene import Scene
+from ...materials.catalogue import Catalogue
+from ...materials.records.record_head import read_head
+from ...spectral.fingerprint import fingerprint
+from ...spectral.spectrum import Spectrum
+from ..display.transform import DisplayTransform
+
+# Folders of code that draws or compares; pages and commands change no row.
+_CODE = ("spectral", "materials", "lighting", "calibration", "viewer")
+_KINDS = (".py", ".glsl", ".vert", ".frag")
+
+
+def row_key(
+    scene: Scene,
+    view: Camera,
+    catalogue: Catalogue,
+    names: Sequence[str],
+    spectra: Sequence[Spectrum | None],
+    plan: ScenePlan,
+    display: DisplayTransform,
+    budget: float,
+    total: int,
+    more: Sequence[str | bool],
+) -> str:
+    """The hash of one scene's rows under all lights: `total` rows has the review, and `more` counts as it is."""
+    # Where the scene came from and what else could be seen of it changes no picture; its name stands in their headers.
+    shown = replace(scene, cameras=(view,), path=None, review=None, notes=())
+    checksums = [read_head(catalogue.path(material_id))["checksum"] for material_id in scene.material_ids]
+    lights = [tuple(names), tuple(spectra), plan.basis, plan.precision]
+    shows = (display.processor.getCacheID(), display.display, display.adaptation)
+    return fingerprint(shown, checksums, lights, shows, float(budget), embedded_side(total), tuple(more), code_hash())
+
+
+@cache
+def code_hash() -> str:
+    """SHA-256 of the code that draws and compares, and the versions of what it calls."""
+    root = Path(__file__).parents[2]
+    files = sorted(path for name in _CODE for path in (root / name).rglob("*") if path.suffix in _KINDS)
+    found = hashlib.sha256()
+    for path in files:
+        found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    for name in sorted(re.split(r"[^\w.-]", line)[0] for line in requires("metamer") or () if "extra ==" not in line):
+        try:
+            found.update(f"{name} {version(name)}\n".encode())
+        except PackageNotFoundError:
+            continue
+    return found.hexdigest()

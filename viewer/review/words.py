@@ -1,0 +1,96 @@
+"""What a review says in words: where materials come from, and the colour chain from spectrum to display."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...lighting.camera import Camera
+from ...lighting.geometry import VisibleGeometry
+from ...lighting.plan import ScenePlan
+from ...lighting.scene import Scene
+from ...materials.records.material import MaterialRecord
+from ...materials.surface import Surface
+from ...spectral.spectrum import Spectrum
+from ..display.state import display_words
+from ..display.transform import DisplayTransform
+
+# Cosines of measured directions may be off by so much.
+_ROUNDING = 1e-6
+
+
+def provenance_words(record: MaterialRecord) -> dict[str, str]:
+    """Where a material comes from and how far off its fit is, by label."""
+    said = record.provenance
+    words = {"Source": said.source, "Licence": said.licence, "Kind": said.kind, "Model": record.model}
+    if said.geometry:
+        words["Geometry"] = said.geometry
+    if said.notes:
+        words["Notes"] = "; ".join(said.notes.split(" + "))
+    words["Terms"] = str(sum(one.rank for one in record.summands))
+    if record.error is not None:
+        error = record.error
+        under = ", ".join(f"{one.light} {one.p99:.2f}" for one in error.lights)
+        others = f"; p99 by light: {under}" if under else ""
+        words["Fit"] = f"ΔE94 mean {error.mean:.2f}, p99 {error.p99:.2f} under {error.light}{others} ({error.protocol})"
+    return words
+
+
+def held_words(scene: Scene, geometry: VisibleGeometry, material: str, surface: Surface) -> tuple[str, ...]:
+    """How much of a material is seen, and is lit by lights of one direction, from where nobody measured it."""
+    if surface.measured_to is None:
+        return ()
+    own = np.isin(geometry.part, [at for at, part in enumerate(scene.parts) if part.material == material])
+    lit = [(own[one.sample], one.wi) for one in geometry.lit]
+    found = (
+        ("seen", geometry.wo[own, 2], surface.measured_to[0]),
+        ("lit", np.concatenate([wi[here, 2] for here, wi in lit] or [np.zeros(0)]), surface.measured_to[1]),
+    )
+    notes = []
+    for words, cosine, degrees in found:
+        held = np.count_nonzero(cosine < np.cos(np.radians(degrees)) - _ROUNDING)
+        if held:
+            share = f"{held / len(cosine):.1%} of its points"
+            notes.append(f"{share} are {words} from beyond {degrees:g}° off the normal, where values are held.")
+    return tuple(notes)
+
+
+def colour_chain(
+    scene: Scene,
+    view: Camera,
+    plan: ScenePlan,
+    names: Sequence[str],
+    spectra: Sequence[Spectrum | None],
+    display: DisplayTransform,
+    encoded_on: str,
+) -> list[str]:
+    """The colour chain from spectrum to display, a sentence each."""
+    observer = scene.observer
+    traced = "Reference: Embree rays, the original data of each material at every wavelength, float64"
+    if scene.spread_lights:
+        traced += "; of light that spreads, directions are drawn until what that leaves to chance, stated by row, is a "
+        traced += "tenth of the budget (mean)"
+    lights = ", ".join(names)
+    words = [
+        f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
+        f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
+        f"{traced}.",
+        f"Sample: the materials' fast forms (factor packs, textures) in a {plan.basis.name} basis of {plan.basis_size} "
+        f"coefficients, folded with light and observer, {plan.precision}.",
+        f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "
+        "no interreflection.",
+        "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "
+        "that the material covers wholly and light reaches.",
+    ]
+    for name, spectrum in zip(names, spectra, strict=True):
+        note = None if spectrum is None else spectrum.range_note(observer.wavelengths_nm)
+        if note:
+            words.append(f"{name} is {note}.")
+    return [
+        *words,
+        *display.describe(),
+        *display_words(display),
+        f"The display transform ran on the {encoded_on}, as OpenColorIO wrote it for it; PNG, 8 bits a channel.",
+        *scene.notes,
+    ]

@@ -1,0 +1,79 @@
+"""One compared material of a review as files and as a row of the report."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from ...calibration.row import ReviewRow, RowColour, WorstPixel, review_row
+from ...materials.reading import GEOMETRY, Reading
+from ...spectral.difference import lab_from_xyz
+from ..display.png import quantise
+from ..picture import picture_words
+from ..reading import colours_around, swatch, xyz_in
+from .cases import Setting
+from .compare import Comparison
+from .draw import Drawing
+from .files import picture_name, write_row
+from .words import held_words, provenance_words
+from .worst_pixel import BANDS_NM, PixelSpectra
+
+
+def write(
+    setting: Setting, drawing: Drawing, found: Comparison, reading: Reading, out: Path, spectra: PixelSpectra
+) -> ReviewRow:
+    """Write the pictures below `out` and give the row; `reading` is what an instrument reads of the material, `spectra`
+    tells those of a pixel.
+    """
+    begun = time.perf_counter()
+    scene, display, lit = setting.scene, setting.display, drawing.scene
+    words = picture_words(lit, setting.view, setting.renderer.made_by, setting.version)
+    image, files = write_row(
+        out,
+        picture_name(found.material, None if drawing.own_light else drawing.illuminant),
+        drawing.shown,
+        display.display,
+        drawing.sample,
+        drawing.truth,
+        drawing.coverage,
+        found.difference,
+        words | {"material": found.material},
+    )
+    seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
+    seconds["write"] += seconds.pop("encode")
+    xyz = xyz_in(lit, reading)
+    around = tuple((at, seen, lab_from_xyz(seen, drawing.white)) for at, seen in colours_around(lit, reading))
+    return review_row(
+        material=found.material,
+        illuminant=drawing.illuminant,
+        observer=scene.observer.name,
+        statistics=found.statistics,
+        picture=quantise(drawing.shown),
+        reference=quantise(drawing.truth_shown),
+        delta_e=found.difference,
+        budget=setting.budget,
+        rows=setting.total,
+        image=image,
+        files=files,
+        seconds=seconds,
+        wavelengths_nm=reading.wavelengths_nm,
+        reflectance=reading.factor,
+        reflectance_label="Radiance factor, light at 45°, seen from 0°",
+        swatch=swatch(display, xyz, drawing.white),
+        colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY, around),
+        white_xyz=drawing.white,
+        shift=found.shift,
+        worst=_worst(found, spectra),
+        noise=drawing.noise,
+        notes=(*drawing.notes, *held_words(lit, setting.geometry, found.material, setting.surfaces[found.material])),
+        provenance=provenance_words(setting.records[found.material]),
+    )
+
+
+def _worst(found: Comparison, spectra: PixelSpectra) -> WorstPixel | None:
+    if found.worst is None or found.worst_lab is None:
+        return None
+    there = float(found.difference[found.worst])
+    factors = spectra(found.worst)
+    curves = () if factors is None else (BANDS_NM, *factors)
+    return WorstPixel(found.worst, there, found.worst_lab[0], found.worst_lab[1], *curves)

@@ -1,0 +1,160 @@
+"""Thumbnails of a catalogue's materials, and a contact sheet of them: for looking through a library by eye."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from ...lighting.scene import Scene
+from ...lighting.scene_files import load_scene, shipped_scene
+from ...materials.catalogue import Catalogue
+from ...materials.records.material import MaterialRecord
+from ...materials.records.query import Summary
+from ...materials.records.shown import shown_spectrum
+from ...spectral.errors import InputError
+from ...spectral.files import written_whole
+from ..picture import display_for, display_pass, material_picture
+from ..render.renderer import Renderer
+from .sheet_text import fitted_line, sheet_font, write_line
+
+_CAPTION_POINTS = 11
+_LINES = 3
+_GAP = 12
+# The model of records that are worn on a cloth.
+_BTF = "btf"
+_PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
+
+
+@dataclass(frozen=True, eq=False)
+class Thumbnail:
+    """One material, small.
+
+    picture : display-encoded sRGB: a sphere that wears the fast form, or the curve of a spectrum without a surface.
+    reason : why there is no picture, "" where there is one; the picture is then of the page's own grey.
+    """
+
+    summary: Summary
+    picture: UInt8[np.ndarray, "H W 3"]
+    reason: str = ""
+
+
+def thumbnails(
+    catalogue: Catalogue,
+    summaries: Sequence[Summary],
+    scene: Scene,
+    renderer: Renderer,
+    pixels: int = 128,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    cloth: Scene | None = None,
+) -> Iterator[Thumbnail]:
+    """One thumbnail a summary, in that order; `scene`, whose reviewed part wears each material, is kept between them.
+
+    cloth : what BTFs are worn on instead (`thumbnail_scene`); None: the same as all.
+
+    A file that cannot be used gives a grey thumbnail with the reason; it holds up no other.
+    """
+    scene, cloth = (
+        replace(one, cameras=(replace(one.camera(), width=pixels, height_px=pixels),))
+        for one in (scene, cloth or scene)
+    )
+    display = display_for(scene.viewing)
+    on = display_pass(renderer, display)
+    for number, summary in enumerate(summaries, start=1):
+        try:
+            record = catalogue.load(summary.id)
+            picture = (
+                material_picture(record, cloth if record.model == _BTF else scene, renderer, display, on)[0]
+                if record.is_surface
+                else _curve(record, pixels)
+            )
+            yield Thumbnail(summary, picture)
+        except InputError as reason:
+            yield Thumbnail(summary, np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8), str(reason))
+        progress(number, len(summaries), summary.id)
+
+
+def thumbnail_scene(model: str) -> Scene:
+    """What thumbnails show a material of this model on: a sphere, or of BTFs a cloth, which turns them every way."""
+    return load_scene(shipped_scene("thumbnail_cloth" if model == _BTF else "thumbnail"))
+
+
+def contact_sheet(
+    found: Sequence[Thumbnail], columns: int = 8, title: str = "", captions: Sequence[str] | None = None
+) -> UInt8[np.ndarray, "H W 3"]:
+    """The thumbnails in rows of `columns`, each with its name and family under it, and ΔE94 or what `captions` say."""
+    from PIL import Image
+
+    if not found:
+        raise InputError("no materials to show", field="preview", found=0, expected="at least one")
+    font = sheet_font(_CAPTION_POINTS)
+    line = _CAPTION_POINTS + 4
+    side = found[0].picture.shape[0]
+    head = 2 * line if title else 0
+    columns = min(columns, len(found))
+    rows = -(-len(found) // columns)
+    cell = side + _LINES * line + _GAP
+    sheet = Image.new("RGB", (columns * (side + _GAP) + _GAP, head + rows * cell + _GAP), _PAGE)
+    if title:
+        write_line(sheet, (_GAP, line // 2), fitted_line(title, font, sheet.width - 2 * _GAP), _INK, font)
+    last = [caption(one) for one in found] if captions is None else captions
+    for number, (thumbnail, said) in enumerate(zip(found, last, strict=True)):
+        left = _GAP + number % columns * (side + _GAP)
+        top = head + _GAP + number // columns * cell
+        sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
+        below = top + side + 2
+        family, _, name = thumbnail.summary.id.rpartition("/")
+        for row, (text, ink) in enumerate(((name, _INK), (family, _SOFT), (said, _SOFT))):
+            write_line(sheet, (left, below + row * line), fitted_line(text, font, side), ink, font)
+    return np.asarray(sheet)
+
+
+def caption(thumbnail: Thumbnail) -> str:
+    """What stands last under a thumbnail: that it is damaged, how far off its packs are, or what its spectrum is of."""
+    one = thumbnail.summary
+    if thumbnail.reason:
+        return "cannot be used"
+    if one.p99 is None:
+        return one.quantity
+    return f"ΔE94 p99 {one.p99:.2f}"
+
+
+def write_sheet(path: Path, sheet: UInt8[np.ndarray, "H W 3"]) -> None:
+    """Write a contact sheet as PNG, whole or not at all."""
+    from PIL import Image
+
+    held = io.BytesIO()
+    Image.fromarray(sheet).save(held, "PNG", optimize=True)
+    with written_whole(path) as beside:
+        beside.write_bytes(held.getvalue())
+
+
+def _curve(record: MaterialRecord, pixels: int) -> UInt8[np.ndarray, "H W 3"]:
+    """The spectrum of a light or a filter, which no sphere can wear, as a line over its own range."""
+    from PIL import Image, ImageDraw
+
+    spectrum = shown_spectrum(record)
+    # Drawn at four times the size and reduced: Pillow's lines are not smoothed.
+    scale, margin = 4, 8
+    box = scale * (pixels - 2 * margin)
+    points = _points(spectrum.wavelengths_nm, spectrum.values, box) + scale * margin
+    canvas = Image.new("RGB", (scale * pixels, scale * pixels), (255, 255, 255))
+    draw = ImageDraw.Draw(canvas)
+    base = scale * (pixels - margin)
+    draw.line([(scale * margin, base), (base, base)], _SOFT, scale)
+    draw.line([(float(x), float(y)) for x, y in points], _INK, 2 * scale, joint="curve")
+    return np.asarray(canvas.resize((pixels, pixels), Image.Resampling.BOX))
+
+
+def _points(
+    wavelengths_nm: Float[np.ndarray, " L"], values: Float[np.ndarray, " L"], side: int
+) -> Float[np.ndarray, "L 2"]:
+    """The curve in a box of `side` pixels, y downwards; its largest value, or 1 where nothing is larger, on top."""
+    span = wavelengths_nm[-1] - wavelengths_nm[0]
+    across = (wavelengths_nm - wavelengths_nm[0]) / span if span > 0 else np.full(len(values), 0.5)
+    top = values.max() if values.max() > 0 else 1.0
+    return np.stack([side * across, side * (1.0 - values / top)], axis=1)

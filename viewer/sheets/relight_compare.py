@@ -1,0 +1,134 @@
+"""A scene with other materials or other light: its picture before and after, and what became of each part.
+
+Light adds up, so that the change of a picture is that of light which comes straight from lamps, and that of light which
+comes by way of other surfaces. Each is judged alone, the other one left as it was before. Rays between surfaces hang on
+the geometry: what was traced of it before serves both pictures (`Renderer.rays_folder`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from time import perf_counter
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
+from ...lighting.geometry import visible_geometry
+from ...lighting.scene import Scene
+from ...materials.catalogue import Catalogue
+from ...spectral.adaptation import adaptation_matrix
+from ..picture import Picture, Warn, picture, unheard
+from ..render.renderer import Renderer
+
+
+@dataclass(frozen=True, eq=False)
+class PartChange:
+    """What a change did to the pixels of one part, in ΔE94 from before to after.
+
+    before, after : its material. all : with all light. directly : only light straight from lamps is changed.
+    by_others : only light by way of other surfaces is. None of a part of which no pixel shows that part alone.
+    """
+
+    part: str
+    before: str
+    after: str
+    all: DeltaEStatistics | None
+    directly: DeltaEStatistics | None
+    by_others: DeltaEStatistics | None
+
+
+@dataclass(frozen=True, eq=False)
+class Relit:
+    """Two states of a scene from one camera.
+
+    seconds_before, seconds_after : of the picture with bounces, all in all.
+    """
+
+    before: Picture
+    after: Picture
+    parts: tuple[PartChange, ...]
+    bounces_before: int
+    bounces_after: int
+    seconds_before: float
+    seconds_after: float
+
+
+def dressed(scene: Scene, materials: Mapping[str, str]) -> Scene:
+    """The scene with other materials (ids) on some parts.
+
+    Raises
+    ------
+    UnknownNameError : no part of that name.
+    """
+    for part, material in materials.items():
+        scene = scene.with_material(part, material)
+    return scene
+
+
+def relit(
+    before: Scene,
+    after: Scene,
+    catalogue: Catalogue,
+    renderer: Renderer,
+    camera: str | None = None,
+    warn: Warn = unheard,
+) -> Relit:
+    """Draw both states and compare them part by part.
+
+    Where the light's colour changes, each picture is seen by an eye that is used to its white: what is after is adapted
+    (Bradford) to the white of before.
+
+    Parameters
+    ----------
+    before, after : with the same parts in the same places (`dressed`, `Scene.with_illuminant`); `bounces` of each.
+
+    Raises
+    ------
+    UnknownNameError : a material that the catalogue does not have, no such camera.
+    InputError : what `Renderer.render` raises.
+    """
+    # The last picture drawn is that of after: the renderer's `bounced` speaks of it.
+    straight = [picture(replace(one, bounces=0), catalogue, camera, renderer).xyz for one in (before, after)]
+    drawn, seconds, bounces = [], [], []
+    for one in (before, after):
+        begun = perf_counter()
+        drawn.append(picture(one, catalogue, camera, renderer, warn))
+        seconds.append(perf_counter() - begun)
+        bounces.append(0 if renderer.bounced is None else renderer.bounced.bounces)
+    white = drawn[0].white
+    adapted = adaptation_matrix(drawn[1].white, white).T
+    first, last = drawn[0].xyz.astype(float), drawn[1].xyz @ adapted
+    first_straight, last_straight = straight[0].astype(float), straight[1] @ adapted
+    changed = (last, last_straight + (first - first_straight), first_straight + (last - last_straight))
+    whole = _whole_pixels((before, after), drawn[0], catalogue)
+    maps = [delta_e_map(first, one, white, drawn[0].coverage) for one in changed]
+    parts = []
+    for number, (old, new) in enumerate(zip(before.parts, after.parts, strict=True)):
+        mine = whole == number
+        found = [delta_e_statistics(one, mine) if (mine & ~np.isnan(one)).any() else None for one in maps]
+        parts.append(PartChange(old.name, old.material, new.material, *found))
+    return Relit(drawn[0], drawn[1], tuple(parts), *bounces, *seconds)
+
+
+def _whole_pixels(states: Sequence[Scene], drawn: Picture, catalogue: Catalogue) -> Float[np.ndarray, "H W"]:
+    """The number of the part that is all that a pixel shows in each state; NaN where it shows several, or nothing."""
+    cut = [one.cut({name: catalogue.surface(name).drawn() for name in one.material_ids}) for one in states]
+    # Without holes all states show the same.
+    holed = [one for one in cut if any(hole is not None for hole in one.cutouts)]
+    return reduce(_agreed, [_shown_alone(one, drawn) for one in (cut if holed else cut[:1])])
+
+
+def _shown_alone(scene: Scene, drawn: Picture) -> Float[np.ndarray, "H W"]:
+    seen = visible_geometry(scene, drawn.view)
+    found = np.full(seen.rows * seen.width, np.nan)
+    for number in range(len(scene.parts)):
+        share = np.bincount(seen.pixel[seen.part == number], minlength=len(found))
+        found[share == seen.samples] = number
+    return found.reshape(seen.rows, seen.width)
+
+
+def _agreed(one: Float[np.ndarray, "H W"], other: Float[np.ndarray, "H W"]) -> Float[np.ndarray, "H W"]:
+    return np.where(one == other, one, np.nan)

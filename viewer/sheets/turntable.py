@@ -1,0 +1,77 @@
+"""A turntable: pictures from all around, and one that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ...lighting.camera import Camera
+from ...lighting.scene import Scene
+from ...lighting.vectors import unit
+from ...materials.catalogue import Catalogue
+from ...spectral.files import written_whole
+from ..picture import Picture, bounced_words
+from ..render.renderer import Renderer
+
+# Milliseconds of a whole turn.
+_TURN_MS = 6000
+
+
+def orbited(camera: Camera, frames: int) -> tuple[Camera, ...]:
+    """The camera at equal steps of a full turn about its target, anticlockwise seen from the tip of its `up`.
+
+    >>> [one.position.astype(int).tolist() for one in orbited(Camera(position=(0, 1, 2)), 4)]
+    [[0, 1, 2], [2, 1, 0], [0, 1, -2], [-2, 1, 0]]
+    """
+    target, axis = np.asarray(camera.target, dtype=np.float64), unit(np.asarray(camera.up, dtype=np.float64))
+    off = np.asarray(camera.position, dtype=np.float64) - target
+    along = (off @ axis) * axis
+    across, side = off - along, np.cross(axis, off)
+    angles = 2.0 * np.pi * np.arange(frames) / frames
+    return tuple(
+        replace(
+            camera,
+            name=f"{camera.name}, turned by {np.degrees(angle):g} degrees",
+            position=target + along + np.cos(angle) * across + np.sin(angle) * side,
+        )
+        for angle in angles
+    )
+
+
+def turntable(
+    scene: Scene, catalogue: Catalogue, camera: str | None, renderer: Renderer, frames: int
+) -> Iterator[Picture]:
+    """Pictures of a full turn, the first as `picture` draws it. Light between surfaces is found once for all.
+
+    Raises
+    ------
+    UnknownNameError : a material that the catalogue does not have, no such camera.
+    InputError : what `Renderer.render` raises.
+    """
+    surfaces = renderer.forms(catalogue, scene)
+    for view in orbited(scene.camera(camera), frames):
+        xyz, coverage = renderer.render(scene, view, surfaces)
+        light = renderer.bounced
+        yield Picture(
+            scene, view, xyz, coverage, renderer.made_by + bounced_words(0 if light is None else light.bounces)
+        )
+
+
+def write_animated(output: Path, frames: Sequence[Path]) -> None:
+    """Pictures in files as one that moves and begins anew for ever: WebP, of which nothing is lost."""
+    from PIL import Image
+
+    first, *rest = (Image.open(frame).convert("RGB") for frame in frames)
+    with written_whole(output) as beside:
+        first.save(
+            beside,
+            format="WEBP",
+            save_all=True,
+            append_images=rest,
+            duration=_TURN_MS // len(frames),
+            loop=0,
+            lossless=True,
+        )

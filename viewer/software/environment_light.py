@@ -1,0 +1,219 @@
+"""What samples gather of a light that spreads, in numpy; twin of `gather.frag`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ...lighting.environment.bright_light import BrightLight
+from ...lighting.environment.gathering import GatheredLight, turned
+from ...lighting.environment.panel import GatheredPanel
+from ...lighting.transfer.indirect import IndirectLight, light_at, under_lobes
+from ...lighting.visibility.compression import straight
+from ...lighting.visibility.cut_lobe import cut_lobe
+from ...lighting.visibility.free_share import free_share
+from ...lighting.visibility.own_horizon import share_above
+from ...materials.environment_form import Lobes, bends
+from ...materials.points import Points
+from ...materials.terms import Terms
+from ..render.keeping import SpreadLayer
+from ..render.light_cache import Shadows
+
+# Samples at once: their lobes and what those see take some 30 MB.
+_BLOCK = 1 << 13
+_Gathered = tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N Q K"]]
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSamples:
+    """N samples of one part, wherever light comes from.
+
+    pixel (N,) : in a tile. points : as a material is asked, where the light stands left out. frame (N, 3, 3) : rows
+    tangent, bitangent and normal, world. face (N,) : triangle of the scene; weights (N, 3) : of its corners.
+    back (N,) : where its normals look away from the viewer. facet (N, 3) : unit normal of that triangle, world, on the
+    viewer's side. position (N, 3) : in radii about the scene's centre; needed
+    for lights that are near.
+    """
+
+    pixel: Int[np.ndarray, " N"]
+    points: Points
+    frame: Float[np.ndarray, "N 3 3"]
+    face: Int[np.ndarray, " N"]
+    weights: Float[np.ndarray, "N 3"]
+    back: Bool[np.ndarray, " N"]
+    facet: Float[np.ndarray, "N 3"]
+    position: Float[np.ndarray, "N 3"] | None = None
+
+    def chosen(self, which: Int[np.ndarray, " K"] | slice) -> SeenSamples:
+        """Some of them."""
+        arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which], self.facet[which])
+        position = None if self.position is None else self.position[which]
+        return SeenSamples(self.pixel[which], self.points.chosen(which), *arrays, position)
+
+
+def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
+    """Terms of a layer at N samples: for each of its fields the form's, rounded up to fours.
+
+    XYZ = pi / E_ref sum over lobes of the integral of f_r cos(theta_i) times the mean luminance under the lobe (Wang et
+    al. 2009, eq. 41), and for the cosine its integral times E / pi.
+    """
+    width = layer.rank // (layer.fields.stop - layer.fields.start)
+    value = np.zeros((len(samples.pixel), layer.fields.stop - layer.fields.start, width))
+    for start in range(0, len(value), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        some = samples.chosen(rows)
+        lobes, smooth = layer.form.lobes(some.points), some.frame[:, 2]
+        if lobes.frame is not None:
+            some = replace(some, frame=lobes.frame @ some.frame)
+        rank = lobes.matt.shape[2]
+        if isinstance(layer.gathered, IndirectLight):
+            lux, seen = _of_surfaces(layer.gathered, layer.fields, some, lobes, smooth)
+        elif isinstance(layer.gathered, GatheredPanel):
+            lux, seen = _of_panel(layer, some, lobes)
+        else:
+            lux, seen = _of_environment(layer, some, lobes)
+        found = np.einsum("nbk,nbr->nkr", lux / np.pi, lobes.matt)
+        found += np.einsum("nqk,nqr->nkr", seen, lobes.value)
+        value[rows, :, :rank] = found
+    return Terms(layer.scale * value.reshape(len(value), -1))
+
+
+def _of_surfaces(
+    light: IndirectLight, fields: slice, samples: SeenSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
+) -> _Gathered:
+    """The same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
+    sites, shares = light.near(samples.face, samples.weights, samples.back)
+    at = np.einsum("nc,ncvf->nvf", shares, light.at_sites[..., fields][sites])
+    moments, radiance = light_at(at, smooth, samples.frame[:, 2])
+    lux = turned(moments, samples.frame)[:, : lobes.matt.shape[1]]
+    to_world = np.einsum("nqi,nij->nqj", lobes.directions, samples.frame)
+    seen = under_lobes(radiance, to_world, lobes.sharpness)
+    if light.maps is not None and lobes.sharpness.shape[1]:
+        seen = light.maps.under_lobes(seen, sites, shares, to_world, lobes.sharpness, fields)
+    return lux, seen
+
+
+def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
+    """Illuminance with its moments, and mean luminance under each lobe, by the layer's fields."""
+    assert isinstance(layer.gathered, GatheredLight)
+    # From the slices' frame to the world, and on to the map.
+    to_map = np.einsum("nij,jk->nik", samples.frame, layer.world_from_map)
+    lux = layer.gathered.by_frames(to_map, lobes.matt.shape[1])[..., layer.fields]
+    directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
+    seen = layer.gathered.by_lobes(directions, lobes.sharpness)[..., layer.fields]
+    shadows = layer.shadows
+    if shadows is None or shadows.bright is None:
+        return lux, seen
+    return _left(layer, shadows, shadows.bright, samples, lobes, lux, seen)
+
+
+def _of_panel(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
+    """The same of a light that is near, cell by cell where the scene stands in its way.
+
+    Of illuminance and moments is taken what hidden cells give; of what a lobe sees the hidden share of the cells, by
+    how much of each lies under the lobe, the angle to the nearest boundary between both as in `_left`.
+    """
+    panel, position = layer.gathered, samples.position
+    assert isinstance(panel, GatheredPanel) and position is not None
+    frame = samples.frame
+    lux = panel.by_frames(position, frame, lobes.matt.shape[1])
+    to_world = np.einsum("nqi,nij->nqj", lobes.directions, frame)
+    seen = panel.by_lobes(position, to_world, lobes.sharpness)
+    if layer.shadows is None:
+        return lux[..., None], seen[..., None]
+    visibility, count = layer.shadows.visibility, lobes.sharpness.shape[1]
+    vertices, weights = visibility.located(samples.face, samples.weights)
+    cells, angles, sharpness = panel.seen_cells(position)
+    directions = np.concatenate([to_world, cells], axis=1)
+    distance = visibility.signed_distances(vertices, weights, directions, samples.back)
+    own, other = distance[:, :count], distance[:, count:]
+
+    above = share_above(
+        np.einsum("npi,ni->np", cells, samples.facet), np.einsum("npi,ni->np", cells, frame[:, 2]), sharpness
+    )
+    hidden = 1.0 - np.minimum(free_share(other, sharpness), above)
+    local = np.einsum("nij,npj->npi", frame, cells)
+    given = angles * np.maximum(local[..., 2], 0.0)
+    whole = given.sum(axis=1)
+    lost = np.einsum("np,npb->nb", hidden * given, bends(local)[..., : lux.shape[1]])
+    left = lux - lost * (lux[:, 0] / np.where(whole > 0.0, whole, 1.0))[:, None]
+    # Of a panel that only just rises, no cell's middle may be above the horizon.
+    lux = np.where((whole > 0.0)[:, None], left, lux * (1.0 - hidden.mean(axis=1))[:, None])
+
+    other_sharpness, own_sharpness = sharpness[:, None], lobes.sharpness[..., None]
+    both = own_sharpness + other_sharpness
+    narrower = own_sharpness * other_sharpness / both
+    off = narrower * (1.0 - np.einsum("nqi,npi->nqp", to_world, cells))
+    under = angles[:, None] * narrower * np.exp(off.min(axis=2, keepdims=True) - off)
+    share = other_sharpness / both
+    free = free_share(share * other[:, None] + (1.0 - share) * own[..., None], both)
+    total = under.sum(axis=2)
+    seen = seen * np.where(total > 0.0, (under * free).sum(axis=2) / np.where(total > 0.0, total, 1.0), 1.0)
+    return lux[..., None], seen[..., None]
+
+
+def _left(
+    layer: SpreadLayer,
+    shadows: Shadows,
+    bright: BrightLight,
+    samples: SeenSamples,
+    lobes: Lobes,
+    lux: Float[np.ndarray, "N B K"],
+    seen: Float[np.ndarray, "N Q K"],
+) -> _Gathered:
+    """What is left of `lux` and `seen` where the scene stands in the light's way.
+
+    What lobes see: of each bright part the share that is free about the axis of their product (Wang et al. 2009,
+    eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else what lies where the
+    lobe is free (`cut_lobe`). What surfaces receive: of each narrow bright part the share that is free about its axis;
+    of all else what the vertices around lose, as a share of what they would have, since pixels may have other normals.
+    Of all bright parts what the triangle's own plane hides is taken off too (`own_horizon`).
+    """
+    assert isinstance(layer.gathered, GatheredLight)
+    visibility, frame = shadows.visibility, samples.frame
+    hidden, narrow, count = shadows.hidden, bright.narrow, lobes.sharpness.shape[1]
+    vertices, weights = visibility.located(samples.face, samples.weights)
+    axis, sharpness, amplitude = bright.parts.axis, bright.parts.sharpness, bright.parts.amplitude[:, layer.fields]
+    codes, dark = visibility.mixed(vertices, weights, samples.back)
+    bent_distances = codes @ hidden.axes.T + hidden.mean
+    other = straight(np.where(dark[:, None] > 0.0, -1.0, bent_distances))
+
+    # Of each part what it would give, where it stands, and what of it is free: the higher of two horizons counts.
+    given = bright.on_surfaces(frame[:, 2])[..., None] * amplitude
+    bent = bends(axis @ np.swapaxes(frame, 1, 2))[..., : lux.shape[1]].swapaxes(1, 2)
+    above = share_above(samples.facet @ axis.T, frame[:, 2] @ axis.T, sharpness)
+    free = free_share(other, sharpness)
+    left = np.minimum(free, above)
+    others = lux - bent[..., :narrow] @ given[:, :narrow]
+    lost, whole = hidden.between(visibility.sites(vertices, samples.back), weights, lux.shape[1])
+    lost, whole = lost[..., layer.fields], whole[:, layer.fields]
+    some = lost[:, 0] > 0.0
+    share = np.maximum(others[:, 0], 0.0) * some / np.where(some, np.maximum(whole, lost[:, 0]), 1.0)
+    lost = (lost if lux.shape[1] == 1 else turned(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
+    others = others - lost - others * dark[:, None, None]
+    # Vertices do not know of the triangle's own plane what it hides of the wider parts; there is no more than is left.
+    below = bent[..., narrow:] @ ((free - left)[..., None] * given)[:, narrow:]
+    most = np.minimum(np.maximum(others[:, 0], 0.0), below[:, 0])
+    below *= np.where(most > 0.0, most / np.where(most > 0.0, below[:, 0], 1.0), 0.0)[:, None]
+    lux = others - below + bent[..., :narrow] @ (left[..., None] * given)[:, :narrow]
+    if not count:
+        return lux, seen
+
+    to_world = np.einsum("nqi,nij->nqj", lobes.directions, frame)
+    own, slopes = visibility.boundaries(vertices, weights, to_world, samples.back)
+    share = sharpness / (sharpness + lobes.sharpness[..., None])
+    between = share * other[:, None] + (1.0 - share) * own[..., None]
+    free = free_share(between, np.broadcast_to(sharpness + lobes.sharpness[..., None], between.shape))
+    parts = bright.by_lobes(to_world, lobes.sharpness)
+    rest = seen - parts @ amplitude
+    # Of all but bright parts a lobe sees what lies where it is free, about the middle of that.
+    steep = np.linalg.norm(slopes, axis=-1)
+    cut = cut_lobe(own, np.minimum(steep, 1.0), lobes.sharpness)
+    some = np.nonzero(cut.turn)
+    turn, way = cut.turn[some][:, None], slopes[some] / steep[some][:, None]
+    middle, sharper = (np.cos(turn) * to_world[some] + np.sin(turn) * way)[:, None], cut.sharpness[some][:, None]
+    there = layer.gathered.by_lobes(middle @ layer.world_from_map, sharper)[..., layer.fields]
+    rest[some] = (there - bright.by_lobes(middle, sharper) @ amplitude)[:, 0]
+    return lux, np.maximum(rest * cut.share[..., None] + (parts * free) @ amplitude, 0.0)
