@@ -27,10 +27,10 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..viewer.gl.backend import gl_session
 from ..viewer.gl.context import NoGL
-from ..viewer.gl.renderer import GLRenderer
-from ..viewer.render.renderer import Renderer
-from ..viewer.software.renderer import SoftwareRenderer
+from ..viewer.render.session import RenderSession
+from ..viewer.software.backend import software_session
 
 ROUGHNESS, COLOUR, MAP = "another roughness", "another base colour", "another normal map"
 ROTATION, SPECTRUM = "the light turned", "another spectrum"
@@ -101,7 +101,7 @@ def run(width: int = 240, height: int = 135, subdivisions: int = 5, repeats: int
     return found
 
 
-def draw(renderer: Renderer, scene: Scene, edited: _Edited, form: Fast) -> Float[np.ndarray, "H W 3"]:
+def draw(renderer: RenderSession, scene: Scene, edited: _Edited, form: Fast) -> Float[np.ndarray, "H W 3"]:
     """XYZ of the scene as it is edited."""
     now = replace(scene, lights=(edited.light,))
     return renderer.render_many(now, None, {"maps": form}, (edited.spectrum,))[0][0]
@@ -118,7 +118,7 @@ def _edited(light: EnvironmentLight, name: str, turn: int) -> _Edited:
     }[name]()
 
 
-def _row(renderer: Renderer, anew: Renderer, scene: Scene, turns: Sequence[_Edited]) -> dict[str, float]:
+def _row(renderer: RenderSession, anew: RenderSession, scene: Scene, turns: Sequence[_Edited]) -> dict[str, float]:
     """One edit after the other: its time, that of a renderer that keeps nothing, and how far the pictures are apart."""
     before = _Edited(scene.spread_lights[0])  # pyright: ignore[reportArgumentType]
     form = before.surface().own_form()
@@ -142,12 +142,12 @@ def _row(renderer: Renderer, anew: Renderer, scene: Scene, turns: Sequence[_Edit
     return {"form_ms": form_ms, "draw_ms": draw_ms, "anew_ms": anew_ms, "apart": apart}
 
 
-def _renderers() -> list[tuple[Renderer, Renderer]]:
+def _renderers() -> list[tuple[RenderSession, RenderSession]]:
     """Each kind that there is: one that keeps terms, and one to be released before each picture."""
-    found: list[tuple[Renderer, Renderer]] = []
+    found: list[tuple[RenderSession, RenderSession]] = []
     with suppress(NoGL):
-        found.append((GLRenderer(keeps_terms=True), GLRenderer()))
-    return [*found, (SoftwareRenderer(keeps_terms=True), SoftwareRenderer())]
+        found.append((gl_session(keeps_terms=True), gl_session()))
+    return [*found, (software_session(keeps_terms=True), software_session())]
 
 
 def _sky(rows: int) -> EnvironmentLight:

@@ -21,7 +21,7 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.render.renderer import Filtering, Renderer
+from ..viewer.render.session import Filtering, RenderSession
 
 #: Samples along a side of a pixel, and how factors are filtered.
 CONFIGURATIONS: tuple[tuple[int, Filtering], ...] = (
@@ -44,7 +44,7 @@ WORDS = (
 
 
 def filtering_points(
-    renderer: Renderer, progress: Callable[[str], None] = lambda line: None, balls: int = 8
+    renderer: RenderSession, progress: Callable[[str], None] = lambda line: None, balls: int = 8
 ) -> list[dict]:
     """Milliseconds a megapixel and ΔE94 of each of `CONFIGURATIONS`, for two surfaces.
 
@@ -59,13 +59,13 @@ def filtering_points(
     scene = _scene(balls)
     camera = scene.camera()
     white = scene.adopted_white()
-    before, points = renderer.filtering, []
+    before, points = renderer.settings.filtering, []
     try:
         for case, packs in _surfaces():
-            renderer.filtering = "linear"
+            renderer.configure(filtering="linear")
             reference, whole = renderer.render(scene, replace(camera, samples=REFERENCE_SAMPLES), packs)
             for samples, filtering in CONFIGURATIONS:
-                renderer.filtering = filtering
+                renderer.configure(filtering=filtering)
                 view = replace(camera, samples=samples)
                 (sample, coverage), anew, kept = _timed(renderer, scene, view, packs)
                 difference = delta_e_map(reference, sample, white, np.minimum(whole, coverage))
@@ -83,11 +83,11 @@ def filtering_points(
                 )
                 progress(f"    {case}: {name}: ΔE94 p99 {found.p99:.2f}, {kept:.0f} ms a megapixel")
     finally:
-        renderer.filtering = before
+        renderer.configure(filtering=before)
     return points
 
 
-def _timed(renderer: Renderer, scene: Scene, camera: Camera, packs: dict[str, FactoredBrdf]):
+def _timed(renderer: RenderSession, scene: Scene, camera: Camera, packs: dict[str, FactoredBrdf]):
     """The picture, and milliseconds a megapixel with the geometry made anew and with it kept."""
     megapixels = camera.width * camera.height_px / 1e6
     # Programs are compiled and tables of weights made before the clock runs.

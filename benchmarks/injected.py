@@ -44,7 +44,7 @@ from ..spectral.formula import Formula
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.processes import in_order, usable_cores
-from ..viewer.software.renderer import SoftwareRenderer
+from ..viewer.software.backend import software_session
 from ..viewer.suite_run import environment, run_suite
 from .measuring import command, write_json
 
@@ -121,7 +121,7 @@ def _rendered(place: Place, name: str, catalogue: Catalogue, turn_deg: float = 0
     """The shipped review as a suite, rendered."""
     folder = place.folder / name
     suite = shipped_suite(folder, place.pattern, place.size, turn_deg, eye)
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         return run_suite(read_suite(suite), catalogue, folder / "out", renderer, jobs=place.jobs)
 
 

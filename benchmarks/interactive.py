@@ -17,8 +17,8 @@ from ..materials.fitting.fit import fit
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.gl.renderer import GLRenderer
-from ..viewer.render.renderer import Renderer
+from ..viewer.gl.backend import gl_session
+from ..viewer.render.session import RenderSession
 
 LIGHT, CAMERA = "another light", "another camera"
 # The lights that take turns, and the steps of the camera, radians.
@@ -54,13 +54,13 @@ def run(width: int = 960, height: int = 540, samples: int = 3, subdivisions: int
         camera = Camera("view", place, (0, 0, 0), vertical_fov_deg=36.0, width=width, height_px=height, samples=side)
         return Scene(parts, lights, (camera,), observer("1931_2"))
 
-    with GLRenderer(keeps_terms=True) as kept, GLRenderer() as other:
+    with gl_session(keeps_terms=True) as kept, gl_session() as other:
         still = scene_of(0.0, samples)
 
-        def switch(renderer: Renderer, turn: int) -> None:
+        def switch(renderer: RenderSession, turn: int) -> None:
             renderer.render_many(still, None, packs, (illuminant(_LIGHTS[turn % len(_LIGHTS)]),))
 
-        def orbit(renderer: Renderer, turn: int) -> None:
+        def orbit(renderer: RenderSession, turn: int) -> None:
             if renderer is other:
                 renderer.release()
             renderer.render(scene_of(_STEP * turn, 1), None, packs)
@@ -75,7 +75,9 @@ def run(width: int = 960, height: int = 540, samples: int = 3, subdivisions: int
         }
 
 
-def _timed(kept: Renderer, other: Renderer, draw: Callable[[Renderer, int], None], repeats: int) -> dict[str, float]:
+def _timed(
+    kept: RenderSession, other: RenderSession, draw: Callable[[RenderSession, int], None], repeats: int
+) -> dict[str, float]:
     draw(kept, 0)
     draw(other, 0)
     turns = []

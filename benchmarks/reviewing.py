@@ -27,9 +27,10 @@ from ..materials.surface import Surface
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..viewer.gl.backend import gl_session
 from ..viewer.gl.context import create_context
-from ..viewer.gl.renderer import GLRenderer
 from ..viewer.gl.tile import read
+from ..viewer.render.session import RenderSession
 from ..viewer.window.choices import opened
 from ..viewer.window.drawing import Quality
 from ..viewer.window.frame import Frame
@@ -100,7 +101,7 @@ def run(
         stack.callback(context.release)
         frame = Frame(context, Sources(scene, Shelf(fast)))
         stack.callback(frame.release)
-        once = GLRenderer(context)
+        once = gl_session(context)
         stack.callback(once.close)
         session = opened(scene, Subject(path="bench.toml"))
         frame.show(session, (width, height))
@@ -159,7 +160,7 @@ def _timed(work: Callable[[], object]) -> float:
     return time.perf_counter() - begun
 
 
-def _anew(once: GLRenderer, scene: Scene, camera: Camera, fast: Mapping[str, Fast]) -> list[float]:
+def _anew(once: RenderSession, scene: Scene, camera: Camera, fast: Mapping[str, Fast]) -> list[float]:
     def work() -> None:
         once.release()
         once.render(scene, camera, fast)

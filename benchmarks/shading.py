@@ -19,10 +19,11 @@ from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.palette import Palette
+from ..viewer.gl.backend import GLBackend
 from ..viewer.gl.passes import Passes
-from ..viewer.gl.renderer import GLRenderer
 from ..viewer.gl.resources import Owner, palette_texels
 from ..viewer.gl.shaders import program
+from ..viewer.render.session import RenderSession
 
 COEFFICIENTS, SAMPLES = 8, 61
 FOLDED, RGB = f"{COEFFICIENTS} coefficients, folded", "RGB only"
@@ -43,7 +44,7 @@ class _Way:
     read: Callable[[], np.ndarray]
 
 
-def run(size: int = 1024, rank: int = 16, repeats: int = 21, seed: int = 0, renderer: GLRenderer | None = None) -> dict:
+def run(size: int = 1024, rank: int = 16, repeats: int = 21, seed: int = 0, backend: GLBackend | None = None) -> dict:
     """Time four ways to shade one lit picture of `size` x `size` pixels with a pack of `rank` terms.
 
     The geometry (angles, shadows) is worked out before; what is timed is the shading of one layer: look-ups, products
@@ -60,15 +61,16 @@ def run(size: int = 1024, rank: int = 16, repeats: int = 21, seed: int = 0, rend
     ------
     NoGL : there is no GL to time.
     """
-    owns = renderer is None
-    renderer = GLRenderer() if renderer is None else renderer
-    owner = Owner(renderer.context)
-    passes = Passes(renderer.context)
+    owns = backend is None
+    backend = GLBackend() if backend is None else backend
+    session = RenderSession(backend)
+    owner = Owner(backend.context)
+    passes = Passes(backend.context)
     try:
-        ways, lit = _ways(renderer, passes, owner, size, _pack(rank, seed), seed)
+        ways, lit = _ways(session, backend, passes, owner, size, _pack(rank, seed), seed)
         for way in ways.values():
             way.draw()
-        renderer.context.finish()
+        backend.context.finish()
         pictures = {name: way.read() for name, way in ways.items()}
         turns = {name: [] for name in ways}
         names = list(ways)
@@ -77,14 +79,14 @@ def run(size: int = 1024, rank: int = 16, repeats: int = 21, seed: int = 0, rend
             for name in names[turn % len(names) :] + names[: turn % len(names)]:
                 start = time.perf_counter()
                 ways[name].draw()
-                renderer.context.finish()
+                backend.context.finish()
                 turns[name].append(1e3 * (time.perf_counter() - start))
         # Within a turn, because what else the machine does changes from turn to turn.
         over_rgb = {name: float(np.median(np.divide(values, turns[RGB]))) for name, values in turns.items()}
         scale = np.abs(pictures[FOLDED]).max()
         off = max(float(np.abs(pictures[name] - pictures[FOLDED]).max()) for name in (CARRIED, SAMPLED))
         return {
-            "renderer": renderer.name,
+            "renderer": backend.name,
             "megapixels": lit / 1e6,
             "rank": rank,
             "repeats": repeats,
@@ -97,9 +99,9 @@ def run(size: int = 1024, rank: int = 16, repeats: int = 21, seed: int = 0, rend
     finally:
         owner.release()
         passes.release()
-        renderer.release()
+        session.release()
         if owns:
-            renderer.close()
+            backend.close()
 
 
 def tables(measured: dict) -> list[TextTable]:
@@ -145,11 +147,11 @@ def _scene(size: int) -> Scene:
 
 
 def _ways(
-    renderer: GLRenderer, passes: Passes, owner: Owner, size: int, pack: FactorPack, seed: int
+    session: RenderSession, backend: GLBackend, passes: Passes, owner: Owner, size: int, pack: FactorPack, seed: int
 ) -> tuple[dict[str, _Way], float]:
     scene = _scene(size)
-    context = renderer.context
-    (tile,) = renderer.tiles(scene, scene.camera())
+    context = backend.context
+    (tile,) = (piece.worked_out() for piece in session.windows(scene, scene.camera()))
     _, hd, azimuth = tile.lights[0]
     lit = float(tile.coverage.sum())
 

@@ -117,8 +117,7 @@ def run(args: argparse.Namespace) -> int:
             renderer_for(args.renderer) as renderer,
             progress_bar("Rendering", after=0.0 if long else _LATE) as progress,
         ):
-            renderer.filtering, renderer.progress = args.filtering, progress
-            renderer.jobs, renderer.say = args.jobs, say
+            renderer.configure(filtering=args.filtering, jobs=args.jobs, on_progress=progress, on_message=say)
             if args.spectral:
                 notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:

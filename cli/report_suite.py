@@ -55,7 +55,7 @@ def rendered(
         # Standard output may be a program's.
         say(f"no OpenGL here, so the software path renders. {why}")
     with renderer, progress_bar("Rendering", quiet=getattr(args, "json", False)) as progress:
-        renderer.jobs, renderer.say = args.jobs, say
+        renderer.configure(jobs=args.jobs, on_message=say)
         side = run_suite(
             suite,
             catalogue,

@@ -70,8 +70,8 @@ def run(args: argparse.Namespace) -> int:
     from ..lighting.scene_files import load_scene, shipped_scene
     from ..spectral.files import existing_file
     from ..spectral.processes import usable_cores
-    from ..viewer.render.keeping import VISIBILITY
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
+    from ..viewer.render.scene_layers import VISIBILITY
     from ..viewer.review.cases import light_names
     from ..viewer.review.review import review
 
@@ -90,9 +90,12 @@ def run(args: argparse.Namespace) -> int:
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
     with renderer, progress_bar("Reviewing") as progress:
-        renderer.jobs, renderer.say = args.jobs, say
         # Pictures are counted by the review.
-        renderer.progress = lambda done, total, what: progress(done, total, what) if what == VISIBILITY else None
+        renderer.configure(
+            jobs=args.jobs,
+            on_message=say,
+            on_progress=lambda done, total, what: progress(done, total, what) if what == VISIBILITY else None,
+        )
         result = review(
             scene,
             catalogue,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from ..spectral.formats.answer import Answer
-    from ..viewer.render.renderer import Renderer
+    from ..viewer.render.session import RenderSession
 
 
 # Cells that bar, count, time left and the gaps between them take on a line of progress.
@@ -114,7 +114,7 @@ def add_renderer_option(command: argparse.ArgumentParser) -> None:
     )
 
 
-def renderer_for(choice: str) -> Renderer:
+def renderer_for(choice: str) -> RenderSession:
     """The renderer asked for; "auto" falls back to software and says why."""
     from ..viewer.api import renderer_named
 

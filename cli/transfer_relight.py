@@ -98,8 +98,7 @@ def run(args: argparse.Namespace) -> int:
             built = build_rays(before, folder, args.rays, jobs, progress, say=say, most=most)
     tracing = time.monotonic() - begun
     with renderer_for(args.renderer) as renderer, progress_bar("Relighting", after=2.0) as progress:
-        renderer.rays_folder, renderer.jobs, renderer.say, renderer.progress = folder, jobs, say, progress
-        renderer.rays = args.rays
+        renderer.configure(rays_folder=folder, rays=args.rays, jobs=jobs, on_message=say, on_progress=progress)
         found = relit(before, after, catalogue, renderer, args.camera, warn)
         notes = [*bounces_notes(after, renderer)]
         files = [out / f"{name}{kind}" for name in ("before", "after") for kind in (".png", ".exr")]
@@ -113,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
             files += write_steps(changes, found.after, catalogue, out, renderer, args.camera, warn)
         if args.turntable:
             # The renderer's own work would have the bar begin anew with each picture.
-            renderer.progress = None
+            renderer.configure(on_progress=None)
             frames = []
             for made in turntable(after, catalogue, args.camera, renderer, args.turntable):
                 frames.append(out / f"turn-{len(frames):03d}.png")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..materials.material import Material
     from ..materials.neighbours import Neighbours
     from ..viewer.picture import Picture, Warn
-    from ..viewer.render.renderer import Renderer
+    from ..viewer.render.session import RenderSession
 
 _TO = ".."
 
@@ -206,7 +206,7 @@ def write_steps(
     after: Picture,
     catalogue: Catalogue,
     out: Path,
-    renderer: Renderer,
+    renderer: RenderSession,
     camera: str | None,
     warn: Warn,
 ) -> list[Path]:

@@ -16,7 +16,7 @@ from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 CHIPS = Path(__file__).parent.parent / "catalogs" / "shipped" / "spectra" / "munsell_nist_cqs9.csv"
 
@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
     camera = Camera(projection="orthographic", width=96, height_px=96, samples=2)
     scene = Scene((Part("ball", sphere(4), "paint/blue"),), (lamp,), (camera,), observer("1931_2"))
 
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         xyz, coverage = renderer.render(scene, camera, {"paint/blue": fit(paint, pixels=48).fast})
         picture = Picture(scene, camera, xyz, coverage, renderer.made_by)
     truth, seen = reference_image(scene, camera, {"paint/blue": paint})

@@ -24,7 +24,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 NM = np.arange(300.0, 781.0, 10.0)
 
@@ -40,7 +40,7 @@ def main(folder: Path, file: Path | None = None) -> None:
     camera = Camera(projection="orthographic", width=96, height_px=96, samples=2)
     scene = Scene((Part("ball", sphere(4), "note"),), (lamp,), (camera,), eye)
     truth = reference_images(scene, None, {"note": note}, tuple(lights.values()))
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         pictures = renderer.render_many(scene, None, {"note": note.own_form()}, tuple(lights.values()))
     folder.mkdir(parents=True, exist_ok=True)
     for (name, light), (xyz, coverage), exact in zip(lights.items(), pictures, truth.xyz, strict=True):

@@ -10,7 +10,7 @@ from metamer.materials.sliders import slider, sliders
 from metamer.materials.varied import varied_along
 from metamer.spectral.errors import InputError
 from metamer.viewer.sheets.material_sweep import along
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 HEAD = 'family = "sample"\nkind = "analytic"\n'
 MATT = '[[material]]\nname = "{name}"\nmodel = "lambert"\nreflectance = {{ constant = {value} }}\n'
@@ -41,7 +41,7 @@ def main(folder: Path) -> None:
     lamp, camera = DirectionalLight((0.3, 1.0, 0.5), illuminant("D65")), Camera(width=32, height_px=32, samples=1)
     scene = Scene((floor, Part("ball", sphere(2), "sample/grey-80")), (lamp,), (camera,), observer("1931_2"), bounces=1)
     steps = varied_along(satin, {"diffuse_scale": (1.0, 0.2)}, 3)
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         for made, picture in along(scene, "floor", steps, catalogue, renderer):
             print(f"{made.id}: mean Y {picture.xyz[..., 1].mean():.3f}")
 

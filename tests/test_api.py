@@ -16,7 +16,7 @@ import pytest
 from metamer.materials.records.record_head import read_head
 from metamer.spectral.errors import InputError, UnknownNameError, UsageError
 from metamer.viewer.api import renderer_named
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 from pictures import read_xyz_exr
 from PIL import Image
 
@@ -202,7 +202,7 @@ def test_the_reference_is_the_slow_truth(scene, catalogue):
 
 
 def test_a_renderer_is_kept_where_one_is_given(scene, catalogue):
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         first, second = (metamer.render(scene, catalogue, renderer=renderer) for _ in range(2))
     np.testing.assert_array_equal(first.xyz, second.xyz)
     with pytest.raises(UnknownNameError, match="nearest: software"):

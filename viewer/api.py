@@ -15,11 +15,11 @@ from ..lighting.scene import Scene
 from ..materials.catalogue import Catalogue
 from ..spectral.errors import UnknownNameError, UsageError
 from ..spectral.processes import usable_cores
+from .gl.backend import create_session, gl_session, software_session
 from .gl.context import NoGL
-from .gl.renderer import GLRenderer, SoftwareRenderer, create_renderer
 from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture
 from .render.picture_cost import picture_cost
-from .render.renderer import Filtering, Renderer
+from .render.session import Filtering, RenderSession
 
 if TYPE_CHECKING:
     from .review.review import ReviewResult
@@ -39,7 +39,7 @@ def render(
     bounces: int | Literal["auto"] | None = None,
     noise: float | None = None,
     filtering: Filtering | None = None,
-    renderer: RendererName | Renderer = "auto",
+    renderer: RendererName | RenderSession = "auto",
     progress: Progress | None = None,
 ) -> Picture:
     """One picture of a scene: `xyz` (H,W,3), `white` (3,), `coverage` (H,W); `write` makes a file of it.
@@ -56,7 +56,7 @@ def render(
         what the scene says (`Scene.bounces`), which is none where it says nothing.
     noise : of a reference: ΔE94 that what is drawn (lights that spread, and bounces) may leave on average; default 0.1.
     filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
-    renderer : by name; or one that is kept for many pictures (`create_renderer` of `metamer.viewer.gl.renderer`), which
+    renderer : by name; or one that is kept for many pictures (`create_session` of `metamer.viewer.gl.backend`), which
         keeps `filtering` and `progress`, too.
     progress : called with (done, total, what) while a long picture is drawn.
 
@@ -81,8 +81,8 @@ def render(
         )
     else:
         with _ready(renderer) as drawing:
-            drawing.filtering = filtering or drawing.filtering
-            drawing.progress = progress or drawing.progress
+            given = {"filtering": filtering, "on_progress": progress}
+            drawing.configure(**{name: value for name, value in given.items() if value is not None})
             made = picture(scene, catalogue, camera, drawing, said.append)
     for line in said:
         warnings.warn(line, stacklevel=2)
@@ -98,7 +98,7 @@ def review(
     materials: Sequence[str] | None = None,
     budget: float = 1.0,
     camera: str | None = None,
-    renderer: RendererName | Renderer = "auto",
+    renderer: RendererName | RenderSession = "auto",
     jobs: int | None = None,
     again: bool = False,
     protocol: str | Path | None = None,
@@ -157,7 +157,7 @@ def review(
     return result
 
 
-def renderer_named(name: str) -> tuple[Renderer, NoGL | None]:
+def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:
     """A renderer, and why "auto" gives none with OpenGL where it does not.
 
     Raises
@@ -167,12 +167,12 @@ def renderer_named(name: str) -> tuple[Renderer, NoGL | None]:
     if name not in get_args(RendererName):
         raise UnknownNameError("renderer", name, get_args(RendererName))
     if name == "auto":
-        return create_renderer(keeps_terms=False)
-    return (GLRenderer() if name == "gl" else SoftwareRenderer()), None
+        return create_session(keeps_terms=False)
+    return (gl_session() if name == "gl" else software_session()), None
 
 
 @contextmanager
-def _ready(renderer: str | Renderer) -> Iterator[Renderer]:
+def _ready(renderer: str | RenderSession) -> Iterator[RenderSession]:
     """The renderer named, for as long as it is needed; or the one given, which stays open."""
     if not isinstance(renderer, str):
         yield renderer

@@ -29,9 +29,9 @@ from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display.gl_pass import DisplayPass
 from .display.png import quantise, write_png
 from .display.transform import DisplayTransform
-from .gl.renderer import GLRenderer
+from .gl.backend import GLBackend
 from .render.indirect_cache import counted
-from .render.renderer import Renderer, radiance_weights
+from .render.session import RenderSession, radiance_weights
 
 #: What made a picture that no renderer made.
 #: ΔE94 of noise that a reference picture may have on average, where nobody says another.
@@ -83,7 +83,7 @@ class Picture:
         """The picture over its background as codes of the scene's display."""
         return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene.viewing), None)[0])
 
-    def write(self, output: str | Path, warn: Warn = unheard, renderer: Renderer | None = None) -> tuple[str, ...]:
+    def write(self, output: str | Path, warn: Warn = unheard, renderer: RenderSession | None = None) -> tuple[str, ...]:
         """Write .exr (XYZ and coverage) or .png (display-encoded); returns what has to be said of it.
 
         warn : called where the display clips all of the picture.
@@ -152,13 +152,14 @@ def display_for(viewing: Viewing) -> DisplayTransform:
     return DisplayTransform(**{name: value for name, value in chosen.items() if value is not None})
 
 
-def display_pass(renderer: Renderer, display: DisplayTransform) -> DisplayPass | None:
+def display_pass(renderer: RenderSession, display: DisplayTransform) -> DisplayPass | None:
     """OCIO's own GLSL on the renderer's GPU; None (OCIO on the CPU) where the renderer has no GL."""
-    return DisplayPass(renderer.context, display) if isinstance(renderer, GLRenderer) else None
+    backend = renderer.backend
+    return DisplayPass(backend.context, display) if isinstance(backend, GLBackend) else None
 
 
 def material_picture(
-    record: MaterialRecord, scene: Scene, renderer: Renderer, display: DisplayTransform, on: DisplayPass | None
+    record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
 ) -> tuple[UInt8[np.ndarray, "H W 3"], tuple[str, ...]]:
     """The scene from its first camera, its reviewed part in the fast form of `record`, and what has to be said of it.
 
@@ -171,7 +172,7 @@ def material_picture(
 
 
 def picture(
-    scene: Scene, catalogue: Catalogue, camera: str | None, renderer: Renderer, warn: Warn = unheard
+    scene: Scene, catalogue: Catalogue, camera: str | None, renderer: RenderSession, warn: Warn = unheard
 ) -> Picture:
     """Render fast forms.
 
@@ -189,7 +190,7 @@ def bounced_words(bounces: int) -> str:
     return f", {bounces} {'bounce' if bounces == 1 else 'bounces'}" if bounces else ""
 
 
-def bounces_notes(scene: Scene, renderer: Renderer) -> tuple[str, ...]:
+def bounces_notes(scene: Scene, renderer: RenderSession) -> tuple[str, ...]:
     """What is to be said of light between surfaces in the renderer's last picture, which is of this scene."""
     if scene.bounces == 0:
         return ()
@@ -224,12 +225,12 @@ def reference_picture(
 
 
 def render_spectral(
-    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: Renderer, warn: Warn = unheard
+    scene: Scene, catalogue: Catalogue, output: Path, camera: str | None, renderer: RenderSession, warn: Warn = unheard
 ) -> tuple[str, ...]:
     """Render spectra at the working wavelengths to a spectral EXR.
 
     Values are relative spectral radiance: 1 is the perfect diffuser that receives the reference illuminance from a
-    light of equal energy, and under any other light that diffuser has Y = 1 (`Renderer.render_spectra`).
+    light of equal energy, and under any other light that diffuser has Y = 1 (`RenderSession.render_spectra`).
     """
     check_output(output, spectral=True)
     view = _placed(scene, camera, warn)

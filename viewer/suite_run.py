@@ -19,7 +19,7 @@ from ..materials.catalogue import Catalogue
 from ..spectral.blas import blas
 from ..spectral.observers import observer
 from .picture import Warn, unheard
-from .render.renderer import Renderer
+from .render.session import RenderSession
 from .review.files import picture_name
 from .review.review import review
 
@@ -31,7 +31,7 @@ def run_suite(
     suite: Suite,
     catalogue: Catalogue,
     out: Path,
-    renderer: Renderer,
+    renderer: RenderSession,
     *,
     jobs: int = 1,
     again: bool = False,

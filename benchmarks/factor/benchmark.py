@@ -18,8 +18,8 @@ from ...materials.factored.pack import FactorPack
 from ...materials.fitting.fit import Fit, Trial, fit
 from ...materials.fluorescent import FluorescentLambert
 from ...materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
-from ...viewer.gl.renderer import create_renderer
-from ...viewer.render.renderer import Renderer
+from ...viewer.gl.backend import create_session
+from ...viewer.render.session import RenderSession
 from .. import filtering
 from . import growth as decompositions
 from . import methods
@@ -54,7 +54,7 @@ def run(
     baseline: bool = False,
     points: bool = True,
     growth: bool = False,
-    renderer: Renderer | None = None,
+    renderer: RenderSession | None = None,
     progress: Say = lambda line: None,
 ) -> dict:
     """Fit, judge and time every case.
@@ -78,7 +78,7 @@ def run(
     """
     chosen = chosen_cases(cases, data)
     owns = renderer is None
-    renderer = create_renderer(keeps_terms=False)[0] if renderer is None else renderer
+    renderer = create_session(keeps_terms=False)[0] if renderer is None else renderer
     found = _Found()
     surfaces = []
     try:
@@ -146,7 +146,7 @@ class _Found:
 class _Work:
     """How each case is measured; see `run`."""
 
-    renderer: Renderer
+    renderer: RenderSession
     stopwatch: Stopwatch
     lights: Sequence[str]
     pixels: int
@@ -247,7 +247,7 @@ class _Work:
         return fit(brdf, budget=case.budget if self.budget is None else self.budget, **options)
 
 
-def _filtering_points(renderer: Renderer, progress: Say) -> list[dict]:
+def _filtering_points(renderer: RenderSession, progress: Say) -> list[dict]:
     """What filtering factors is worth, shaped as the other points; seconds to fit are none of its matter."""
     progress("filtering: speed against error")
     return [

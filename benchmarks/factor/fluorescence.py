@@ -24,7 +24,7 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import xyz_from_rgb
-from ...viewer.render.renderer import Renderer
+from ...viewer.render.session import RenderSession
 from ..fluorescence import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
 from ..fluorescence import lights as benchmark_lights
 from ..measuring import most_bytes, timed
@@ -96,7 +96,7 @@ def fluorescent_rows(
     return rows, without
 
 
-def draw(renderer: Renderer, brdf: FluorescentLambert, pixels: int, angles_deg: tuple[float, ...]) -> Drawn:
+def draw(renderer: RenderSession, brdf: FluorescentLambert, pixels: int, angles_deg: tuple[float, ...]) -> Drawn:
     """Every picture that the rows and the page need."""
     lights = row_lights()
 

@@ -20,7 +20,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
-from ...viewer.render.renderer import Renderer
+from ...viewer.render.session import RenderSession
 
 _MATERIAL = "material"
 # Of the light on the surface; as in the protocol, the last of the shade is not counted.
@@ -54,7 +54,7 @@ def lit_pixels(pixels: int, angles_deg: tuple[float, ...] = LIGHT_ANGLES_DEG) ->
 
 
 def rendered_xyz(
-    renderer: Renderer,
+    renderer: RenderSession,
     packs: tuple[FactorPack, ...],
     lights: Mapping[str, Spectrum],
     pixels: int,

@@ -15,7 +15,7 @@ from ...lighting.scene import Part, Scene
 from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ...viewer.render.renderer import Renderer
+from ...viewer.render.session import RenderSession
 
 
 class Stopwatch:
@@ -28,7 +28,7 @@ class Stopwatch:
     #: Pixels along a side.
     SIZE: ClassVar[int] = 384
 
-    def __init__(self, renderer: Renderer) -> None:
+    def __init__(self, renderer: RenderSession) -> None:
         self.renderer = renderer
         size = self.SIZE
         self._camera = Camera(

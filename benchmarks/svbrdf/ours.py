@@ -16,7 +16,7 @@ from ...materials.points import Points
 from ...materials.slices.fit import mixtures
 from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette
-from ...viewer.render.keeping import SpreadLayer
+from ...viewer.render.layers import SpreadLayer
 from ...viewer.render.light_cache import Shadows
 from ...viewer.software.environment_light import SeenSamples, gathered_terms
 from .meshes import SceneHiding

@@ -30,8 +30,8 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ...spectral.upsampling import xyz_from_rgb
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ...viewer.gl.backend import gl_session
 from ...viewer.gl.context import NoGL
-from ...viewer.gl.renderer import GLRenderer
 from . import meshes
 from .cases import gold, made_sky
 from .gold import reflectance
@@ -112,7 +112,7 @@ def _milliseconds(forms: dict[str, ViewSlices], lights: dict[str, EnvironmentLig
     scenes = {name: Scene(parts, (light,), (camera,), observer("1931_2")) for name, light in lights.items()}
     drawn = {name: {"metal": _drawn(form)} for name, form in forms.items()}
     seconds: dict[str, list[float]] = {name: [] for name in forms}
-    with GLRenderer() as renderer:
+    with gl_session() as renderer:
         for name in forms:
             renderer.render(scenes[name], None, drawn[name])
         for _ in range(TURNS):

@@ -10,7 +10,7 @@ import numpy as np
 from ...lighting.transfer.hits import RAYS
 from ...materials.fitting.fit import fit
 from ...spectral.difference import delta_e_xyz
-from ...viewer.software.renderer import SoftwareRenderer
+from ...viewer.software.backend import software_session
 from .pixels import ALL, Truths, figures_of
 
 
@@ -22,7 +22,7 @@ def drawn_row(truths: Truths) -> dict:
     truths.progress(f"{case.name}, {case.light}: drawn")
     surfaces = {name: fit(material).fast for name, material in case.materials.items()}
     start = time.process_time()
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         xyz, coverage = renderer.render(replace(case.scene, bounces="auto"), None, surfaces)
         light = renderer.bounced
     spent = time.process_time() - start

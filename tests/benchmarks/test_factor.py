@@ -20,7 +20,7 @@ from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.half import rounded_to_half
 from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 pytestmark = pytest.mark.slow
 
@@ -85,7 +85,7 @@ def measured(lines):
             pixels=48,
             picture_pixels=24,
             ranks=(2,),
-            renderer=SoftwareRenderer(),
+            renderer=software_session(),
             progress=lines.append,
         )
     scenes.sphere_scenes.cache_clear()
@@ -160,7 +160,7 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
 
     class Watch(Stopwatch):
         def __init__(self):
-            self.renderer = SoftwareRenderer()
+            self.renderer = software_session()
 
         def milliseconds(self, packs):
             return 1.0
@@ -349,7 +349,7 @@ def test_tensorly_row(monkeypatch):
         picture_pixels=0,
         points=False,
         baseline=True,
-        renderer=SoftwareRenderer(),
+        renderer=software_session(),
     )
     baseline = found["rows"][0]["baseline"]
     (speed,) = found["speed"]

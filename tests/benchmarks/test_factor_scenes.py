@@ -16,7 +16,7 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 NM = np.arange(380.0, 781.0, 5.0)
 PIXELS, ANGLES = 20, (35.0, 80.0)
@@ -25,7 +25,7 @@ D65 = {"D65": illuminant("D65")}
 
 @pytest.fixture(scope="module")
 def drawn():
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         return fluorescence.draw(renderer, FluorescentLambert(made_up()[0]), PIXELS, ANGLES)
 
 
@@ -39,7 +39,7 @@ def test_renderer_and_rays_agree_as_the_protocol_says():
     """An error on the scenes is that of the packs on the protocol's directions."""
     brdf = OrenNayar(Spectrum.sampled(NM, np.linspace(0.2, 0.8, NM.size), "reflectance"), 0.5)
     packs = fit(brdf, budget=5.0, ranks=(2,), pixels=32).fast.packs
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         shown = rendered_xyz(renderer, packs, D65, 48)
     found = picture_statistics(reference_xyz(brdf, D65, 48)[0], shown[0], D65["D65"])
     protocol = sphere_protocol(96, True)

@@ -10,7 +10,7 @@ from metamer.materials.catalogue import Catalogue
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from metamer.viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails
 from metamer.viewer.sheets.sheet_text import line_length, write_line
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 from PIL import Image, ImageFont
 
 
@@ -96,7 +96,7 @@ def test_the_light_matters(metamer, folder, tmp_path, write_matt):
 
 
 def test_long_names_fit_under_their_picture(folder, load_sphere):
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         catalogue = Catalogue.open(folder)
         drawn = list(thumbnails(catalogue, catalogue.query(), load_sphere, renderer, 16))
     narrow = contact_sheet(drawn, columns=1)

@@ -8,7 +8,7 @@ from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.protocol import measured
 from metamer.spectral.formats.answer import Answer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 #: Nine directions: the normal, four at 30 degrees, four at 60.
 NINE = [(0, 0)] + [(theta, phi) for theta in (30, 60) for phi in range(0, 360, 90)]
@@ -79,7 +79,7 @@ def draped(scenes):
 def drawn(scenes, fast, renderer=None):
     """XYZ of a picture, with nothing in it that cannot be."""
     scene = draped(scenes)
-    with renderer or SoftwareRenderer() as one:
+    with renderer or software_session() as one:
         picture, covered = one.render(scene, None, {"cloth": fast})
     assert np.isfinite(picture).all() and covered.max() > 0.0
     # Rounding leaves a black texel a little below it.

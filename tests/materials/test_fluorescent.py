@@ -17,9 +17,9 @@ from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.render.renderer import radiance_weights
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.render.session import radiance_weights
+from metamer.viewer.software.backend import software_session
 
 EYE, NM = observer("1931_2"), np.arange(300.0, 781.0, 10.0)
 D65 = illuminant("D65")
@@ -69,7 +69,7 @@ def test_facing_the_light_the_reference_is_the_fold():
 def test_rendered_pictures_are_the_reference():
     scene = ball()
     truth = reference_images(scene, None, {"dye": BRDF}, LIGHTS)
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         shown = renderer.render_many(scene, None, {"dye": BRDF.own_form()}, LIGHTS)
     for number, light in enumerate(LIGHTS):
         xyz = shown[number][0]
@@ -81,7 +81,7 @@ def test_rendered_pictures_are_the_reference():
 
 def test_gl_agrees_with_numpy(gl):
     scene = ball()
-    with SoftwareRenderer() as software, GLRenderer(gl) as renderer:
+    with software_session() as software, gl_session(gl) as renderer:
         theirs, _ = software.render(scene, None, {"dye": BRDF.own_form()})
         ours, _ = renderer.render(scene, None, {"dye": BRDF.own_form()})
     assert_same_pictures(theirs, ours)
@@ -102,7 +102,7 @@ def test_a_diagonal_matrix_is_lambert():
 def test_a_light_without_ultraviolet_shows_a_brightener_as_its_diagonal():
     brightener = FluorescentLambert(dye(330.0, 440.0))
     plain = FluorescentLambert(brightener.bispectral.without_emission())
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         packs = {"b": brightener.own_form()}, {"b": plain.own_form()}
         dark = [renderer.render(ball("b", UV_FREE), None, each)[0] for each in packs]
         lit = [renderer.render(ball("b", D65), None, each)[0] for each in packs]
@@ -133,7 +133,7 @@ def test_spectral_pictures_show_light_where_the_lamp_has_none():
     grid = np.arange(380.0, 781.0, 10.0)
     blue = Spectrum.sampled(grid, np.where(grid < 520, 1.0, 0.0), "emission")
     scene = ball("dye", blue)
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         spectra = renderer.render_spectra(scene, None, {"dye": BRDF.own_form()}, grid)
         xyz, _ = renderer.render(scene, None, {"dye": BRDF.own_form()})
     assert spectra[..., grid == 580].max() > 0.05 * spectra.max() and blue.samples[grid == 580] == 0
@@ -148,7 +148,7 @@ def test_beside_an_ordinary_material_under_two_lights():
     scene = Scene(parts, lamps, (camera,), EYE)
     plain = FluorescentLambert(dye().without_emission())
     truth, _ = reference_image(scene, None, {"dye": BRDF, "plain": Lambert(plain.bispectral.reflectance)})
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         shown, _ = renderer.render(scene, None, {"dye": BRDF.own_form(), "plain": plain.own_form()})
     assert np.percentile(np.abs(truth - shown), 99) < 2e-3
 
@@ -169,7 +169,7 @@ def test_real_sticky_notes(shared_data):
     assert len(found) == 2
     for brdf in found.values():
         truth = reference_images(ball("note"), None, {"note": brdf}, LIGHTS)
-        with SoftwareRenderer() as renderer:
+        with software_session() as renderer:
             shown = renderer.render_many(ball("note"), None, {"note": brdf.own_form()}, LIGHTS)
         for number, light in enumerate(LIGHTS):
             lit = truth.xyz[number][..., 1] > 0.02

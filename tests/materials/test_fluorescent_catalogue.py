@@ -23,7 +23,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.palette import DonaldsonPalette
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 from pictures import read_xyz_exr
 
 NM = np.arange(380.0, 781.0, 20.0)
@@ -83,7 +83,7 @@ def test_what_is_stored_still_shines(catalogue):
 def test_picture_from_the_catalogue_is_the_reference(catalogue):
     record, scene = catalogue.load("measured/notes-2"), scene_of("measured/notes-2")
     truth, _ = reference_image(scene, None, {record.id: record.brdf()})
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         shown, _ = renderer.render(scene, None, {record.id: record.drawn()})
     assert np.percentile(np.abs(truth - shown), 99) < 1e-3
 

@@ -14,10 +14,10 @@ from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
-from metamer.viewer.render.renderer import radiance_weights
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.render.session import radiance_weights
+from metamer.viewer.software.backend import software_session
 
 # Between 5 nm samples, a product of light and reflectance is no longer what the two are one by one.
 FOLDED_DELTA_E94 = 0.1
@@ -26,7 +26,7 @@ NM = WORKING_WAVELENGTHS_NM
 
 @pytest.fixture(scope="module")
 def software():
-    return SoftwareRenderer()
+    return software_session()
 
 
 def folded(values, scene):
@@ -56,7 +56,7 @@ def test_spectra_of_two_lights_and_three_parts_add_up(scenes, software):
 
 def test_gl_renders_the_same_spectra(scenes, software, gl):
     scene = scenes.lamp_scene(size=32, samples=2)
-    renderer = GLRenderer(gl)
+    renderer = gl_session(gl)
     try:
         theirs = renderer.render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM)
     finally:

@@ -24,7 +24,7 @@ FORMULAS: dict[ImageFormula, int] = {"CIE 1994": 1994, "CIE 2000": 2000, "CAM16-
 
 
 class DifferencePass:
-    """Compares two canvases (`LiveRenderer`) pixel by pixel; twin of `image_delta_e`."""
+    """Compares two canvases (`Canvas`) pixel by pixel; twin of `image_delta_e`."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context

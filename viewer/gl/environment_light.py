@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...lighting.environment.panel import GatheredPanel
 from ...lighting.transfer.indirect import IndirectLight
-from ..render.keeping import SpreadLayer
+from ..render.layers import SpreadLayer
 from .light_textures import (
     LightTables,
     bright_tables,

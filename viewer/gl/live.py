@@ -1,27 +1,27 @@
-"""Pictures that stay on the GPU: several sides of a comparison at once, a window of the picture at a time.
-
-The passes are those of `GLRenderer`; what it would read back is put into textures instead.
-"""
+"""Pictures that stay on the GPU: several sides of a comparison at once, a window of the picture at a time."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...lighting.camera import Camera
-from ..render.geometry import SceneGeometry, knows_geometry
-from ..render.keeping import KEPT_TERMS, Layer, Piece, SpreadLayer
-from ..render.view import View, view_key, window_count
+from ..render.cache import KEPT_TERMS, Backend, Piece
+from ..render.geometry import knows_geometry
+from ..render.indirect_cache import IndirectCache
+from ..render.layers import AnyLayer
+from ..render.scene_layers import LayerBuilder, RenderSettings
+from ..render.session import RenderSession, Target
+from ..render.view import view_key, window_count
+from .backend import GLBackend, palette_of
 from .full_screen import FullScreen
 from .passes import MOST_QUADS
 from .programs import Programs
-from .renderer import palette_of
 from .resources import Owner
 from .side import Side
-from .side_layers import Prepared, SideRenderer
+from .side_layers import Prepared, SideLayers
 from .tile import GLTerms
 
 if TYPE_CHECKING:
@@ -30,81 +30,108 @@ if TYPE_CHECKING:
 
 # Columns of a layer's colours: those of its one spectrum.
 _XYZ = slice(0, 3)
+# States whose indirect light is kept: a part as it is and black, of two sides.
+_KEPT_STATES = 4
 
 
-class LiveRenderer(SideRenderer):
-    """A renderer that draws onto canvases: textures, RGBA32F, XYZ premultiplied by coverage and coverage, row 0 on
-    top; in steps.
+class Canvas(Target):
+    """A texture on the GPU to draw onto: RGBA32F, XYZ premultiplied by coverage and coverage, row 0 on top."""
+
+    count = 1
+
+    def __init__(self, texture: moderngl.Texture) -> None:
+        self.texture = texture
+        self._put = FullScreen(texture.ctx, "put.frag", {"PICTURE": 1, "COVERAGE": 1})
+
+    def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[moderngl.Texture]) -> None:
+        """Copy a window's image to its place."""
+        coverage = piece.coverage
+        owner = Owner(self.texture.ctx)
+        try:
+            size = coverage.shape[::-1]
+            samplers = {"picture": images[0], "coverage": owner.texture(size, 1, coverage.tobytes())}
+            corner = piece.left, piece.top
+            self._put.draw(self.texture, samplers, {"corner": corner}, (*corner, *size))
+        finally:
+            owner.release()
+
+    def release(self) -> None:
+        """Free its program; the texture stays."""
+        self._put.release()
+
+
+class LiveSession:
+    """A render session of sides of a comparison, drawn onto canvases in steps.
+
+    Canvases are textures as of `Canvas`. `sides` prepares what is drawn.
     """
 
-    def __init__(
-        self, context: moderngl.Context | None = None, keeps_terms: bool = False, like: LiveRenderer | None = None
-    ) -> None:
-        """`like` : another one of the same context, whose programs are used; it is closed after this."""
-        super().__init__(context, keeps_terms=keeps_terms)
+    def __init__(self, backend: GLBackend, settings: RenderSettings, like: LiveSession | None = None) -> None:
+        """Make one on a back end, which is closed with it.
+
+        like : another one of the same context, whose programs and caches of light are used; it is closed after this.
+        """
+        layers = LayerBuilder(bounces=IndirectCache(_KEPT_STATES))
+        if like is not None:
+            backend.passes.use_programs_of(like._backend.passes)
+            layers = LayerBuilder(like.session.layers.lights, like.session.layers.bounces)
+        self.session = RenderSession(backend, settings, layers)
+        self.sides = SideLayers(self.session)
         #: Bytes of terms that are kept of a picture.
         self.most_terms = 2 * KEPT_TERMS
-        #: Parts whose triangles are not drawn from behind, by their meshes' identities.
-        self.one_sided: frozenset[int] = frozenset()
+        self._backend, self._cache = backend, self.session.cache
+        self._context = backend.context
+        # Terms and coverage of the whole picture, valid while its view is kept.
         self._whole: dict[tuple, GLTerms] = {}
         self._covered: tuple[Owner, moderngl.Texture] | None = None
-        if like is not None:
-            self._passes.use_programs_of(like._passes)
-            self.share_light(like)
-        self._put = FullScreen(self.context, "put.frag", {"PICTURE": 1, "COVERAGE": 1})
-        self._place = FullScreen(self.context, "put.frag", {"PICTURE": 1})
-        self._cover = FullScreen(self.context, "put.frag", {"COVERAGE": 1})
-        self._enlarge = FullScreen(self.context, "enlarge.frag")
+        self._cache.on_forget_view = self._forget_whole
+        self._put = FullScreen(self._context, "put.frag", {"PICTURE": 1, "COVERAGE": 1})
+        self._place = FullScreen(self._context, "put.frag", {"PICTURE": 1})
+        self._cover = FullScreen(self._context, "put.frag", {"COVERAGE": 1})
+        self._enlarge = FullScreen(self._context, "enlarge.frag")
 
     @property
     def all_programs(self) -> list[Programs]:
-        """Those that are drawn with."""
-        return [self._passes.programs, *(one.programs for one in (self._put, self._place, self._cover, self._enlarge))]
+        """Programs that are drawn with."""
+        screens = (self._put, self._place, self._cover, self._enlarge)
+        return [self._backend.passes.programs, *(one.programs for one in screens)]
 
     def knows(self, prepared: Prepared) -> bool:
-        """Whether all of its terms are kept, so that `drawing` it is a fold."""
-        if self._view is None or view_key(prepared.camera) != view_key(self._view.camera):
+        """Return True if all of its terms are kept, so that `drawing` it is a fold."""
+        view, geometry = self._cache.view, self._cache.geometry
+        if view is None or view_key(prepared.camera) != view_key(view.camera):
             return False
-        if self._view.scene is not self._geometry:
-            return False
-        if not knows_geometry(prepared.scene, self._geometry):
+        if view.scene is not geometry or not knows_geometry(prepared.scene, geometry):
             return False
         return prepared.keys <= self._whole.keys() and not any(direct for _, direct in prepared.layers)
 
     def beginning(self, prepared: Prepared) -> Iterator[None]:
-        """What `drawing` would begin with, in steps of its own: the view, then each light's tables on the GPU."""
+        """Do in steps what `drawing` would begin with: the view, then each light's tables on the GPU."""
         if self.knows(prepared):
             return
-        self._with_uv, self._with_frames = prepared.with_uv, prepared.with_frames
-        view = self._turned_to(prepared.scene, prepared.camera)
+        self._cache.needs = prepared.needs
+        view = self._cache.turned_to(prepared.scene, prepared.camera, self.session.settings.tile_samples)
         yield
         _ = view.boxes
         yield
         for light in view.scene.lights if view.scene.tracer is None else ():
-            self._passes.upload_shadows(light)
+            self._backend.passes.upload_shadows(light)
             yield
-
-    def _viewed(self, geometry: SceneGeometry, camera: Camera) -> View:
-        view = super()._viewed(geometry, camera)
-        solid = [id(mesh) in self.one_sided for mesh in geometry.meshes]
-        if not any(solid):
-            return view
-        return replace(view, left_out=np.repeat(solid, np.diff(geometry.first_face)) & (view.side < 0.0))
 
     def drawing(self, prepared: Prepared, onto: Sequence[moderngl.Texture]) -> Iterator[tuple[int, int]]:
         """Draw each side onto its canvas, of the camera's size; yields windows done and windows in all after each.
 
         Terms are kept for the whole picture once all of it is drawn: then they are folded at once.
         """
-        self._with_uv, self._with_frames = prepared.with_uv, prepared.with_frames
+        self._cache.needs = prepared.needs
         if self.knows(prepared):
             self._fold(prepared, onto)
             yield 1, 1
             return
-        total = window_count(prepared.camera, self.tile_samples)
+        total = window_count(prepared.camera, self.session.settings.tile_samples)
         filled: dict[tuple, GLTerms] = {}
         try:
-            for number, piece in enumerate(self._pieces(prepared.scene, prepared.camera), 1):
+            for number, piece in enumerate(self.session.windows(prepared.scene, prepared.camera), 1):
                 if number == 1:
                     filled = self._room(prepared)
                 self._draw_piece(prepared, onto, piece, filled)
@@ -116,8 +143,8 @@ class LiveRenderer(SideRenderer):
                 terms.owner.release()
 
     def _room(self, prepared: Prepared) -> dict[tuple, GLTerms]:
-        """Empty textures for the terms of the whole picture that are not kept, as far as there is room; what is not
-        asked for any more is forgotten.
+        """Make empty textures for the terms of the whole picture that are not kept, as far as there is room, and forget
+        those that are not asked for any more.
         """
         for key in self._whole.keys() - prepared.keys:
             self._whole.pop(key).owner.release()
@@ -126,18 +153,18 @@ class LiveRenderer(SideRenderer):
             key = layer.terms_key
             if key in self._whole or key in found:
                 continue
-            box, rank = self._box(layer.part), layer.rank if isinstance(layer, SpreadLayer) else layer.summand.rank
-            count = -(-rank // 4)
+            box = self._box(layer.part)
+            count = -(-layer.rank // 4)
             size = 16 * box[2] * box[3] * count
             if used + size <= self.most_terms:
-                owner = Owner(self.context)
+                owner = Owner(self._context)
                 found[key] = GLTerms(layer, size, box, tuple(owner.texture(box[2:], 4) for _ in range(count)), owner)
                 used += size
         return found
 
     def _box(self, part: int) -> tuple[int, int, int, int]:
-        """Pixels that a part may touch, one at least: left, top, width and height."""
-        view = self._view
+        """Return the pixels that a part may touch, one at least: left, top, width and height."""
+        view = self._cache.view
         assert view is not None
         faces = slice(*view.scene.first_face[part : part + 2])
         low, high = (one[faces] for one in view.boxes)
@@ -149,22 +176,21 @@ class LiveRenderer(SideRenderer):
     def _draw_piece(
         self, prepared: Prepared, onto: Sequence[moderngl.Texture], piece: Piece, filled: Mapping[tuple, GLTerms]
     ) -> None:
-        owner = Owner(self.context)
+        owner = Owner(self._context)
         # Terms of this window: what is kept is copied to its place in the whole.
         made: dict[tuple, GLTerms | None] = {}
         try:
-            known = self._coverage_of(piece)
-            size = known.shape[::-1]
-            coverage = owner.texture(size, 1, known.tobytes())
+            size = piece.coverage.shape[::-1]
+            coverage = owner.texture(size, 1, piece.coverage.tobytes())
             for (kept, direct), texture in zip(prepared.layers, onto, strict=True):
                 picture = owner.texture(size, 4)
-                target = owner.keep(self.context.framebuffer([picture]))
+                target = owner.keep(self._context.framebuffer([picture]))
                 target.clear()
-                self._add_at_once(target, owner, piece, direct, _XYZ)
+                self._backend.add_at_once(target, owner, piece, direct, _XYZ)
                 for layer in kept:
                     key = layer.terms_key
                     if key not in made and key not in self._whole:
-                        made[key] = self._terms(self._tile_of(piece), layer)
+                        made[key] = self._backend.terms(piece.worked_out(), layer)
                         self._copy(made[key], filled.get(key), piece)
                     terms = self._whole.get(key) or filled.get(key) or made[key]
                     corner = (0, 0) if terms is made.get(key) else (piece.left, piece.top)
@@ -178,7 +204,7 @@ class LiveRenderer(SideRenderer):
             owner.release()
 
     def _copy(self, made: GLTerms | None, whole: GLTerms | None, piece: Piece) -> None:
-        """Terms of a window to their place in those of the whole picture."""
+        """Copy terms of a window to their place in those of the whole picture."""
         if made is None or whole is None:
             return
         corner = piece.left + made.box[0] - whole.box[0], piece.top + made.box[1] - whole.box[1]
@@ -189,7 +215,7 @@ class LiveRenderer(SideRenderer):
         self,
         target: moderngl.Framebuffer,
         owner: Owner,
-        layer: Layer | SpreadLayer,
+        layer: AnyLayer,
         terms: GLTerms | None,
         corner: tuple[int, int],
     ) -> None:
@@ -205,49 +231,42 @@ class LiveRenderer(SideRenderer):
         box = (*low, high[0] - low[0], high[1] - low[1])
         for row in range(0, len(terms.quads), MOST_QUADS):
             some = terms.quads[row : row + MOST_QUADS]
-            self._passes.fold(target, box, 1, some, row, palette, shape, (left, top))
+            self._backend.passes.fold(target, box, 1, some, row, palette, shape, (left, top))
 
     def _fold(self, prepared: Prepared, onto: Sequence[moderngl.Texture]) -> None:
         """Fold the kept terms of the whole picture."""
-        owner = Owner(self.context)
+        owner = Owner(self._context)
         try:
             coverage = self._whole_coverage(prepared.camera)
             for (kept, _), texture in zip(prepared.layers, onto, strict=True):
                 self._cover.draw(texture, {"coverage": coverage})
-                target = owner.keep(self.context.framebuffer([texture]))
+                target = owner.keep(self._context.framebuffer([texture]))
                 for layer in kept:
                     self._add_folded_terms(target, owner, layer, self._whole[layer.terms_key], (0, 0))
         finally:
             owner.release()
 
     def _whole_coverage(self, camera: Camera) -> moderngl.Texture:
-        """The coverage of all windows, which are drawn already."""
+        """Return the coverage of all windows, which are drawn already."""
         if self._covered is None:
             found = np.zeros((camera.height_px, camera.width), dtype=np.float32)
-            for piece in self._kept:
-                known = self._coverage_of(piece)
-                height, width = known.shape
-                found[piece.top : piece.top + height, piece.left : piece.left + width] = known
-            owner = Owner(self.context)
+            for piece in self._cache.pieces:
+                found[piece.place] = piece.coverage
+            owner = Owner(self._context)
             size = camera.width, camera.height_px
             self._covered = owner, owner.texture(size, 1, found.tobytes())
         return self._covered[1]
 
-    def _forget_view(self) -> None:
-        super()._forget_view()
+    def _forget_whole(self) -> None:
         while self._whole:
             self._whole.popitem()[1].owner.release()
         if self._covered is not None:
             self._covered[0].release()
             self._covered = None
 
-    def forget_view(self) -> None:
-        """Draw all of the next picture anew, terms and all."""
-        self._forget_view()
-
     def draw(self, sides: Sequence[Side], camera: Camera, onto: Sequence[moderngl.Texture]) -> None:
         """Draw all of each side at once."""
-        for _ in self.drawing(self.prepared(sides, camera), onto):
+        for _ in self.drawing(self.sides.prepared(sides, camera), onto):
             pass
 
     def enlarge(self, small: moderngl.Texture, onto: moderngl.Texture) -> None:
@@ -255,7 +274,8 @@ class LiveRenderer(SideRenderer):
         self._enlarge.draw(onto, {"small": small}, {"scale": tuple(np.divide(small.size, onto.size))})
 
     def close(self) -> None:
-        """Release everything, as of `GLRenderer`."""
+        """Release all resources; do not use it afterwards."""
+        self._backend.make_current()
         for one in (self._put, self._place, self._cover, self._enlarge):
             one.release()
-        super().close()
+        self.session.close()

@@ -7,30 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
-from typing import TYPE_CHECKING
+from functools import cache, cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from ...lighting.camera import Camera
-from ...lighting.lights import SpreadLight
 from ...lighting.scene import Scene
-from ...lighting.transfer.indirect import IndirectLight
 from ...materials.factored.pack import matt_brdf
 from ...materials.fast import Fast
 from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ..render.cache import Needs
 from ..render.geometry import knows_geometry, same_geometry, scene_geometry
-from ..render.indirect_cache import Bouncing, indirect_layers
-from ..render.keeping import Layer, SpreadLayer
-from ..render.light_cache import Shadows
-from .renderer import GLRenderer, with_and_without_terms
+from ..render.indirect_cache import indirect_layers
+from ..render.layers import AnyLayer, split_by_terms
+from ..render.scene_layers import Colours
+from ..render.session import RenderSession
 from .side import Side
-
-if TYPE_CHECKING:
-    import moderngl
 
 # What a part wears to show what it gives others: no id of a catalogue has capitals.
 _BLACK = "the part without its light/BLACK"
@@ -47,7 +42,7 @@ def _blackened(side: Side, scene: Scene) -> Scene:
 
 
 # Layers that are drawn from terms, and others.
-Split = tuple[list[Layer | SpreadLayer], list[Layer | SpreadLayer]]
+Split = tuple[list[AnyLayer], list[AnyLayer]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,120 +52,107 @@ class Prepared:
     scene: Scene
     camera: Camera
     layers: tuple[Split, ...]
-    with_uv: bool
-    with_frames: bool
+    needs: Needs
 
     @cached_property
     def keys(self) -> set[tuple]:
-        """Of all terms that may be kept."""
+        """Keys of all terms that may be kept."""
         return {layer.terms_key for kept, _ in self.layers for layer in kept}
 
 
-class SideRenderer(GLRenderer):
-    """A `GLRenderer` of sides: what they are drawn of."""
+class SideLayers:
+    """Prepares sides of a comparison for a session: their layers, and light that takes long.
 
-    def __init__(self, context: moderngl.Context | None = None, keeps_terms: bool = False) -> None:
-        super().__init__(context, keeps_terms=keeps_terms)
-        #: Whether what takes long is worked out when it is missing, as shadows of light that spreads, and bounces; else
-        #: pictures are without it.
-        self.whole = True
-        self._bouncing = Bouncing(keeps=4)
+    whole : whether what is missing and takes long is worked out, as shadows of area and environment lights and indirect
+    light; else pictures are without it.
+    """
 
-    def share_light(self, other: SideRenderer) -> None:
-        """Keep what is found of lights together with another one."""
-        self._kept_light, self._bouncing = other._kept_light, other._bouncing
+    def __init__(self, session: RenderSession) -> None:
+        self.session, self.whole = session, True
 
     def prepared(self, sides: Sequence[Side], camera: Camera) -> Prepared:
-        """What is to be drawn of each side; what is kept serves all: their scenes differ in materials, spectra and
-        observers alone.
+        """Build each side's layers; caches serve all: their scenes differ in materials, spectra and observers alone.
 
         Raises
         ------
-        InputError : the sides' meshes or the places of their lights differ; whatever `render` raises.
+        InputError : the sides' meshes or the places of their lights differ; whatever `LayerBuilder.build` raises.
         """
         scenes: list[Scene] = []
         layers: list[Split] = []
-        needs = np.zeros(2, dtype=bool)
+        uv = frames = False
+        settings = self.session.settings
         for side in sides:
-            scene, found = self._layers_of(side, camera)
-            needs |= self._with_uv, self._with_frames
+            scene, found, needs = self._layers_of(side, camera)
+            uv, frames = uv or needs.uv, frames or needs.frames
             scenes.append(scene)
-            layers.append(with_and_without_terms(found, self.keeps_terms))
+            layers.append(split_by_terms(found, settings.keeps_terms))
         if not all(same_geometry(scenes[0], other) for other in scenes[1:]):
             expected = "the same meshes and places of lights"
             raise InputError("sides of different geometry", field="sides", expected=expected)
-        return Prepared(scenes[0], camera, tuple(layers), bool(needs[0]), bool(needs[1]))
+        return Prepared(scenes[0], camera, tuple(layers), Needs(uv, frames, settings.filtering == "mipmapped"))
 
     def work_out(self, sides: Sequence[Side]) -> None:
-        """All that takes long before anything is drawn, without the GPU: another thread may do it."""
-        self._geometry = scene_geometry(sides[0].scene.cut(sides[0].surfaces), self._geometry)
+        """Work out all that takes long before anything is drawn, without the GPU: another thread may do it."""
+        layers, settings, cache = self.session.layers, self.session.settings, self.session.cache
+        cache.geometry = scene_geometry(sides[0].scene.cut(sides[0].surfaces), cache.geometry)
         for side in sides:
             scene, shown_in = side.drawn
             scene = scene.cut(side.surfaces)
             for light in scene.spread_lights:
-                self._kept_light.gathered(light, scene)
-                shadows = self._shadows(light, scene)
+                layers.lights.gathered(light, scene)
+                shadows = layers.shadows(settings, light, scene, self.whole)
                 if shadows is not None and shadows.bright is not None:
                     _ = shadows.hidden
             for one in self._states(side, scene):
-                self._indirect(*one, shown_in)
+                layers.indirect(settings, *one, shown_in, self.whole)
 
     def has_worked_out(self, sides: Sequence[Side]) -> bool:
-        """Whether `work_out` has nothing to do."""
-        first = sides[0].scene.cut(sides[0].surfaces)
-        if not knows_geometry(first, self._geometry):
+        """Return True if `work_out` has nothing to do."""
+        layers = self.session.layers
+        if not knows_geometry(sides[0].scene.cut(sides[0].surfaces), self.session.cache.geometry):
             return False
         for side in sides:
             scene, shown_in = side.drawn
             scene = scene.cut(side.surfaces)
-            if not all(self._kept_light.knows(light, scene) for light in scene.spread_lights):
+            if not all(layers.lights.knows(light, scene) for light in scene.spread_lights):
                 return False
-            if not all(self._bouncing.knows(*one, shown_in) for one in self._states(side, scene)):
+            if not all(layers.bounces.knows(*one, shown_in) for one in self._states(side, scene)):
                 return False
         return True
 
     def bounces_of(self, side: Side) -> int:
-        """Of what has been drawn of a side: surfaces that its light may have come by."""
+        """Return the number of bounces in what was drawn of a side."""
         scene, shown_in = side.drawn
-        light = self._indirect(scene.cut(side.surfaces), side.surfaces, shown_in)
+        layers, settings = self.session.layers, self.session.settings
+        light = layers.indirect(settings, scene.cut(side.surfaces), side.surfaces, shown_in, self.whole)
         return 0 if light is None else light.bounces
 
-    def share_geometry(self, other: SideRenderer) -> None:
-        """Take over what another one has of the scene's meshes and lights."""
-        if other._geometry is not None:
-            self._geometry = other._geometry
-
     def _states(self, side: Side, scene: Scene) -> list[tuple[Scene, Mapping[str, Fast]]]:
-        """The scenes whose indirect light a side shows: of an influence two, with the part as it is and black."""
+        """Return the states whose indirect light a side shows: of an influence two, with the part as is and black."""
         if side.influence is None:
             return [(scene, side.surfaces)]
         return [(scene, side.surfaces), (_blackened(side, scene), {**side.surfaces, _BLACK: _black()})]
 
-    def _layers_of(self, side: Side, camera: Camera) -> tuple[Scene, list[Layer | SpreadLayer]]:
+    def _layers_of(self, side: Side, camera: Camera) -> tuple[Scene, list[AnyLayer], Needs]:
         scene, shown_in = side.drawn
-        colours = partial(self._one_colour, side)
-        scene, found = self._layers(scene, camera, side.surfaces, colours, shown_in)
+        colours, layers, settings = self._colours_of(side), self.session.layers, self.session.settings
+        built = layers.build(settings, scene, camera, side.surfaces, colours, shown_in, self.whole)
         if side.influence is None:
-            return scene, found
-        number = [part.name for part in scene.parts].index(side.influence)
-        found, self._with_frames = [], True
-        for sign, (state, surfaces) in zip((1.0, -1.0), self._states(side, scene), strict=True):
-            light = self._indirect(state, surfaces, shown_in)
+            return built.scene, built.layers, built.needs
+        number = [part.name for part in built.scene.parts].index(side.influence)
+        found: list[AnyLayer] = []
+        for sign, (state, surfaces) in zip((1.0, -1.0), self._states(side, built.scene), strict=True):
+            light = layers.indirect(settings, state, surfaces, shown_in, self.whole)
             bare = {name: surfaces[name].without_holes() for name in state.material_ids}
             for layer in [] if light is None else indirect_layers(light, state, camera, bare, colours):
                 if layer.part != number:
                     found.append(replace(layer, colours=sign * layer.colours))
-        return scene, found
+        return built.scene, found, replace(built.needs, frames=True)
 
-    def _indirect(
-        self, scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()
-    ) -> IndirectLight | None:
-        if not self.whole and not self._bouncing.knows(scene, surfaces, shown_in):
-            return None
-        return super()._indirect(scene, surfaces, shown_in)
+    def _colours_of(self, side: Side) -> Colours:
+        folded = self.session.layers.colours(side.scene, (side.illuminant,))
 
-    def _shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
-        return super()._shadows(light, scene) if self.whole or self._kept_light.knows(light, scene) else None
+        def dimmed(spectrum: Spectrum, palette: Palette) -> Float[np.ndarray, "P R 3"]:
+            return side.dimming * folded(spectrum, palette)
 
-    def _one_colour(self, side: Side, spectrum: Spectrum, palette: Palette) -> Float[np.ndarray, "P R 3"]:
-        return side.dimming * self._colours(side.scene, spectrum, palette, (side.illuminant,))
+        return dimmed

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..render.keeping import KeptTerms, SpreadLayer, Tile
+from ..render.cache import KeptTerms, Tile
+from ..render.layers import SpreadLayer
 from ..render.raster import SUBSTEPS, WindowTriangles
 from .environment_light import FRAMES
 from .resources import Owner

@@ -19,14 +19,14 @@ from ...lighting.visibility.keeping import transfer_folder
 from ...materials.fast import Fast
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
-from .keeping import SpreadLayer
+from .layers import SpreadLayer
 
 # Fields of the light that are looked up at once: a texel holds four.
 _MOST_FIELDS = 4
 Progress = Callable[[int, int, str], None]
 
 
-class Bouncing:
+class IndirectCache:
     """Keeps the rays of the last scene while its meshes are the same, and its last few states' indirect light.
 
     keeps : states. Good for several renderers and threads: who works something out holds `lock`.
@@ -101,7 +101,7 @@ def counted(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spect
     """The scene with a number of bounces in place of "auto": as many as its picture has."""
     if scene.bounces != "auto":
         return scene
-    light = Bouncing().light(scene, surfaces, shown_in, lambda done, total, what: None, transfer_folder())
+    light = IndirectCache().light(scene, surfaces, shown_in, lambda done, total, what: None, transfer_folder())
     return replace(scene, bounces=0 if light is None else light.bounces)
 
 

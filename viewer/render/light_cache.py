@@ -42,7 +42,7 @@ class Shadows:
         return HiddenLight.of(self.visibility, self.bright)
 
 
-class KeptLight:
+class LightCache:
     """Good for several renderers, and for several threads one after the other: who works something out holds `lock`.
 
     Visibility is kept while the meshes are the same, a light's parts while its map is, however it is turned.

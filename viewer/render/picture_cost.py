@@ -15,7 +15,7 @@ from ...lighting.scene import Scene
 from ...lighting.visibility.refinement import refined
 from ...spectral.memory import check_room, gigabytes
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM
-from .keeping import KEPT_SAMPLES
+from .cache import KEPT_SAMPLES
 from .view import TILE_SAMPLES
 
 Kind = Literal["picture", "spectra", "reference", "review"]

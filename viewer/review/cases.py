@@ -22,7 +22,7 @@ from ..display.gl_pass import DisplayPass
 from ..display.transform import DisplayTransform
 from ..picture import Warn, display_for, display_pass
 from ..render.indirect_cache import counted
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 
 #: What an illuminant is called where each light keeps its own; one can ask for it so, too.
 OWN_LIGHT = "the scene's lights"
@@ -55,7 +55,7 @@ class Setting:
     plan: ScenePlan
     display: DisplayTransform
     gpu: DisplayPass | None
-    renderer: Renderer
+    renderer: RenderSession
     budget: float
     total: int
     version: str
@@ -69,7 +69,7 @@ def light_names(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple
 def prepared(
     scene: Scene,
     catalogue: Catalogue,
-    renderer: Renderer,
+    renderer: RenderSession,
     *,
     illuminants: Sequence[str] | None,
     materials: Sequence[str] | None,

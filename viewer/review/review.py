@@ -23,7 +23,7 @@ from ...materials.catalogue import Catalogue
 from ...materials.reading import Reading
 from ...spectral.ending import clearing, saying
 from ..picture import Warn, unheard
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 from .cases import OWN_LIGHT, Case, Setting, prepared
 from .compare import compare
 from .draw import draw
@@ -60,7 +60,7 @@ def review(
     illuminants: Sequence[str] | None = None,
     materials: Sequence[str] | None = None,
     budget: float = 1.0,
-    renderer: Renderer,
+    renderer: RenderSession,
     camera: str | None = None,
     jobs: int = 1,
     version: str,

@@ -24,11 +24,11 @@ from ...materials.records.shown import (
 )
 from ...spectral.errors import InputError
 from ..picture import display_for, display_pass, material_picture
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 from ..review.words import provenance_words
 
 
-def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: Renderer | None = None) -> str:
+def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: RenderSession | None = None) -> str:
     """The page as HTML. `scene`, whose reviewed part wears the material, and `renderer` make its picture; a spectrum
     without a surface has none."""
     picture, words = None, no_surface(record.model).problem if not record.is_surface else "not rendered"
@@ -56,7 +56,7 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
     )
 
 
-def _picture(record: MaterialRecord, scene: Scene, renderer: Renderer) -> tuple[UInt8[ndarray, "H W 3"], str]:
+def _picture(record: MaterialRecord, scene: Scene, renderer: RenderSession) -> tuple[UInt8[ndarray, "H W 3"], str]:
     display = display_for(scene.viewing)
     picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
     lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))

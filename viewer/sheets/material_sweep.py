@@ -16,7 +16,7 @@ from ...materials.material import Material
 from ...materials.varied import VariedCatalogue
 from ...spectral.errors import InputError
 from ..picture import Picture, Warn, picture, unheard
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line
 
 _POINTS = 11
@@ -29,7 +29,7 @@ def along(
     part: str,
     materials: Iterable[Material],
     catalogue: Catalogue,
-    renderer: Renderer,
+    renderer: RenderSession,
     camera: str | None = None,
     warn: Warn = unheard,
 ) -> Iterator[tuple[Material, Picture]]:
@@ -42,7 +42,7 @@ def along(
 
     Raises
     ------
-    UnknownNameError : no such part, no such camera. InputError : what `Renderer.render` raises.
+    UnknownNameError : no such part, no such camera. InputError : what `RenderSession.render` raises.
     """
     scene.part(part)
     for material in materials:

@@ -19,7 +19,7 @@ from ...materials.records.shown import shown_spectrum
 from ...spectral.errors import InputError
 from ...spectral.files import written_whole
 from ..picture import display_for, display_pass, material_picture
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line
 
 _CAPTION_POINTS = 11
@@ -47,7 +47,7 @@ def thumbnails(
     catalogue: Catalogue,
     summaries: Sequence[Summary],
     scene: Scene,
-    renderer: Renderer,
+    renderer: RenderSession,
     pixels: int = 128,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
     cloth: Scene | None = None,

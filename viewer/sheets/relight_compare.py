@@ -2,7 +2,7 @@
 
 Light adds up, so that the change of a picture is that of light which comes straight from lamps, and that of light which
 comes by way of other surfaces. Each is judged alone, the other one left as it was before. Rays between surfaces hang on
-the geometry: what was traced of it before serves both pictures (`Renderer.rays_folder`).
+the geometry: what was traced of it before serves both pictures (`RenderSettings.rays_folder`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ...lighting.scene import Scene
 from ...materials.catalogue import Catalogue
 from ...spectral.adaptation import adaptation_matrix
 from ..picture import Picture, Warn, picture, unheard
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def relit(
     before: Scene,
     after: Scene,
     catalogue: Catalogue,
-    renderer: Renderer,
+    renderer: RenderSession,
     camera: str | None = None,
     warn: Warn = unheard,
 ) -> Relit:
@@ -88,7 +88,7 @@ def relit(
     Raises
     ------
     UnknownNameError : a material that the catalogue does not have, no such camera.
-    InputError : what `Renderer.render` raises.
+    InputError : what `RenderSession.render` raises.
     """
     # The last picture drawn is that of after: the renderer's `bounced` speaks of it.
     straight = [picture(replace(one, bounces=0), catalogue, camera, renderer).xyz for one in (before, after)]

@@ -14,7 +14,7 @@ from ...lighting.vectors import unit
 from ...materials.catalogue import Catalogue
 from ...spectral.files import written_whole
 from ..picture import Picture, bounced_words
-from ..render.renderer import Renderer
+from ..render.session import RenderSession
 
 # Milliseconds of a whole turn.
 _TURN_MS = 6000
@@ -42,14 +42,14 @@ def orbited(camera: Camera, frames: int) -> tuple[Camera, ...]:
 
 
 def turntable(
-    scene: Scene, catalogue: Catalogue, camera: str | None, renderer: Renderer, frames: int
+    scene: Scene, catalogue: Catalogue, camera: str | None, renderer: RenderSession, frames: int
 ) -> Iterator[Picture]:
     """Pictures of a full turn, the first as `picture` draws it. Light between surfaces is found once for all.
 
     Raises
     ------
     UnknownNameError : a material that the catalogue does not have, no such camera.
-    InputError : what `Renderer.render` raises.
+    InputError : what `RenderSession.render` raises.
     """
     surfaces = renderer.forms(catalogue, scene)
     for view in orbited(scene.camera(camera), frames):

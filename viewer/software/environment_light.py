@@ -18,7 +18,7 @@ from ...lighting.visibility.own_horizon import share_above
 from ...materials.environment_form import Lobes, bends
 from ...materials.points import Points
 from ...materials.terms import Terms
-from ..render.keeping import SpreadLayer
+from ..render.layers import SpreadLayer
 from ..render.light_cache import Shadows
 
 # Samples at once: their lobes and what those see take some 30 MB.

@@ -19,11 +19,13 @@ from jaxtyping import Float
 
 from ...lighting.camera import Camera
 from ...spectral.errors import MetamerError
-from ..gl.live import LiveRenderer
+from ..gl.backend import GLBackend
+from ..gl.live import LiveSession
 from ..gl.resources import Owner
 from ..gl.side import Side
 from ..gl.side_layers import Prepared
 from ..render.geometry import same_geometry
+from ..render.scene_layers import RenderSettings
 from .showing import Whites
 from .sides import Sources
 from .state import Session
@@ -73,7 +75,7 @@ class Drawing:
         self._context, self._sources, self._clock = context, sources, clock
         self._sized = Owner(context)
         # By quality, and one more each for a side B of another geometry.
-        self._renderers: dict[tuple[Quality, int], LiveRenderer] = {}
+        self._renderers: dict[tuple[Quality, int], LiveSession] = {}
         self._session: Session | None = None
         self._size = (0, 0)
         self._coarse, self._side = 2, {Quality.STILL: 256, Quality.EXACT: 256}
@@ -178,7 +180,7 @@ class Drawing:
                 small = [scratch.texture((width, height), 4) for _ in sides]
                 renderer = self._renderer(Quality.MOVING, number)
                 moving = [self._sources.moving(side) for side in sides]
-                renderer.whole, renderer.one_sided = False, self._sources.one_sided
+                renderer.sides.whole, renderer.session.cache.one_sided = False, self._sources.one_sided
                 renderer.draw(moving, camera, small)
                 for one, canvas in zip(small, onto, strict=True):
                     renderer.enlarge(one, canvas)
@@ -218,7 +220,7 @@ class Drawing:
                 continue
             took, whole = 0.0, self._clock()
             for renderer, prepared, onto in self._prepared(quality):
-                renderer.tile_samples = self._side[quality]
+                renderer.session.configure(tile_samples=self._side[quality])
                 for _ in renderer.beginning(prepared):
                     yield 0.0
                 begun = self._clock()
@@ -235,16 +237,18 @@ class Drawing:
         """Whether all is there that is drawn of what is still."""
         if self._working is not None and self._working.is_alive():
             return False
-        return all(self._renderer(Quality.STILL, number).has_worked_out(sides) for number, sides, _ in self._groups())
+        return all(
+            self._renderer(Quality.STILL, number).sides.has_worked_out(sides) for number, sides, _ in self._groups()
+        )
 
-    def _work_out(self, groups: list[tuple[LiveRenderer, list[Side]]], asked_for: object) -> None:
+    def _work_out(self, groups: list[tuple[LiveSession, list[Side]]], asked_for: object) -> None:
         try:
             for renderer, sides in groups:
-                renderer.work_out(sides)
+                renderer.sides.work_out(sides)
         except MetamerError as reason:
             self._failed = asked_for, reason
 
-    def _prepared(self, quality: Quality) -> Iterator[tuple[LiveRenderer, Prepared, list[moderngl.Texture]]]:
+    def _prepared(self, quality: Quality) -> Iterator[tuple[LiveSession, Prepared, list[moderngl.Texture]]]:
         """What each geometry's renderer has to draw at a quality, and onto which canvases."""
         assert self._session is not None
         samples = self._session.samples if quality == Quality.EXACT else 1
@@ -252,8 +256,9 @@ class Drawing:
         for number, sides, onto in self._groups():
             renderer = self._renderer(quality, number)
             if quality == Quality.EXACT:
-                renderer.share_geometry(self._renderer(Quality.STILL, number))
-            yield renderer, renderer.prepared(sides, camera), onto
+                still = self._renderer(Quality.STILL, number).session.cache
+                renderer.session.cache.geometry = still.geometry or renderer.session.cache.geometry
+            yield renderer, renderer.sides.prepared(sides, camera), onto
 
     def _groups(self) -> Iterator[tuple[int, list[Side], list[moderngl.Texture]]]:
         """The sides that one renderer draws, and their canvases: all, or each where their geometry differs."""
@@ -267,10 +272,11 @@ class Drawing:
             yield 0, [first], [self._canvases[0]]
             yield 1, [second], [self._canvases[1]]
 
-    def _renderer(self, quality: Quality, number: int) -> LiveRenderer:
+    def _renderer(self, quality: Quality, number: int) -> LiveSession:
         if (quality, number) not in self._renderers:
             like = next(iter(self._renderers.values()), None)
-            self._renderers[quality, number] = LiveRenderer(self._context, quality == Quality.EXACT, like)
+            settings = RenderSettings(keeps_terms=quality == Quality.EXACT)
+            self._renderers[quality, number] = LiveSession(GLBackend(self._context), settings, like)
         return self._renderers[quality, number]
 
     def _changed(self) -> None:

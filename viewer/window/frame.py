@@ -121,7 +121,7 @@ class Frame(Drawing):
         except ShaderError as reason:
             return str(reason)
         for renderer in self._renderers.values():
-            renderer.forget_view()
+            renderer.session.cache.forget_view()
         self._differed = -1, ""
         if self._session is not None and self.sides is not None:
             self._begin(Work.VIEW, False)
@@ -205,7 +205,8 @@ class Frame(Drawing):
             expected, hint = "an exact picture", "wait until it is exact"
             raise InputError("the picture is not settled yet", field="picture", expected=expected, hint=hint)
         side, found = self.sides[0], read(self.canvases[0])
-        words = picture_words(side.lit, self.camera, self._renderer(Quality.EXACT, 0).made_by, version("metamer"))
+        made_by = self._renderer(Quality.EXACT, 0).session.made_by
+        words = picture_words(side.lit, self.camera, made_by, version("metamer"))
         write_xyz_exr(path, ColourImage(found[..., :3], "xyz", side.white), found[..., 3], words)
 
     def asked_reference(self, number: int = 1) -> AskedView | None:
@@ -219,7 +220,7 @@ class Frame(Drawing):
             return None
         scene, catalogue = side.lit, self.catalogue
         if scene.bounces == "auto":
-            scene = replace(scene, bounces=self._renderer(Quality.EXACT, 0).bounces_of(side))
+            scene = replace(scene, bounces=self._renderer(Quality.EXACT, 0).sides.bounces_of(side))
         made = catalogue.made.items() if isinstance(catalogue, VariedCatalogue) else ()
         picture = read(self.canvases[0 if side.made == "reference" else number])
         return AskedView(

@@ -30,7 +30,7 @@ from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import interpolation_matrix
-from ..software.renderer import SoftwareRenderer
+from ..software.backend import software_session
 
 ORIGINAL, FAST = "original data", "fast form"
 #: ΔE94 of noise that a probe's reference may have.
@@ -116,7 +116,7 @@ class Prober:
 
     def __init__(self, scene: Scene, catalogue: Catalogue) -> None:
         self.scene, self.catalogue = scene, catalogue
-        self._renderer = SoftwareRenderer()
+        self._renderer = software_session()
         self._materials: dict[str, Material] = {}
         self._load()
         self._cut = scene.cut(self._drawn)

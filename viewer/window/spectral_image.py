@@ -21,7 +21,7 @@ from ...spectral.image import ColourImage
 from ...spectral.observers import Observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.stated import EFFICACY
-from ..render.renderer import radiance_weights
+from ..render.session import radiance_weights
 
 # Light that is raised by more than this at a wavelength raises the noise of the picture with it, which is said.
 _RAISED = 10.0

@@ -31,7 +31,8 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.render.session import RenderSession
+from metamer.viewer.software.backend import software_session
 
 from ...viewer.scenes import lobe_pack, scene_of, sun
 
@@ -153,7 +154,7 @@ class Room:
     """A card that stands on a floor; what has been traced for it so far."""
 
     scene: Scene
-    renderer: SoftwareRenderer
+    renderer: RenderSession
     state: Relighting
     traced: list
 
@@ -165,7 +166,7 @@ def room():
     camera = Camera("c", EYE, (0, 0.4, -0.2), vertical_fov_deg=38.0, width=SIZE, height_px=SIZE, samples=2)
     scene = replace(scene_of(parts, [sun((0.3, 0.6, 0.8))], camera), bounces=1)
     traced, trace = [], transport.kept_hits
-    with pytest.MonkeyPatch.context() as patched, SoftwareRenderer() as renderer:
+    with pytest.MonkeyPatch.context() as patched, software_session() as renderer:
         patched.setattr(transport, "kept_hits", lambda *given: traced.append(given) or trace(*given))
         surfaces = {"floor": WHITE, "card": GREY}
         renderer.render(scene, None, surfaces)

@@ -12,7 +12,7 @@ from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.local_pca import Size
 from metamer.materials.points import Points
 from metamer.spectral.folding import Folding
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 SIZE = Size(64, 4, 16, 0.1, 0.2)
 SUN = np.array([0.7, 1.0, 0.2]) / np.linalg.norm([0.7, 1.0, 0.2])
@@ -38,7 +38,7 @@ def scene_over(scenes, mesh, pixels=24, fov=10.0, position=(0.6, 2.0, 1.4)):
 
 
 def picture(scene, surface):
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         return renderer.render(scene, None, {"cloth": surface})[0].astype(np.float64)
 
 

@@ -15,8 +15,8 @@ from metamer.materials.btf.metric import folding_of
 from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def draped(scenes, repeats=2.5):
 
 def test_gl_and_numpy_agree_on_every_pixel(scenes, form, gl):
     scene, surfaces = draped(scenes), {"cloth": form}
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, surfaces) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
@@ -48,7 +48,7 @@ def test_gl_and_numpy_agree_on_every_pixel(scenes, form, gl):
 def test_gl_and_numpy_agree_under_a_sky(scenes, form, gl):
     camera = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=20, height_px=20, samples=1)
     scene = scenes.scene_of([(shapes.sphere(3, uv=True), "cloth")], [sky(2)], camera)
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, covered), (mine, _) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
     assert off.max() < 0.1 and covered.max() == 1.0

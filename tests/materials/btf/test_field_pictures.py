@@ -15,8 +15,8 @@ from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 CAMERA = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=24, height_px=24, samples=1)
 
@@ -36,7 +36,7 @@ def form(request):
 
 
 def pictures_of(gl, scene, form):
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, covered), (mine, _) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
     assert covered.max() == 1.0 and mine[..., 1].std() > 0.01, "a texture is to be seen"
     return mine.astype(float), theirs.astype(float)

@@ -16,8 +16,8 @@ from metamer.materials.btf.polynomials import polynomials
 from metamer.materials.points import Points
 from metamer.materials.svbrdf.texels import levels_of
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 KINDS = {
     "polynomials": polynomials,
@@ -116,7 +116,7 @@ def test_gl_and_numpy_agree_from_afar(scenes, gl, form, lit):
     plane = replace(plane, uv=6.0 * plane.uv)
     camera = Camera("c", (0.3, 2.0, 5.0), (0.0, 0.0, 0.0), vertical_fov_deg=50.0, width=24, height_px=18, samples=1)
     scene = scenes.scene_of([(plane, "cloth")], [scenes.sun()] if lit == "sun" else [sky(1)], camera)
-    with GLRenderer(gl, "mipmapped") as hardware, SoftwareRenderer("mipmapped") as software, SoftwareRenderer() as bare:
+    with gl_session(gl, "mipmapped") as hardware, software_session("mipmapped") as software, software_session() as bare:
         (theirs, covered), (mine, _), (plain, _) = (
             one.render(scene, None, {"cloth": form}) for one in (hardware, software, bare)
         )

@@ -17,8 +17,8 @@ from metamer.materials.btf.texels import BtfTexels
 from metamer.materials.points import Points
 from metamer.materials.svbrdf.texels import between, levels_of
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 FINE = Size(64, 4, 16, 0.1, 0.2)
 
@@ -188,7 +188,7 @@ def test_shares_of_levels_are_one_in_all():
 
 
 def pictures_of(gl, scene, form):
-    with GLRenderer(gl, "mipmapped") as hardware, SoftwareRenderer("mipmapped") as software:
+    with gl_session(gl, "mipmapped") as hardware, software_session("mipmapped") as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     return mine.astype(float), theirs.astype(float), covered
@@ -217,7 +217,7 @@ def test_gl_and_numpy_agree_from_afar(scenes, gl, form, texels, lit):
 def test_a_picture_from_afar_is_that_of_many_samples(scenes, texels, lit):
     lights = [scenes.sun()] if lit == "sun" else [sky(1)]
     surfaces, few = {"cloth": BtfForm(texels)}, ground(scenes, lights, 6.0)
-    with SoftwareRenderer() as plain, SoftwareRenderer("mipmapped") as filtered:
+    with software_session() as plain, software_session("mipmapped") as filtered:
         truth, covered = plain.render(ground(scenes, lights, 6.0, samples=6), None, surfaces)
         sparkling, smooth = (one.render(few, None, surfaces)[0] for one in (plain, filtered))
     inside = covered == 1.0

@@ -10,11 +10,11 @@ from btf_cloths import NINE, SAID, UBO, cloth, draped, drawn, error_of, imported
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.upsampling import xyz_from_rgb
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 
 
 def shown_alike(scenes, gl, fast):
-    mine, theirs = drawn(scenes, fast), drawn(scenes, fast, GLRenderer(gl))
+    mine, theirs = drawn(scenes, fast), drawn(scenes, fast, gl_session(gl))
     assert delta_e_xyz(mine.astype(float), theirs.astype(float), draped(scenes).adopted_white()).max() < 0.1
 
 

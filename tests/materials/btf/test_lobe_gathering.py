@@ -19,8 +19,8 @@ from metamer.materials.btf.prefiltered import nearest_angle, prefiltered
 from metamer.materials.environment_form import bends
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 IMAGES = bumps(height=5, width=6, views=3)
 LOWEST = round(float(np.cos(np.radians(75.0))), 6)
@@ -112,7 +112,7 @@ def test_gl_and_numpy_agree_under_a_sky(scenes, gl, lobes, shared):
     camera = Camera("c", (0.5, 1.5, 3.0), (0.0, 0.0, 0.0), vertical_fov_deg=44.0, width=9, height_px=9, samples=1)
     scene, surfaces = scenes.scene_of([(shapes.sphere(2, uv=True), "cloth")], [sky(2)], camera), {}
     surfaces["cloth"] = formed(lobes, shared)
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, covered), (mine, _) = (one.render(scene, None, surfaces) for one in (hardware, software))
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
     assert off.max() < 0.1 and covered.max() == 1.0

@@ -12,8 +12,8 @@ from metamer.materials.btf.lobe_field import lobe_field
 from metamer.materials.points import Points
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 IMAGES = bumps(height=5, width=6)
 KINDS = [(1, True), (2, True), (4, True), (2, False)]
@@ -81,7 +81,7 @@ def draped(scenes):
 @pytest.mark.parametrize(("lobes", "shared"), KINDS)
 def test_gl_and_numpy_agree_on_every_pixel(scenes, gl, lobes, shared):
     scene, surfaces = draped(scenes), {"cloth": formed(lobes, shared)}
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, surfaces) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())

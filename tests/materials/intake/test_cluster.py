@@ -83,7 +83,7 @@ def test_interrupt_keeps_what_is_finished_and_leaves_the_cluster_idle(workers, s
     assert caught.value.report.remaining == 6
     assert len(Catalogue.open(tmp_path / "cat").ids()) == 2
     with distributed.Client(workers.scheduler_address, set_as_default=False) as client:
-        client.wait_for_workers(3, timeout=30)
+        client.wait_for_workers(3, timeout=240)
         assert not any(client.has_what().values())
 
 

@@ -6,7 +6,7 @@ from metamer.spectral.errors import MetamerError
 from metamer.viewer.display.gl_pass import DisplayPass
 from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.gl import context as module
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 
 
 def test_context_is_new_enough(gl):
@@ -41,11 +41,11 @@ def test_failure_names_back_ends_and_packages(monkeypatch):
 def test_renderers_with_contexts_of_their_own_draw_in_turn(gl, scenes):
     """In the newest context alone, all others would draw black, without an error."""
     scene, surfaces = scenes.sphere_scene(size=16, samples=1), dict(scenes.SURFACES)
-    with GLRenderer() as first:
+    with gl_session() as first:
         alone, coverage = first.render(scene, None, surfaces)
         assert coverage.any()
-        with GLRenderer() as second:
-            for renderer in (first, second, GLRenderer(gl), first):
+        with gl_session() as second:
+            for renderer in (first, second, gl_session(gl), first):
                 renderer.release()
                 drawn, covered = renderer.render(scene, None, surfaces)
                 np.testing.assert_array_equal(covered, coverage)

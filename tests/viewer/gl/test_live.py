@@ -10,19 +10,20 @@ from metamer.lighting.scene import Part
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.viewer.gl.live import LiveRenderer
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import GLBackend, gl_session
+from metamer.viewer.gl.live import LiveSession
 from metamer.viewer.gl.resources import Owner
 from metamer.viewer.gl.side import Side
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import geometry
 from metamer.viewer.render.raster import window_triangles
+from metamer.viewer.render.scene_layers import RenderSettings
 from metamer.viewer.render.view import view_of
 
 
 @pytest.fixture
 def live(gl):
-    renderer = LiveRenderer(gl, keeps_terms=True)
+    renderer = LiveSession(GLBackend(gl), RenderSettings(keeps_terms=True))
     yield renderer
     renderer.close()
 
@@ -54,15 +55,15 @@ def orbited(camera, angle):
 
 @pytest.mark.parametrize("tile", [None, 32])
 def test_canvases_hold_the_pictures_of_both_sides(scenes, gl, live, owner, tile):
-    live.tile_samples = tile
+    live.session.configure(tile_samples=tile)
     scene = scenes.lamp_scene(size=40)
     other = replace(scene.with_material("part0", "brushed"), observer=observer("1964_10"))
     sides = [Side(scene, scenes.SURFACES), Side(other, scenes.SURFACES, illuminant("FL11"))]
     canvases = [owner.texture((40, 40), 4) for _ in sides]
-    done = list(live.drawing(live.prepared(sides, scene.camera()), canvases))
+    done = list(live.drawing(live.sides.prepared(sides, scene.camera()), canvases))
     assert done == [(number, len(done)) for number in range(1, len(done) + 1)]
     assert len(done) == (1 if tile is None else 16)
-    with GLRenderer(gl) as once:
+    with gl_session(gl) as once:
         for side, canvas in zip(sides, canvases, strict=True):
             xyz, coverage = once.render_many(side.scene, None, scenes.SURFACES, (side.illuminant,))[0]
             np.testing.assert_array_equal(read(canvas)[..., 3], coverage)
@@ -82,19 +83,19 @@ def test_another_camera_builds_no_geometry(scenes, live, owner, monkeypatch):
 def test_another_light_or_observer_works_out_no_terms(scenes, live, owner, monkeypatch):
     scene = scenes.lamp_scene(size=24)
     canvases = [owner.texture((24, 24), 4) for _ in range(2)]
-    terms, tiles = counted(monkeypatch, live, "_terms"), counted(monkeypatch, live, "_tile")
+    terms, tiles = (counted(monkeypatch, live.session.backend, name) for name in ("terms", "tile"))
     for light, who in ((None, "1931_2"), ("A", "1931_2"), ("FL11", "1964_10")):
         seen = replace(scene, observer=observer(who))
         lit = None if light is None else illuminant(light)
         sides = [Side(one, scenes.SURFACES, lit) for one in (seen, seen.with_material("part0", "sharp"))]
         live.draw(sides, scene.camera(), canvases)
         counts = len(terms), len(tiles)
-        assert live.knows(live.prepared(sides, scene.camera()))
+        assert live.knows(live.sides.prepared(sides, scene.camera()))
         if light is None:
             first = counts
-    assert not live.knows(live.prepared(sides, orbited(scene.camera(), 0.1)))
+    assert not live.knows(live.sides.prepared(sides, orbited(scene.camera(), 0.1)))
     assert not live.knows(
-        live.prepared([Side(scene.with_material("part0", "brushed"), scenes.SURFACES)], scene.camera())
+        live.sides.prepared([Side(scene.with_material("part0", "brushed"), scenes.SURFACES)], scene.camera())
     )
     assert counts == first and first[1] == 1 and first[0] > 4
 
@@ -110,14 +111,14 @@ def test_sides_of_other_geometry_are_refused(scenes, live, owner):
 
 
 def test_a_drawing_that_is_left_half_way_leaves_nothing_wrong(scenes, gl, live, owner):
-    live.tile_samples = 24
+    live.session.configure(tile_samples=24)
     scene = scenes.lamp_scene(size=24)
     canvas = owner.texture((24, 24), 4)
-    steps = live.drawing(live.prepared([Side(scene, scenes.SURFACES)], scene.camera()), [canvas])
+    steps = live.drawing(live.sides.prepared([Side(scene, scenes.SURFACES)], scene.camera()), [canvas])
     next(steps)
     steps.close()
     live.draw([Side(scene, scenes.SURFACES)], scene.camera(), [canvas])
-    with GLRenderer(gl) as once:
+    with gl_session(gl) as once:
         xyz, _ = once.render(scene, None, scenes.SURFACES)
     assert np.abs(read(canvas)[..., :3] - xyz).max() < 1e-3
 
@@ -166,11 +167,11 @@ def test_what_closed_meshes_show_from_behind_is_not_missed(scenes, live, owner):
     scene = scenes.lamp_scene(size=32, samples=1)
     canvases = [owner.texture((32, 32), 4) for _ in range(2)]
     live.draw([Side(scene, scenes.SURFACES)], scene.camera(), canvases[:1])
-    drawn = len(live._view.triangles(next(live._view.windows())).parent)
-    live.release()
-    live.one_sided = frozenset(id(part.mesh) for part in scene.parts[:2])
+    drawn = len(live.session.cache.view.triangles(next(live.session.cache.view.windows())).parent)
+    live.session.release()
+    live.session.cache.one_sided = frozenset(id(part.mesh) for part in scene.parts[:2])
     live.draw([Side(scene, scenes.SURFACES)], scene.camera(), canvases[1:])
-    assert len(live._view.triangles(next(live._view.windows())).parent) < 0.6 * drawn
+    assert len(live.session.cache.view.triangles(next(live.session.cache.view.windows())).parent) < 0.6 * drawn
     np.testing.assert_array_equal(read(canvases[0]), read(canvases[1]))
 
 
@@ -178,15 +179,15 @@ def test_a_picture_that_is_begun_in_steps_is_the_same(scenes, live, owner):
     scene = scenes.lamp_scene(size=24)
     canvas = owner.texture((24, 24), 4)
     sides = [Side(scene, scenes.SURFACES)]
-    assert not live.has_worked_out(sides)
-    live.work_out(sides)
-    assert live.has_worked_out(sides)
-    prepared = live.prepared(sides, scene.camera())
+    assert not live.sides.has_worked_out(sides)
+    live.sides.work_out(sides)
+    assert live.sides.has_worked_out(sides)
+    prepared = live.sides.prepared(sides, scene.camera())
     assert len(list(live.beginning(prepared))) == 2 + len(scene.lights)
     for _ in live.drawing(prepared, [canvas]):
         pass
     first = read(canvas).copy()
     assert not list(live.beginning(prepared))
-    live.release()
+    live.session.release()
     live.draw(sides, scene.camera(), [canvas])
     np.testing.assert_array_equal(first, read(canvas))

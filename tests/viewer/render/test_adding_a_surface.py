@@ -25,9 +25,9 @@ from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.shaders import ShaderError
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import NumpyBackend, software_session
 
 PAGE = Path(__file__).parents[3] / "docs" / "adding_a_surface.md"
 LIGHTS = [illuminant(name) for name in ("D65", "A", "FL11", "LED-B3", "HP1")]
@@ -67,7 +67,7 @@ def texture(page):
 
 @pytest.fixture(params=["numpy", "GL"])
 def renderer(request):
-    with SoftwareRenderer() if request.param == "numpy" else GLRenderer(request.getfixturevalue("gl")) as made:
+    with software_session() if request.param == "numpy" else gl_session(request.getfixturevalue("gl")) as made:
         yield made
 
 
@@ -100,7 +100,7 @@ def test_pictures_of_both_renderers_are_the_reference(scenes, texture, renderer,
 
 def test_gl_and_numpy_agree_on_every_pixel(scenes, texture, gl):
     scene, surfaces = textured_scene(scenes), {"cloth": texture.own_form(), "gloss": scenes.SURFACES["gloss"]}
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, surfaces) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05
@@ -110,7 +110,7 @@ def test_kept_terms_beside_what_is_drawn_anew(scenes, texture, renderer):
     """A uniform material's terms are kept, a texture's are not: the picture is the same."""
     scene, surfaces = textured_scene(scenes), {"cloth": texture.own_form(), "gloss": scenes.SURFACES["gloss"]}
     plain = renderer.render_many(scene, None, surfaces, LIGHTS[:2])
-    renderer.keeps_terms = True
+    renderer.configure(keeps_terms=True)
     for _ in range(2):
         for (kept, _), (once, _) in zip(renderer.render_many(scene, None, surfaces, LIGHTS[:2]), plain, strict=True):
             np.testing.assert_allclose(kept, once, rtol=1e-5, atol=1e-6)
@@ -120,10 +120,10 @@ def test_a_uniform_scene_asks_for_no_texture_coordinates_and_a_texture_after_it_
     scene = textured_scene(scenes)
     uniform = {"cloth": scenes.SURFACES["matt"], "gloss": scenes.SURFACES["gloss"]}
     renderer.render(scene, None, uniform)
-    assert not any(piece.tile.with_uv for piece in renderer._kept)
+    assert not any(piece.tile.needs.uv for piece in renderer.cache.pieces)
     textured, _ = renderer.render(scene, None, uniform | {"cloth": texture.own_form()})
-    assert all(piece.tile.with_uv for piece in renderer._kept)
-    kind = SoftwareRenderer if isinstance(renderer, SoftwareRenderer) else GLRenderer
+    assert all(piece.tile.needs.uv for piece in renderer.cache.pieces)
+    kind = software_session if isinstance(renderer.backend, NumpyBackend) else gl_session
     with kind() as fresh:
         np.testing.assert_array_equal(textured, fresh.render(scene, None, uniform | {"cloth": texture.own_form()})[0])
 
@@ -167,7 +167,7 @@ def test_a_name_that_the_twin_does_not_have_is_refused(page, texture, scenes, gl
     shader = page.MattTexels.shader
     wrong = {"texel_count": (WIDTH, HEIGHT)}
     monkeypatch.setattr(page.MattTexels, "shader", lambda self, *other: replace(shader(self), uniforms=wrong))
-    with GLRenderer(gl) as renderer, pytest.raises(ShaderError, match=r"matt_texture\.glsl: no uniform 'texel_count'"):
+    with gl_session(gl) as renderer, pytest.raises(ShaderError, match=r"matt_texture\.glsl: no uniform 'texel_count'"):
         renderer.render(textured_scene(scenes), None, {"cloth": texture.own_form(), "gloss": scenes.SURFACES["gloss"]})
 
 

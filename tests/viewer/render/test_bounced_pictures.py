@@ -20,11 +20,11 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.render.indirect_cache import counted
-from metamer.viewer.render.renderer import radiance_weights
+from metamer.viewer.render.session import radiance_weights
 from metamer.viewer.review.review import review
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 NM = np.linspace(380.0, 780.0, 81)
 RED = np.interp(NM, [380, 560, 620, 780], [0.04, 0.08, 0.75, 0.8])
@@ -45,8 +45,8 @@ def make(request):
     """Makes a renderer."""
     if request.param == "GL":
         gl = request.getfixturevalue("gl")
-        return lambda: GLRenderer(gl)
-    return SoftwareRenderer
+        return lambda: gl_session(gl)
+    return software_session
 
 
 SURFACES = {"red": matt(RED), "white": matt(0.8), "grey": matt(0.5)}
@@ -98,9 +98,9 @@ def test_gl_equals_numpy(scenes, gl):
     lights = [scenes.sun((0.3, 0.9, 0.5)), scenes.lamp((1.0, 1.5, 1.0), 500.0), scenes.lamp((-1, 1, 1), 500.0, "FL11")]
     scene = replace(corner(scenes, *lights, wall="gloss"), bounces=2)
     surfaces = {**SURFACES, **scenes.SURFACES}
-    twin, coverage = SoftwareRenderer().render(scene, None, surfaces)
-    drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
-    with SoftwareRenderer() as renderer:
+    twin, coverage = software_session().render(scene, None, surfaces)
+    drawn, _ = gl_session(gl).render(scene, None, surfaces)
+    with software_session() as renderer:
         without, _ = renderer.render(replace(scene, bounces=0), None, surfaces)
     assert off(scene, twin, drawn)[coverage == 1.0].max() < 0.05
     assert off(scene, twin, without)[coverage == 1.0].mean() > 1.0
@@ -228,7 +228,7 @@ def test_bounces_follow_when_a_mesh_or_a_material_changes(scenes, make):
         renderer.render(scene, None, SURFACES)
         for scene_now, surfaces in ((scene, others), (moved, others), (replace(moved, bounces=2), others)):
             kept, _ = renderer.render(scene_now, None, surfaces)
-            with SoftwareRenderer() as fresh:
+            with software_session() as fresh:
                 anew, _ = fresh.render(scene_now, None, surfaces)
             assert off(scene, anew, kept).max() < 0.05
 
@@ -239,9 +239,9 @@ def test_a_review_gives_picture_and_reference_the_same_bounces(scenes, tiny_cata
     catalogue = Catalogue.open(tiny_catalogue)
     scene = corner(scenes, wall="tiny/matt-red", floor="tiny/matt-red", body=False, size=16)
     scene = replace(scene, review=Review("part1", ("tiny/matt-red",), ("A",)), bounces="auto")
-    found = review(scene, catalogue, tmp_path / "review", renderer=SoftwareRenderer(), version="test")
+    found = review(scene, catalogue, tmp_path / "review", renderer=software_session(), version="test")
     surfaces = {"tiny/matt-red": catalogue.surface("tiny/matt-red").drawn()}
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         xyz, coverage = renderer.render(scene, None, surfaces)
         assert renderer.bounced is not None
         assert counted(scene, surfaces).bounces == renderer.bounced.bounces >= 2

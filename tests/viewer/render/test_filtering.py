@@ -13,9 +13,9 @@ from metamer.materials.fitting.half import rounded_to_half
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.palette import Palette
-from metamer.viewer.gl.renderer import GLRenderer, create_renderer
+from metamer.viewer.gl.backend import create_session, gl_session
 from metamer.viewer.gl.resources import Owner
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 SCENES = {
     "sphere": lambda scenes: scenes.sphere_scene("sharp", size=40),
@@ -44,14 +44,14 @@ def fine_ball(scenes):
 
 @pytest.fixture(scope="module")
 def hardware(gl):
-    renderer = GLRenderer(gl, "mipmapped")
+    renderer = gl_session(gl, "mipmapped")
     yield renderer
     renderer.close()
 
 
 @pytest.fixture(scope="module")
 def software():
-    return SoftwareRenderer("mipmapped")
+    return software_session("mipmapped")
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def test_a_measured_mesh_mip_mapped(scenes, hardware, software, shared_data):
 @pytest.mark.parametrize("material", ["sharp", "brushed", "woven"])
 def test_half_precision_textures_give_the_float32_picture_bit_for_bit(scenes, gl, halved, material, filtering):
     scene = scenes.lamp_scene(material, size=32, samples=1)
-    renderer = GLRenderer(gl, filtering)
+    renderer = gl_session(gl, filtering)
     small, _ = renderer.render(scene, None, halved)
     large, _ = renderer.render(scene, None, as_single(halved))
     renderer.close()
@@ -142,7 +142,7 @@ def test_subnormal_halves_are_not_flushed(scenes, gl):
     brighter = pack.recoloured(pack.palette.values[0] * 2.0**14)
     small = FactoredBrdf((replace(brighter, factors=(tiny, *pack.factors[1:]), precision="half"),))
     scene = scenes.sphere_scene("matt", size=24, samples=1)
-    with GLRenderer(gl) as renderer:
+    with gl_session(gl) as renderer:
         found, _ = renderer.render(scene, None, {"matt": small})
         expected, _ = renderer.render(scene, None, as_single({"matt": small}))
     assert found.max() > 0.1
@@ -160,7 +160,7 @@ def test_highlights_of_any_height_fit_into_16_bits(scenes, gl, exponent):
     pack = FactorPack("hd", axes, factors, Palette.of(scenes.spectrum(1)[None] / 100.0))
     small = rounded_to_half(pack)
     scene = scenes.sphere_scene("lobe", size=48, samples=1)
-    for renderer in (GLRenderer(gl), GLRenderer(gl, "mipmapped"), SoftwareRenderer("mipmapped")):
+    for renderer in (gl_session(gl), gl_session(gl, "mipmapped"), software_session("mipmapped")):
         xyz, _ = renderer.render(scene, None, {"lobe": FactoredBrdf((small,))})
         expected, _ = renderer.render(scene, None, {"lobe": FactoredBrdf((pack,))})
         renderer.close()
@@ -172,7 +172,7 @@ def test_factors_that_16_bits_do_not_hold_are_refused(scenes, gl):
     (pack,) = scenes.SURFACES["matt"].packs
     for factor in (pack.factors[0], pack.factors[0] * 1e6):
         wrong = replace(pack, factors=(factor, *pack.factors[1:]), precision="half")
-        with GLRenderer(gl) as renderer, pytest.raises(InputError, match="16 bits"):
+        with gl_session(gl) as renderer, pytest.raises(InputError, match="16 bits"):
             renderer.render(scenes.sphere_scene("matt", size=8), None, {"matt": FactoredBrdf((wrong,))})
 
 
@@ -180,7 +180,7 @@ def test_factors_that_16_bits_do_not_hold_are_refused(scenes, gl):
 def test_mip_mapped_is_nearer_to_many_samples_a_pixel(scenes, software, material):
     scene = scenes.sphere_scene(material, size=16, samples=1)
     camera = scene.camera()
-    with SoftwareRenderer() as linear:
+    with software_session() as linear:
         truth, whole = linear.render(scene, replace(camera, samples=16), scenes.SURFACES)
         plain, _ = linear.render(scene, camera, scenes.SURFACES)
     averaged, _ = software.render(scene, camera, scenes.SURFACES)
@@ -194,7 +194,7 @@ def test_a_highlight_smaller_than_a_pixel_keeps_its_light(scenes, software):
     """Wherever in a pixel it falls, its light is what many samples find: it neither sparkles nor goes out."""
     scene = scenes.sphere_scene("sharp", size=14, samples=1)
     camera = scene.camera()
-    linear = SoftwareRenderer()
+    linear = software_session()
     found = {"plain": [], "averaged": [], "truth": []}
     for shift in np.linspace(-0.08, 0.08, 7):
         moved = replace(camera, position=(shift, 0.7 * shift, 4.0), target=(shift, 0.7 * shift, 0.0))
@@ -209,26 +209,26 @@ def test_a_highlight_smaller_than_a_pixel_keeps_its_light(scenes, software):
 
 
 def test_linear_pictures_carry_no_spans(scenes, gl):
-    with GLRenderer(gl) as renderer:
+    with gl_session(gl) as renderer:
         renderer.render(scenes.sphere_scene(size=8), None, scenes.SURFACES)
-        (tile,) = (piece.tile for piece in renderer._kept)
+        (tile,) = (piece.tile for piece in renderer.cache.pieces)
         assert [len(textures) for textures in tile.lights] == [3]
         assert "levels" not in scenes.SURFACES["matt"].packs[0].shader().uniforms
-        renderer.filtering = "mipmapped"
-        assert not renderer._kept
+        renderer.configure(filtering="mipmapped")
+        assert not renderer.cache.pieces
         renderer.render(scenes.sphere_scene(size=8), None, scenes.SURFACES)
-        (tile,) = (piece.tile for piece in renderer._kept)
+        (tile,) = (piece.tile for piece in renderer.cache.pieces)
         assert [len(textures) for textures in tile.lights] == [5]
-        renderer.filtering = "mipmapped"
-        assert renderer._kept
+        renderer.configure(filtering="mipmapped")
+        assert renderer.cache.pieces
         assert renderer.made_by == f"{renderer.name}, mipmapped factors"
 
 
 def test_an_unknown_filtering_is_named():
     with pytest.raises(UnknownNameError, match="linear, mipmapped"):
-        SoftwareRenderer().filtering = "trilinear"
-    renderer, _ = create_renderer("mipmapped")
-    assert renderer.filtering == "mipmapped"
+        software_session().configure(filtering="trilinear")
+    renderer, _ = create_session("mipmapped")
+    assert renderer.settings.filtering == "mipmapped"
     renderer.close()
 
 
@@ -238,7 +238,7 @@ def test_the_benchmark_says_what_filtering_costs_and_gains(software, monkeypatch
     monkeypatch.setattr(benchmark, "SURFACES", {"gloss": (200.0, 200.0)})
     said = []
     points = benchmark.filtering_points(software, said.append, balls=2)
-    assert software.filtering == "mipmapped"
+    assert software.settings.filtering == "mipmapped"
     assert len(points) == len(said) == 2
     assert {point["kind"] for point in points} == {"filtering"}
     plain, averaged = points

@@ -16,9 +16,9 @@ from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.render.renderer import radiance_weights
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.render.session import radiance_weights
+from metamer.viewer.software.backend import software_session
 
 NM = np.arange(300.0, 781.0, 10.0)
 VIOLET = Spectrum.sampled(
@@ -55,8 +55,8 @@ def make(request):
     """Makes a renderer."""
     if request.param == "GL":
         gl = request.getfixturevalue("gl")
-        return lambda: GLRenderer(gl)
-    return SoftwareRenderer
+        return lambda: gl_session(gl)
+    return software_session
 
 
 def corner(scenes, *lights, bounces=2, card="dye", floor="white", size=24):
@@ -114,7 +114,7 @@ def test_no_picture_without_the_dye_is_like_it(scenes):
         np.ones(1) / np.pi,
         Palette.of(np.interp(np.linspace(380, 780, 81), NM, dye().bispectral.reflectance.samples)[None]),
     )
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         found, coverage = renderer.render(scene, None, SURFACES)
         direct, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
         without, _ = renderer.render(scene, None, {**SURFACES, "dye": plain})
@@ -137,7 +137,7 @@ def test_each_illuminant_excites_as_it_does(scenes, make):
 
 def test_gl_equals_numpy(scenes, gl):
     scene = corner(scenes)
-    with SoftwareRenderer() as first, GLRenderer(gl) as second:
+    with software_session() as first, gl_session(gl) as second:
         one, other = (renderer.render(scene, None, SURFACES)[0] for renderer in (first, second))
     np.testing.assert_allclose(one, other, atol=2e-5)
 
@@ -146,7 +146,7 @@ def test_gl_equals_numpy(scenes, gl):
 def test_spectra_tell_the_same_as_colours(scenes, name):
     scene = corner(scenes, scenes.sun((0.3, 0.9, 0.5), name=name))
     nm = np.arange(360.0, 831.0, 5.0)
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         xyz, coverage = renderer.render(scene, None, SURFACES)
         spectra = renderer.render_spectra(scene, None, SURFACES, nm)
     seen = spectra @ radiance_weights(scene.observer, nm).T
@@ -155,19 +155,19 @@ def test_spectra_tell_the_same_as_colours(scenes, name):
 
 def test_all_parts_may_fluoresce_and_bounces_end(scenes):
     scene = corner(scenes, bounces="auto", floor="dye")
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         found, _ = renderer.render(scene, None, SURFACES)
         assert renderer.bounced.bounces >= 2 and np.isfinite(found).all()
 
 
 def test_a_surface_that_sends_out_all_it_receives_is_refused(scenes):
     whole = FluorescentLambert(fluorophore(Spectrum.sampled(NM, np.ones(NM.size)), np.zeros(NM.size), about(600), 0.5))
-    with SoftwareRenderer() as renderer, pytest.raises(InputError, match="what they cannot"):
+    with software_session() as renderer, pytest.raises(InputError, match="what they cannot"):
         renderer.render(corner(scenes), None, {**SURFACES, "dye": whole.own_form()})
 
 
 def test_scenes_without_dyes_keep_their_spectra_apart(scenes):
     scene = corner(scenes, card="grey")
-    with SoftwareRenderer() as renderer:
+    with software_session() as renderer:
         renderer.render(scene, None, SURFACES)
         assert renderer.bounced.radiant is None

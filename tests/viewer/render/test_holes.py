@@ -16,8 +16,8 @@ from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 ALIKE = TexelMap.constant
 
@@ -41,8 +41,8 @@ def kind(request):
     """Makes a renderer, of the filtering that is asked for."""
     if request.param == "GL":
         gl = request.getfixturevalue("gl")
-        return lambda *filtering: GLRenderer(gl, *filtering)
-    return SoftwareRenderer
+        return lambda *filtering: gl_session(gl, *filtering)
+    return software_session
 
 
 def scene_of(scenes, lights, size=40, samples=2, near=2.6):
@@ -96,7 +96,7 @@ def test_through_holes_is_seen_what_stands_behind(scenes, kind):
 def test_gl_equals_numpy(scenes, gl, filtering):
     for near in (2.6, 9.0):
         scene = scene_of(scenes, [scenes.sun(), scenes.lamp()], near=near)
-        with GLRenderer(gl, filtering) as hardware, SoftwareRenderer(filtering) as software:
+        with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
             (theirs, covered), (mine, coverage) = (one.render(scene, None, FORMS) for one in (hardware, software))
         np.testing.assert_array_equal(covered, coverage)
         assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.1
@@ -108,7 +108,7 @@ def test_gl_equals_numpy_in_light_from_all_around(scenes, gl, filtering):
     to = latlong.texel_directions(16, 32)
     sky = EnvironmentLight((1.0 + 0.5 * np.sin(3.0 * to[..., 0]) + 0.5 * to[..., 1])[None], (illuminant("D65"),))
     scene = scene_of(scenes, [sky], size=16, samples=1)
-    with GLRenderer(gl, filtering) as hardware, SoftwareRenderer(filtering) as software:
+    with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, FORMS) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())[coverage > 0.0]

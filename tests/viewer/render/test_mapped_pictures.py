@@ -13,8 +13,8 @@ from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 LIGHTS = [illuminant(name) for name in ("D65", "FL11")]
 
@@ -61,8 +61,8 @@ def kind(request):
     """Makes a renderer, of the filtering that is asked for."""
     if request.param == "GL":
         gl = request.getfixturevalue("gl")
-        return lambda *filtering: GLRenderer(gl, *filtering)
-    return SoftwareRenderer
+        return lambda *filtering: gl_session(gl, *filtering)
+    return software_session
 
 
 def scene_of(scenes, distance=3.0, samples=1, size=48, **mesh):
@@ -101,7 +101,7 @@ def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats, surfa
 def test_gl_and_numpy_agree(scenes, gl, filtering, distance, made, wrap):
     form = made(placement=Placement((2.0, 3.0), (-0.7, 0.2), wrap)).own_form()
     scene = scene_of(scenes, distance, size=32)
-    with GLRenderer(gl, filtering) as hardware, SoftwareRenderer(filtering) as software:
+    with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
@@ -112,7 +112,7 @@ def test_gl_and_numpy_agree(scenes, gl, filtering, distance, made, wrap):
 def test_far_away_means_are_nearer_to_many_samples(scenes, kind, form):
     """Some ten texels a sample: what lies between is not seen without."""
     scene = scene_of(scenes, 30.0, size=32, uv=8.0 * shapes.plane(4.0, 4.0).uv)
-    with SoftwareRenderer() as many:
+    with software_session() as many:
         truth, whole = many.render(scene, replace(scene.camera(), samples=12), {"cloth": form})
     found = {}
     for filtering in ("linear", "mipmapped"):
@@ -127,7 +127,7 @@ def test_roughness_0_in_gl_is_that_of_numpy(scenes, gl):
     """Highlights of a two-thousandth: what angles lose in single precision would show."""
     form = hammered(roughness=TexelMap.constant(0.0), turn=None).own_form(1e-3)
     scene = scene_of(scenes)
-    with GLRenderer(gl) as hardware, SoftwareRenderer() as software:
+    with gl_session(gl) as hardware, software_session() as software:
         (theirs, _), (mine, _) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
     assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05
 
@@ -136,6 +136,6 @@ def test_roughness_0_in_gl_is_that_of_numpy(scenes, gl):
 def test_what_is_alike_everywhere_is_drawn_with_means_too(scenes, gl, form):
     """There is nothing to average: the shader has no levels."""
     scene, alike = scene_of(scenes, size=24), {"cloth": form.average()}
-    with GLRenderer(gl, "mipmapped") as hardware, SoftwareRenderer("mipmapped") as software:
+    with gl_session(gl, "mipmapped") as hardware, software_session("mipmapped") as software:
         (theirs, _), (mine, _) = (one.render(scene, None, alike) for one in (hardware, software))
     assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05

@@ -23,7 +23,7 @@ from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.display.png import write_png
 from metamer.viewer.picture import display_for
 from metamer.viewer.render.picture_cost import picture_cost
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 
 def peak(work) -> int:
@@ -58,19 +58,19 @@ def test_memory_of_a_picture_is_foretold(scenes, tmp_path, lights):
     scene = filled(scenes, lights, 200)
 
     def work():
-        xyz, coverage = SoftwareRenderer().render(scene, None, scenes.SURFACES)
+        xyz, coverage = software_session().render(scene, None, scenes.SURFACES)
         image = ColourImage(xyz, "xyz", scene.adopted_white())
         rgb, _ = display_for(scene.viewing).encode(image, coverage, image.white_xyz)
         write_png(tmp_path / "a.png", rgb)
 
-    SoftwareRenderer().render(filled(scenes, lights, 8), None, scenes.SURFACES)
+    software_session().render(filled(scenes, lights, 8), None, scenes.SURFACES)
     within(peak(work), picture_cost(scene, scene.camera()).memory_bytes)
 
 
 def test_memory_of_many_triangles_is_foretold(scenes):
     scene = filled(scenes, 2, 8, subdivisions=5)
     within(
-        peak(lambda: SoftwareRenderer().render(scene, None, scenes.SURFACES)),
+        peak(lambda: software_session().render(scene, None, scenes.SURFACES)),
         picture_cost(scene, scene.camera(), suffix=".exr").memory_bytes,
     )
 
@@ -81,7 +81,7 @@ def test_memory_of_the_reference_and_of_spectra_is_foretold(scenes):
     reference_images(filled(scenes, 1, 8), None, {"matt": grey})
     measured = peak(lambda: reference_images(scene, None, {"matt": grey}))
     within(measured, picture_cost(scene, scene.camera(), "reference").memory_bytes)
-    measured = peak(lambda: SoftwareRenderer().render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM))
+    measured = peak(lambda: software_session().render_spectra(scene, None, scenes.SURFACES, WORKING_WAVELENGTHS_NM))
     within(measured, picture_cost(scene, scene.camera(), "spectra", ".exr").memory_bytes)
 
 
@@ -96,7 +96,7 @@ def test_memory_and_time_under_a_light_from_all_around_are_foretold(scenes):
     reference_images(small, None, {"matt": coat}, most_directions=4)
     measured = peak(lambda: reference_images(scene, None, {"matt": coat}, budget=20.0))
     within(measured, picture_cost(scene, scene.camera(), "reference").memory_bytes)
-    measured = peak(lambda: SoftwareRenderer().render(scene, None, scenes.SURFACES))
+    measured = peak(lambda: software_session().render(scene, None, scenes.SURFACES))
     within(measured, picture_cost(scene, scene.camera()).memory_bytes)
     for kind in ("picture", "reference", "review"):
         assert picture_cost(scene, scene.camera(), kind).seconds > picture_cost(small, small.camera(), kind).seconds
@@ -207,8 +207,8 @@ def test_costs_grow_with_everything_that_costs(scenes):
 
 def test_progress_of_a_picture_goes_tile_by_tile(scenes, monkeypatch):
     monkeypatch.setattr("metamer.viewer.render.view.TILE_SAMPLES", 64)
-    renderer, said = SoftwareRenderer(), []
-    renderer.progress = lambda *step: said.append(step)
+    renderer, said = software_session(), []
+    renderer.configure(on_progress=lambda *step: said.append(step))
     scene = scenes.sphere_scene("matt", size=40, samples=3)
     renderer.render(scene, None, scenes.SURFACES)
     assert said[0] == (0, 4, "sorting 5,120 triangles")

@@ -11,10 +11,10 @@ from metamer.materials.factored.pack import FactoredBrdf
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.gl.renderer import GLRenderer, create_renderer
+from metamer.viewer.gl.backend import create_session, gl_session
 from metamer.viewer.render.geometry import scene_geometry
 from metamer.viewer.render.view import view_key
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +24,14 @@ def brdfs(scenes):
 
 @pytest.fixture(scope="module")
 def hardware(gl):
-    renderer = GLRenderer(gl)
+    renderer = gl_session(gl)
     yield renderer
     renderer.close()
 
 
 @pytest.fixture(scope="module")
 def software():
-    return SoftwareRenderer()
+    return software_session()
 
 
 def difference(reference, sample, scene):
@@ -115,7 +115,7 @@ def test_several_illuminants_are_several_renders(scenes, brdfs, hardware, softwa
         assert len(many) == len(spectra)
         for spectrum, (xyz, coverage) in zip(spectra, many, strict=True):
             relit = scene if spectrum is None else scene.with_illuminant(spectrum)
-            one, one_coverage = renderer.render(scene, None, scenes.SURFACES, lights=relit.lights)
+            one, one_coverage = renderer.render(relit, None, scenes.SURFACES)
             np.testing.assert_allclose(xyz, one, rtol=1e-5, atol=1e-7)
             np.testing.assert_array_equal(coverage, one_coverage)
     reference = reference_images(scene, None, brdfs, spectra)
@@ -223,10 +223,10 @@ def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, softwa
         renderer.release()
         kept, coverage = renderer.render(scene, None, scenes.SURFACES)
         renderer.release()
-        monkeypatch.setattr("metamer.viewer.render.keeping.KEPT_SAMPLES", 0)
+        monkeypatch.setattr("metamer.viewer.render.cache.KEPT_SAMPLES", 0)
         for _ in range(2):
             again, again_coverage = renderer.render(scene, None, scenes.SURFACES)
-            assert not any(piece.tile for piece in renderer._kept)
+            assert not any(piece.tile for piece in renderer.cache.pieces)
             np.testing.assert_array_equal(kept, again)
             np.testing.assert_array_equal(coverage, again_coverage)
         monkeypatch.undo()
@@ -235,12 +235,12 @@ def test_geometry_too_large_to_keep_is_worked_out_again(scenes, hardware, softwa
 def test_geometry_is_kept_while_only_materials_change(scenes, software):
     scene = scenes.lamp_scene(size=16)
     software.render(scene, None, scenes.SURFACES)
-    (kept,) = (piece.tile for piece in software._kept)
+    (kept,) = (piece.tile for piece in software.cache.pieces)
     software.render(scene.with_material("part0", "matt").with_illuminant(illuminant("A")), None, scenes.SURFACES)
-    assert kept is not None and software._kept[0].tile is kept
+    assert kept is not None and software.cache.pieces[0].tile is kept
     moved = scenes.lamp_scene(size=16)
     software.render(moved, None, scenes.SURFACES)
-    assert software._kept[0].tile is not kept
+    assert software.cache.pieces[0].tile is not kept
 
 
 def test_what_has_not_changed_is_taken_over(scenes):
@@ -300,23 +300,24 @@ def test_other_spectra_are_folded_from_kept_terms(scenes, hardware, software, mo
     scene = scenes.lamp_scene(size=24)
     warm = (illuminant("A"),)
     for renderer in (hardware, software):
-        monkeypatch.setattr(renderer, "keeps_terms", True)
+        renderer.configure(keeps_terms=True)
         (first,) = renderer.render_many(scene, None, scenes.SURFACES, warm)
         renderer.release()
         renderer.render(scene, None, scenes.SURFACES)
         with monkeypatch.context() as patched:
-            patched.setattr(renderer, "_terms", lambda *_: pytest.fail("terms were worked out again"))
+            patched.setattr(renderer.backend, "terms", lambda *_: pytest.fail("terms were worked out again"))
             (again,) = renderer.render_many(scene, None, scenes.SURFACES, warm)
         np.testing.assert_array_equal(again[0], first[0])
         # Lights of one spectrum are one sum.
         alike, _ = renderer.render(scene.with_illuminant(*warm), None, scenes.SURFACES)
         np.testing.assert_allclose(alike, first[0], rtol=1e-5, atol=1e-7)
-        monkeypatch.setattr("metamer.viewer.render.keeping.KEPT_TERMS", 0)
+        monkeypatch.setattr("metamer.viewer.render.cache.KEPT_TERMS", 0)
         renderer.release()
         (unkept,) = renderer.render_many(scene, None, scenes.SURFACES, warm)
-        assert not renderer._terms_bytes and not renderer._kept[0].terms
+        assert not renderer.cache.terms_bytes and not renderer.cache.pieces[0].terms
         np.testing.assert_array_equal(unkept[0], first[0])
         monkeypatch.undo()
+        renderer.configure(keeps_terms=False)
         renderer.release()
 
 
@@ -324,20 +325,21 @@ def test_a_call_that_breaks_off_keeps_no_half_picture(scenes, software, monkeypa
     monkeypatch.setattr("metamer.viewer.render.view.TILE_SAMPLES", 30)
     software.release()
     scene = scenes.sphere_scene(size=24)
-    turns = software.tiles(scene, scene.camera())
-    next(turns)
+    turns = software.windows(scene, scene.camera())
+    next(turns).worked_out()
     turns.close()
-    assert not any(piece.tile for piece in software._kept)
+    assert not any(piece.tile for piece in software.cache.pieces)
     _, coverage = software.render(scene, None, scenes.SURFACES)
-    assert all(piece.tile for piece in software._kept) and len(software._kept) > 1 and coverage[12, 12] == 1.0
+    pieces = software.cache.pieces
+    assert all(piece.tile for piece in pieces) and len(pieces) > 1 and coverage[12, 12] == 1.0
     software.release()
 
 
 def test_gl_objects_are_given_back(scenes, gl):
-    renderer = GLRenderer(gl)
+    renderer = gl_session(gl)
     scene = scenes.sphere_scene(size=16)
     renderer.render(scene, None, scenes.SURFACES)
-    (tile,) = (piece.tile for piece in renderer._kept)
+    (tile,) = (piece.tile for piece in renderer.cache.pieces)
     textures = [tile.seen, *tile.lights[0]]
     renderer.close()
     assert all(type(texture.mglo).__name__ == "InvalidObject" for texture in textures)
@@ -345,11 +347,11 @@ def test_gl_objects_are_given_back(scenes, gl):
 
 def test_without_gl_the_numpy_renderer_says_why(monkeypatch):
     monkeypatch.setenv("METAMER_NO_GL", "1")
-    renderer, reason = create_renderer()
+    renderer, reason = create_session()
     assert renderer.name == "software (numpy)" and "METAMER_NO_GL" in str(reason)
 
 
 def test_with_gl_the_renderer_names_the_device(gl):
-    renderer = GLRenderer(gl)
+    renderer = gl_session(gl)
     assert renderer.name.startswith("OpenGL 4.")
     renderer.close()

@@ -10,8 +10,8 @@ from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.reference import reference_images
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 
 def softbox(position=(1.2, 2.2, 1.6), target=(0, 0, 0), **more):
@@ -34,8 +34,8 @@ def apart(scene, one, other, seen):
 def test_gl_equals_numpy(scenes, gl, material):
     near = replace(scenes.sphere_scene(material, size=32, samples=1), lights=(softbox(),))
     for scene in (near, ball_on_a_floor(scenes, material)):
-        twin, coverage = SoftwareRenderer().render(scene, None, dict(scenes.SURFACES))
-        drawn, _ = GLRenderer(gl).render(scene, None, dict(scenes.SURFACES))
+        twin, coverage = software_session().render(scene, None, dict(scenes.SURFACES))
+        drawn, _ = gl_session(gl).render(scene, None, dict(scenes.SURFACES))
         seen = coverage == 1.0
         some = np.abs(twin[seen])
         relative = np.abs(drawn - twin)[seen] / np.maximum(some, 1e-2 * some.max())
@@ -48,20 +48,20 @@ def test_a_softbox_near_by_is_seen_from_each_place(scenes, material, most):
     # Seen alike from everywhere, as a light far off, it would be off by some 16.
     scene = replace(scenes.sphere_scene(material, size=24, samples=1), lights=(softbox(),))
     surfaces = {material: scenes.SURFACES[material]}
-    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    drawn, coverage = software_session().render(scene, None, surfaces)
     truth = reference_images(scene, None, surfaces, budget=1.0)
     assert apart(scene, truth.xyz[0], drawn, coverage == 1.0).mean() < most
 
 
 def test_soft_shadows_are_the_references(scenes):
     scene, surfaces = ball_on_a_floor(scenes, "matt"), {"matt": scenes.SURFACES["matt"]}
-    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    drawn, coverage = software_session().render(scene, None, surfaces)
     truth = reference_images(scene, None, surfaces, budget=1.0)
     seen = coverage == 1.0
     off = apart(scene, truth.xyz[0], drawn, seen)
     assert off.mean() < 0.7 and np.percentile(off, 95) < 4.0
     # There is a shadow.
-    alone, _ = SoftwareRenderer().render(replace(scene, parts=scene.parts[1:]), scene.camera(), surfaces)
+    alone, _ = software_session().render(replace(scene, parts=scene.parts[1:]), scene.camera(), surfaces)
     assert (truth.xyz[0][seen, 1] < 0.5 * alone[seen, 1]).mean() > 0.02
 
 
@@ -74,8 +74,8 @@ def test_what_stands_behind_a_softbox_does_not_hide_it(scenes):
     before, beyond = replace(before, lights=lamp), replace(beyond, lights=lamp)
     camera = replace(camera, position=(0.5, 1.0, 4.0))
     surfaces = dict(scenes.SURFACES)
-    one, coverage = SoftwareRenderer().render(before, camera, surfaces)
-    other, _ = SoftwareRenderer().render(beyond, camera, surfaces)
+    one, coverage = software_session().render(before, camera, surfaces)
+    other, _ = software_session().render(beyond, camera, surfaces)
     seen = coverage == 1.0
     assert one[seen, 1].max() > 0.3
     # Sites and axes of maps differ between the scenes, the light does not.

@@ -17,10 +17,10 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.render.renderer import radiance_weights
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.render.session import radiance_weights
 from metamer.viewer.render.surfaces import surface_samples
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 SPECTRA = tuple(illuminant(name) for name in ("D65", "A", "FL11", "FL2", "D50"))
 
@@ -41,8 +41,8 @@ def make(request):
     """Makes a renderer."""
     if request.param == "GL":
         gl = request.getfixturevalue("gl")
-        return lambda *settings: GLRenderer(gl, *settings)
-    return SoftwareRenderer
+        return lambda *settings: gl_session(gl, *settings)
+    return software_session
 
 
 def under(scene, *lights):
@@ -70,8 +70,8 @@ def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make):
 def test_gl_equals_numpy(scenes, gl, material, fields):
     scene = under(scenes.sphere_scene(material, size=32, samples=2), sky(fields, rotation_deg=70.0))
     surfaces = dict(scenes.SURFACES)
-    twin, coverage = SoftwareRenderer().render(scene, None, surfaces)
-    drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
+    twin, coverage = software_session().render(scene, None, surfaces)
+    drawn, _ = gl_session(gl).render(scene, None, surfaces)
     some = np.abs(twin[coverage > 0.0])
     relative = np.abs(drawn - twin)[coverage > 0.0] / np.maximum(some, 1e-2 * some.max())
     assert np.percentile(relative, 99.9) < 1e-3
@@ -85,13 +85,13 @@ def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
     for scene in (scenes.two_balls(), scenes.cloth_scene("gloss", size=32, samples=1, divisions=10)):
         scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))
         surfaces = dict(scenes.SURFACES)
-        twin, coverage = SoftwareRenderer().render(scene, None, surfaces)
-        drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
+        twin, coverage = software_session().render(scene, None, surfaces)
+        drawn, _ = gl_session(gl).render(scene, None, surfaces)
         seen = coverage == 1.0
         apart = delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white())
         assert apart.max() < 0.1, scene.name
         open_sky = replace(scene, parts=scene.parts[-1:])
-        alone, _ = SoftwareRenderer().render(open_sky, scene.camera(), surfaces)
+        alone, _ = software_session().render(open_sky, scene.camera(), surfaces)
         assert (twin[seen, 1] < 0.8 * alone[seen, 1]).mean() > 0.02
 
 
@@ -105,10 +105,10 @@ def test_gl_equals_numpy_where_triangles_are_cut_between_their_vertices(scenes, 
     scene = scenes.scene_of([(shape, "gloss"), (shade, "matt")], [scenes.sun((-0.5, 0.8, 0.3), 400.0)], camera)
     scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))
     surfaces = dict(scenes.SURFACES)
-    numpy = SoftwareRenderer()
+    numpy = software_session()
     twin, coverage = numpy.render(scene, None, surfaces)
-    assert len(numpy._shadows(scene.spread_lights[0], scene).visibility.middles) > 20
-    drawn, _ = GLRenderer(gl).render(scene, None, surfaces)
+    assert len(numpy.layers.shadows(numpy.settings, scene.spread_lights[0], scene).visibility.middles) > 20
+    drawn, _ = gl_session(gl).render(scene, None, surfaces)
     seen = coverage == 1.0
     apart = delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white())
     assert apart.max() < 0.1 and seen.sum() > 150
@@ -119,7 +119,7 @@ def test_shadows_under_a_sky_are_the_references(scenes):
     # A small sun in a sky, on matt balls and ground: both of bright parts and of the rest.
     scene = under(scenes.two_balls("matt", 24), sky(1, contrast=300.0))
     surfaces = {"matt": scenes.SURFACES["matt"]}
-    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
+    drawn, coverage = software_session().render(scene, None, surfaces)
     truth = reference_images(scene, None, surfaces, budget=3.0)
     seen = coverage == 1.0
     white = scene.adopted_white()
@@ -139,8 +139,8 @@ def test_a_gloss_that_a_table_cuts_off_loses_the_dark_ground_and_not_the_sky(sce
     light = EnvironmentLight(np.where(to[..., 1] > 0.0, 1.0, 0.02)[None], SPECTRA[:1])
     scene = under(scenes.scene_of([(ball, "metal"), (table, "matt")], [scenes.sun()], camera), light)
     surfaces = {"metal": FactoredBrdf((scenes.lobe_pack(0.3),)), "matt": scenes.SURFACES["matt"]}
-    drawn, coverage = SoftwareRenderer().render(scene, None, surfaces)
-    alone, of_ball = SoftwareRenderer().render(replace(scene, parts=scene.parts[:1]), None, surfaces)
+    drawn, coverage = software_session().render(scene, None, surfaces)
+    alone, of_ball = software_session().render(replace(scene, parts=scene.parts[:1]), None, surfaces)
     upper = (coverage == 1.0) & (of_ball == 1.0) & (np.arange(24)[:, None] < 15)
     apart = delta_e_xyz(alone[upper].astype(float), drawn[upper].astype(float), scene.adopted_white())
     assert upper.sum() > 200 and apart.mean() < 0.1 and np.percentile(apart, 95) < 0.3 and apart.max() < 0.5
@@ -154,10 +154,10 @@ def test_pictures_are_sums_over_every_texel(scenes):
     weight = light.fields.reshape(2, -1) * np.repeat(latlong.solid_angles(32, 64), 64)
     for material, most in (("gloss", 1.0), ("brushed", 1.5)):
         scene = under(scenes.sphere_scene(material, size=16, samples=1), light)
-        renderer, surfaces = SoftwareRenderer(), dict(scenes.SURFACES)
+        renderer, surfaces = software_session(), dict(scenes.SURFACES)
         drawn, coverage = renderer.render(scene, None, surfaces)
-        (piece,) = renderer._kept
-        view = renderer._view
+        (piece,) = renderer.cache.pieces
+        view = renderer.cache.view
         surface = surface_samples(view, piece.window, view.triangles(piece.window))
         found = np.zeros((coverage.size, 3))
         for pixel, frame, eye in zip(surface.pixel, surface.frame, surface.to_viewer, strict=True):
@@ -184,9 +184,9 @@ def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
     one, _ = renderer.render(under(scene, turned), None, surfaces)
     other, _ = renderer.render(under(scene, moved), None, surfaces)
     assert np.abs(one - other).max() < 2e-3 * np.abs(one).max()
-    assert len(renderer._kept_light._gathered) == 2
+    assert len(renderer.layers.lights._gathered) == 2
     assert np.abs(one - renderer.render(under(scene, still), None, surfaces)[0]).max() > 0.02
-    assert len(renderer._kept_light._gathered) == 2
+    assert len(renderer.layers.lights._gathered) == 2
 
 
 @pytest.mark.slow
@@ -200,7 +200,7 @@ def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_rendere
     for angle in (35.0, 120.0, -60.0, 200.0, 0.0):
         turned = replace(light, rotation_deg=angle)
         drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
-    assert len(found) == 1 and len(renderer._kept_light._turned) <= 4
+    assert len(found) == 1 and len(renderer.layers.lights._turned) <= 4
     for angle in (35.0, 137.0):
         turned = replace(light, rotation_deg=angle)
         drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
@@ -250,8 +250,8 @@ def test_more_terms_than_a_draw_call_takes_make_the_same_picture(scenes, gl):
     many = replace(form, value=form.value @ numbers, palette=Palette(spectra[None], form.palette.basis))
     surfaces = {"gloss": replace(matt_brdf(np.ones(22), many.palette), slices=many)}
     scene = under(scenes.sphere_scene(size=24, samples=1), sky(3, rotation_deg=20.0))
-    twin, _ = SoftwareRenderer().render(scene, None, surfaces)
-    for renderer in (GLRenderer(gl), GLRenderer(gl, keeps_terms=True)):
+    twin, _ = software_session().render(scene, None, surfaces)
+    for renderer in (gl_session(gl), gl_session(gl, keeps_terms=True)):
         drawn, _ = renderer.render(scene, None, surfaces)
         assert np.abs(drawn - twin).max() < 1e-4 * np.abs(twin).max()
 

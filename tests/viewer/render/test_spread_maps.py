@@ -21,9 +21,9 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.render.surfaces import surface_samples
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 SPECTRA = tuple(illuminant(name) for name in ("D65", "A"))
 ALIKE = TexelMap.constant
@@ -49,13 +49,13 @@ BALL = shapes.sphere(4, uv=True)
 @pytest.fixture(scope="module")
 def software():
     """In numpy, by filtering."""
-    return {filtering: SoftwareRenderer(filtering) for filtering in ("linear", "mipmapped")}
+    return {filtering: software_session(filtering) for filtering in ("linear", "mipmapped")}
 
 
 @pytest.fixture(scope="module")
 def hardware(gl):
     """On the GPU, by filtering."""
-    return {filtering: GLRenderer(gl, filtering) for filtering in ("linear", "mipmapped")}
+    return {filtering: gl_session(gl, filtering) for filtering in ("linear", "mipmapped")}
 
 
 def surface_of(roughness=0.5, metal=0.0, **others):
@@ -100,8 +100,8 @@ def summed(renderer, form, light):
     height, width = light.fields.shape[1:]
     to = light.world_from_map @ latlong.texel_directions(height, width).reshape(-1, 3).T
     weight = light.fields.reshape(len(light.fields), -1) * np.repeat(latlong.solid_angles(height, width), width)
-    (piece,) = renderer._kept
-    view = renderer._view
+    (piece,) = renderer.cache.pieces
+    view = renderer.cache.view
     surface = surface_samples(view, piece.window, view.triangles(piece.window), True)
     found = {}
     for pixel, frame, eye, uv in zip(surface.pixel, surface.frame, surface.to_viewer, surface.uv, strict=True):

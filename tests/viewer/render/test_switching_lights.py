@@ -16,10 +16,11 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
+from metamer.viewer.gl.backend import GLBackend, create_session, gl_session
 from metamer.viewer.gl.passes import Passes
-from metamer.viewer.gl.renderer import GLRenderer, create_renderer
 from metamer.viewer.render import light_cache as kept_light
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.render.session import RenderSession
+from metamer.viewer.software.backend import NumpyBackend, software_session
 
 D65, A, FL11, D50 = (illuminant(name) for name in ("D65", "A", "FL11", "D50"))
 # Everything between a scene and its terms; folds alone may follow another light.
@@ -43,8 +44,8 @@ def studio(scenes, shaded=False):
 def renderer(request):
     """A renderer that keeps terms."""
     if request.param == "GL":
-        return GLRenderer(request.getfixturevalue("gl"), keeps_terms=True)
-    return SoftwareRenderer(keeps_terms=True)
+        return gl_session(request.getfixturevalue("gl"), keeps_terms=True)
+    return software_session(keeps_terms=True)
 
 
 @pytest.fixture
@@ -63,9 +64,9 @@ def work(monkeypatch):
 
     for name in (*PASSES, "fold"):
         count(Passes, name)
-    for kind in (GLRenderer, SoftwareRenderer):
-        count(kind, "_terms")
-        count(kind, "_tile")
+    for kind in (GLBackend, NumpyBackend):
+        count(kind, "terms")
+        count(kind, "tile")
     count(kept_light, "scene_visibility")
     monkeypatch.setattr(
         kept_light, "GatheredLight", type("Counted", (), {"of": lambda light: _counted(counts, "gathered", light)})
@@ -125,7 +126,7 @@ def check_folds(scene, surfaces, renderer, work, changes):
         other = change(scene)
         drawn, coverage = renderer.render(other, None, surfaces)
         assert shaded(work) == 0, name
-    fresh, _ = type(renderer)(keeps_terms=True).render(other, None, surfaces)
+    fresh, _ = RenderSession(renderer.backend, renderer.settings).render(other, None, surfaces)
     assert np.abs(drawn - fresh)[coverage > 0.0].max() < 2e-5 * fresh.max()
 
 
@@ -156,7 +157,7 @@ def test_what_is_not_a_spectrum_is_drawn_anew(scenes, renderer, work):
     for name, lights in changed.items():
         work.clear()
         drawn, _ = renderer.render(replace(scene, lights=lights), None, surfaces)
-        assert work["_terms"] > 0, name
+        assert work["terms"] > 0, name
         assert np.abs(drawn - first).max() > 1e-3 * first.max(), name
 
 
@@ -166,7 +167,7 @@ def test_one_spectrum_for_all_fields_is_their_sum(scenes):
     assert lit.spectrum is D50 and lit.fields is dome.fields and "1 spectrum" in repr(lit)
     one = EnvironmentLight(dome.fields.sum(axis=0, keepdims=True), (D50,), illuminance_lux=700.0)
     scene, surfaces = scenes.sphere_scene(size=12, samples=1), dict(scenes.SURFACES)
-    drawn = [SoftwareRenderer().render(replace(scene, lights=(light,)), None, surfaces) for light in (lit, one)]
+    drawn = [software_session().render(replace(scene, lights=(light,)), None, surfaces) for light in (lit, one)]
     (lit_xyz, coverage), (one_xyz, _) = drawn
     assert delta_e_xyz(one_xyz, lit_xyz, scene.observer.white(D50))[coverage > 0.0].max() < 0.02
     truths = [reference_images(replace(scene, lights=(light,)), None, surfaces).xyz for light in (lit, one)]
@@ -191,7 +192,7 @@ def test_scripts_switch_lights_in_a_renderer_that_they_keep(tiny_catalogue, tmp_
         '[[light]]\nkind = "booth"\nbooth = "D65"\n[[camera]]\nwidth = 16\nheight_px = 16\n'
     )
     scene, catalogue = load_scene(path), Catalogue.open(tiny_catalogue)
-    made, _ = create_renderer()
+    made, _ = create_session()
     with made:
         metamer.render(scene, catalogue, renderer=made)
         work.clear()
@@ -205,7 +206,7 @@ def test_a_material_whose_file_has_changed_is_read_again(write_matt, tmp_path, s
     folder = tmp_path / "catalogue"
     write_matt(folder, "tiny/grey", 0.5)
     catalogue, scene = Catalogue.open(folder), scenes.sphere_scene("tiny/grey", size=8)
-    with SoftwareRenderer() as made:
+    with software_session() as made:
         first = made.forms(catalogue, scene)["tiny/grey"]
         assert made.forms(catalogue, scene)["tiny/grey"] is first
         write_matt(folder, "tiny/grey", 0.25)

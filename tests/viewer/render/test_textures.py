@@ -14,8 +14,8 @@ from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.spectral_exr import write_spectral_texture
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.gl.renderer import GLRenderer
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.software.backend import software_session
 
 NM = np.arange(400.0, 701.0, 20.0)
 LIGHTS = [illuminant(name) for name in ("D65", "A", "FL11")]
@@ -41,8 +41,8 @@ def kind(request):
     """Makes a renderer, of the filtering that is asked for."""
     if request.param == "GL":
         gl = request.getfixturevalue("gl")
-        return lambda *filtering: GLRenderer(gl, *filtering)
-    return SoftwareRenderer
+        return lambda *filtering: gl_session(gl, *filtering)
+    return software_session
 
 
 @pytest.mark.slow
@@ -52,8 +52,8 @@ def test_both_renderers_agree_in_light_from_all_around(scenes, gl, filtering):
     sky = EnvironmentLight(fields, tuple(LIGHTS[:2]))
     scene = replace(scene_of(scenes, size=32), lights=(sky,))
     scene = replace(scene, parts=scene.parts[:1])
-    drawn, coverage = GLRenderer(gl, filtering).render(scene, None, {"cloth": FORM})
-    twin, _ = SoftwareRenderer(filtering).render(scene, None, {"cloth": FORM})
+    drawn, coverage = gl_session(gl, filtering).render(scene, None, {"cloth": FORM})
+    twin, _ = software_session(filtering).render(scene, None, {"cloth": FORM})
     assert coverage.any() and np.abs(drawn - twin).max() < 1e-4 * twin.max()
 
 
@@ -81,7 +81,7 @@ def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats):
 @pytest.mark.parametrize("distance", [2.5, 40.0], ids=["near", "far"])
 def test_gl_and_numpy_agree(scenes, gl, filtering, distance):
     scene = scene_of(scenes, distance, size=48)
-    with GLRenderer(gl, filtering) as hardware, SoftwareRenderer(filtering) as software:
+    with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
         (theirs, covered), (mine, coverage) = (one.render(scene, None, {"cloth": FORM}) for one in (hardware, software))
     np.testing.assert_array_equal(covered, coverage)
     off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
@@ -92,7 +92,7 @@ def test_far_away_means_are_nearer_to_many_samples(scenes, kind):
     """Some twenty texels a sample: what lies between is not seen without."""
     scene = scene_of(scenes, 30.0, samples=1, size=48, uv=12.0 * shapes.plane(4.0, 4.0).uv)
     fine = replace(scene.camera(), samples=16)
-    with SoftwareRenderer() as many:
+    with software_session() as many:
         truth, whole = many.render(scene, fine, {"cloth": FORM})
     found = {}
     for filtering in ("linear", "mipmapped"):
@@ -107,11 +107,11 @@ def test_another_light_folds_kept_terms(scenes, kind):
     scene = scene_of(scenes)
     with kind() as renderer:
         plain = renderer.render_many(scene, None, {"cloth": FORM}, LIGHTS[1:2])
-        renderer.keeps_terms = True
+        renderer.configure(keeps_terms=True)
         renderer.render_many(scene, None, {"cloth": FORM}, LIGHTS[:1])
-        terms = [dict(piece.terms) for piece in renderer._kept]
+        terms = [dict(piece.terms) for piece in renderer.cache.pieces]
         (kept,) = renderer.render_many(scene, None, {"cloth": FORM}, LIGHTS[1:2])
-        assert terms[0] and all(piece.terms == old for piece, old in zip(renderer._kept, terms, strict=True))
+        assert terms[0] and all(piece.terms == old for piece, old in zip(renderer.cache.pieces, terms, strict=True))
     np.testing.assert_allclose(kept[0], plain[0][0], rtol=1e-4, atol=1e-5)
 
 

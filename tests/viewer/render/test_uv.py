@@ -11,12 +11,12 @@ from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.reference import reference_image
 from metamer.viewer.gl import resources
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.passes import Passes
-from metamer.viewer.gl.renderer import GLRenderer
 from metamer.viewer.render.geometry import scene_geometry
 from metamer.viewer.render.surfaces import surface_samples
 from metamer.viewer.render.view import view_of
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 
 def islands():
@@ -135,9 +135,9 @@ def test_nothing_of_uv_is_worked_out_unasked(scenes, gl, monkeypatch):
     monkeypatch.setattr(resources, "uv_texels", lambda *_: pytest.fail("not asked for"))
     monkeypatch.setattr("metamer.viewer.render.surfaces.uv_at", lambda *_: pytest.fail("not asked for"))
     scene = scenes.cloth_scene(size=16)
-    for renderer in (GLRenderer(gl), SoftwareRenderer()):
+    for renderer in (gl_session(gl), software_session()):
         renderer.render(scene, None, scenes.SURFACES)
-        assert "uv" not in renderer._geometry.__dict__
+        assert "uv" not in renderer.cache.geometry.__dict__
         renderer.close()
     assert samples_of(scene, with_uv=False)[-1].uv is None
     assert samples_of(scenes.sphere_scene(size=16))[-1].uv is None
@@ -160,8 +160,8 @@ def test_the_mirror_image_of_a_scene_is_the_mirrored_picture(scenes, gl, above):
         replace(camera, position=camera.position * mirror),
     )
     brdfs = {"woven": scenes.SURFACES["woven"]}
-    hardware = GLRenderer(gl)
-    renderers = [lambda one, r=r: r.render(one, None, scenes.SURFACES)[0] for r in (hardware, SoftwareRenderer())]
+    hardware = gl_session(gl)
+    renderers = [lambda one, r=r: r.render(one, None, scenes.SURFACES)[0] for r in (hardware, software_session())]
     for draw in (*renderers, lambda one: reference_image(one, None, brdfs)[0]):
         picture, other = draw(scene), draw(mirrored)
         off = np.abs(other[:, ::-1] - picture)
@@ -173,8 +173,8 @@ def test_the_mirror_image_of_a_scene_is_the_mirrored_picture(scenes, gl, above):
 def test_numpy_gl_and_rays_agree_on_mirrored_uv_under_an_anisotropic_material(scenes, gl):
     scene = scenes.scene_of([(islands(), "woven")], [scenes.sun()], front(samples=3))
     reference, _ = reference_image(scene, None, {"woven": scenes.SURFACES["woven"]})
-    hardware = GLRenderer(gl)
-    mine, theirs = (r.render(scene, None, scenes.SURFACES)[0] for r in (SoftwareRenderer(), hardware))
+    hardware = gl_session(gl)
+    mine, theirs = (r.render(scene, None, scenes.SURFACES)[0] for r in (software_session(), hardware))
     hardware.close()
     np.testing.assert_allclose(theirs, mine, atol=2e-5)
     assert np.percentile(np.abs(mine - reference), 99) < 2e-3

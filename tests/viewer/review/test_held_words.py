@@ -11,7 +11,7 @@ from metamer.lighting.geometry import visible_geometry
 from metamer.materials.catalogue import Catalogue
 from metamer.viewer.review.review import review
 from metamer.viewer.review.words import held_words
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_points_beyond_what_was_measured_are_counted_and_stand_in_the_report(sce
         f"{share:.1%} of its points are {how} from beyond 60° off the normal, where values are held."
         for share, how in ((seen, "seen"), (lit, "lit"))
     )
-    review(scene, wool, tmp_path, renderer=SoftwareRenderer(), version="test", illuminants=("D65",), budget=100.0)
+    review(scene, wool, tmp_path, renderer=software_session(), version="test", illuminants=("D65",), budget=100.0)
     (row,) = json.loads((tmp_path / "review.json").read_text(encoding="utf-8"))["results"]
     assert [note for note in row["notes"] if "off the normal" in note] == list(words)
 

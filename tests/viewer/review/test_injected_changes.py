@@ -18,7 +18,7 @@ from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from metamer.viewer.catalogue_side import catalogue_side, is_catalogue
 from metamer.viewer.review.review import review
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 LIGHTS = ("D65", "A")
 CURVE = 0.4 + 0.2 * np.sin(np.linspace(0.0, 5.0, WORKING_WAVELENGTHS_NM.size))
@@ -40,7 +40,7 @@ def reviewed(scenes, write_matt, tmp_path):
         scene = replace(scenes.sphere_scene("paint/red", size=32, samples=2), **changes)
         catalogue = Catalogue.open(tmp_path / f"{name}.catalogue")
         out, options = tmp_path / name, {"illuminants": LIGHTS, "version": "test"}
-        with renderer or SoftwareRenderer() as drawn_by:
+        with renderer or software_session() as drawn_by:
             review(scene, catalogue, out, renderer=drawn_by, **options)
         return out
 
@@ -67,9 +67,9 @@ def test_repeats_are_identical(reviewed):
 
 
 def test_gl_and_numpy_raise_no_alarm(reviewed, gl):
-    from metamer.viewer.gl.renderer import GLRenderer
+    from metamer.viewer.gl.backend import gl_session
 
-    found = compared(reviewed("a"), reviewed("b", renderer=GLRenderer(gl)))
+    found = compared(reviewed("a"), reviewed("b", renderer=gl_session(gl)))
     assert found.exit_code == 0 and {row.state for row in found.rows} <= {"same", "identical"}
     assert all(row.layers["reference"].identical for row in found.rows)
     assert any("Another renderer" in note for note in found.notes)

@@ -16,7 +16,7 @@ from metamer.spectral.errors import InputError
 from metamer.spectral.fingerprint import fingerprint
 from metamer.viewer.review import row_key as review_key
 from metamer.viewer.review.review import review
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 LIGHTS = ("D65", "A")
 NAMES = ("tiny/copper", "tiny/matt-red", "tiny/rough-blue")
@@ -49,7 +49,7 @@ def run(sphere, catalogue, tmp_path):
                 raise Stopped
 
         told = {"progress": progress, "resumed": lambda found, total: said.append((found, total))}
-        options = {"renderer": renderer or SoftwareRenderer(), "version": "test", **told, **options}
+        options = {"renderer": renderer or software_session(), "version": "test", **told, **options}
         try:
             review(scene, catalogue, out, **options)
         except Stopped:
@@ -63,7 +63,7 @@ def run(sphere, catalogue, tmp_path):
 def drawn_before(sphere, catalogue, tmp_path_factory):
     """The folder of a finished review, to be copied."""
     out = tmp_path_factory.mktemp("finished") / "out"
-    review(sphere, catalogue, out, renderer=SoftwareRenderer(), version="test")
+    review(sphere, catalogue, out, renderer=software_session(), version="test")
     return out
 
 
@@ -142,7 +142,7 @@ def test_what_a_row_depends_on_has_it_drawn_again(run, sphere, finished, monkeyp
     elif change == "code":
         monkeypatch.setattr(review_key, "code_hash", lambda: "another")
     else:
-        options["renderer"] = SoftwareRenderer("mipmapped")
+        options["renderer"] = software_session("mipmapped")
     assert run(**options, stop=1) == (["tiny/copper"], [])
 
 

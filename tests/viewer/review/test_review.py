@@ -20,10 +20,11 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import observer
 from metamer.viewer.display.transform import DisplayTransform
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.context import NoGL
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.render.session import RenderSession
 from metamer.viewer.review.review import OWN_LIGHT, review
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import NumpyBackend, software_session
 from pictures import read_xyz_exr
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -42,7 +43,7 @@ def sphere(scenes):
 
 
 def run(scene, catalogue, out, renderer=None, **options):
-    found = review(scene, catalogue, out, renderer=renderer or SoftwareRenderer(), version="test", **options)
+    found = review(scene, catalogue, out, renderer=renderer or software_session(), version="test", **options)
     return found, json.loads((out / "review.json").read_text(encoding="utf-8"))
 
 
@@ -198,7 +199,7 @@ def test_rows_hold_the_colour_of_the_original_data(written, catalogue):
 
 def test_gl_and_numpy_write_the_same_review(written, sphere, catalogue, gl, tmp_path):
     out, document = written
-    renderer = GLRenderer(gl)
+    renderer = gl_session(gl)
     try:
         _, theirs = run(sphere, catalogue, tmp_path, renderer)
     finally:
@@ -308,13 +309,14 @@ def test_other_parts_keep_their_material(scenes, catalogue, tmp_path):
 
 
 def test_renderer_that_returns_no_numbers_does_not_pass(sphere, catalogue, tmp_path):
-    class Holes(SoftwareRenderer):
+    class Holes(RenderSession):
         def render_many(self, *args):
             found = super().render_many(*args)
             found[0][0][20, 20] = np.nan
             return found
 
-    _, document = run(sphere, catalogue, tmp_path, Holes(), materials=["tiny/matt-red"], illuminants=["D65"])
+    renderer = Holes(NumpyBackend())
+    _, document = run(sphere, catalogue, tmp_path, renderer, materials=["tiny/matt-red"], illuminants=["D65"])
     (row,) = document["results"]
     assert row["undefined_pixels"] == 1
     assert row["status"] == document["status"] == "over"
@@ -360,5 +362,5 @@ def test_errors_survive_the_way_between_processes(error):
 def test_a_light_that_nothing_adapts_from_is_named_before_any_work(sphere, catalogue, tmp_path):
     """Low-pressure sodium: two lines, so yellow that Bradford's blue response to them is negative."""
     with pytest.raises(InputError, match=r"illuminant LPS: Bradford adaptation has no meaning for this white"):
-        review(sphere, catalogue, tmp_path, illuminants=("D65", "LPS"), renderer=SoftwareRenderer(), version="test")
+        review(sphere, catalogue, tmp_path, illuminants=("D65", "LPS"), renderer=software_session(), version="test")
     assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ from metamer.lighting.scene import Review
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.errors import InputError
 from metamer.viewer.review.review import review
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +17,7 @@ def catalogue(tiny_catalogue):
 
 
 def run(scene, catalogue, out, **options):
-    found = review(scene, catalogue, out, renderer=SoftwareRenderer(), version="test", **options)
+    found = review(scene, catalogue, out, renderer=software_session(), version="test", **options)
     return found, json.loads((out / "review.json").read_text(encoding="utf-8"))
 
 

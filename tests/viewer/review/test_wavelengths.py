@@ -19,15 +19,15 @@ from metamer.spectral.folding import Folding
 from metamer.spectral.formats.answer import Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.review.review import review
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 LIGHTS = ("D65", "A", "FL11")
 
 
 def run(scene, catalogue, out, renderer=None, **options):
-    review(scene, catalogue, out, renderer=renderer or SoftwareRenderer(), version="test", **options)
+    review(scene, catalogue, out, renderer=renderer or software_session(), version="test", **options)
     return json.loads((out / "review.json").read_text(encoding="utf-8"))
 
 
@@ -45,7 +45,7 @@ def test_a_fluorescent_material_of_31_wavelengths_beside_one_of_81(kind, tiny_ca
     (folder / MARKER).write_text("schema = 2\n")
     for one in (record, plain):
         write_record(one, folder / f"{one.id}.h5")
-    renderer = SoftwareRenderer() if kind == "numpy" else GLRenderer(request.getfixturevalue("gl"))
+    renderer = software_session() if kind == "numpy" else gl_session(request.getfixturevalue("gl"))
     swept = replace(scenes.sphere_scene("tiny/dye", 32, 2), review=Review("part0", ("*",), LIGHTS))
     balls = [
         (shapes.sphere(4, 0.5).transformed(np.eye(4) + np.array([[0, 0, 0, x]] + 3 * [[0.0] * 4])), material)

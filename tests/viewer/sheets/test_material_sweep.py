@@ -11,16 +11,16 @@ from metamer.lighting.visibility import refinement
 from metamer.materials.catalogue import Catalogue
 from metamer.materials.varied import VariedCatalogue, varied, varied_along
 from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.picture import picture
 from metamer.viewer.sheets.material_sweep import along, row_of
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 
 
 @pytest.fixture(params=["numpy", "GL"])
 def renderer(request, tmp_path):
-    with GLRenderer(request.getfixturevalue("gl")) if request.param == "GL" else SoftwareRenderer() as made:
-        made.rays_folder = tmp_path / "rays"
+    with gl_session(request.getfixturevalue("gl")) if request.param == "GL" else software_session() as made:
+        made.configure(rays_folder=tmp_path / "rays")
         yield made
 
 
@@ -70,7 +70,7 @@ def test_what_lies_beside_the_part_changes_with_it(room, catalogue, renderer):
 
 
 def test_an_unknown_part_is_refused(room, catalogue):
-    with SoftwareRenderer() as renderer, pytest.raises(UnknownNameError, match="roof"):
+    with software_session() as renderer, pytest.raises(UnknownNameError, match="roof"):
         next(along(room, "roof", [catalogue["paint/white"]], catalogue, renderer))
 
 

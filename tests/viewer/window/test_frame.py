@@ -8,8 +8,8 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.viewer.gl.live import LiveRenderer
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import GLBackend, gl_session
+from metamer.viewer.gl.live import LiveSession
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import geometry
 from metamer.viewer.window import drawing
@@ -78,7 +78,7 @@ def counted(monkeypatch, holder, name):
 
 def headless(gl, frame, number=0):
     side = frame.sides[number]
-    with GLRenderer(gl) as once:
+    with gl_session(gl) as once:
         return once.render_many(side.scene, frame.camera, side.surfaces, (side.illuminant,))[0]
 
 
@@ -159,7 +159,7 @@ def test_lights_and_observers_of_an_exact_picture_are_a_fold(frame, session, mon
     session = replace(session, other=Other(material="brushed"))
     frame.show(session, SIZE)
     frame.settle()
-    terms, tiles = counted(monkeypatch, LiveRenderer, "_terms"), counted(monkeypatch, LiveRenderer, "_tile")
+    terms, tiles = counted(monkeypatch, GLBackend, "terms"), counted(monkeypatch, GLBackend, "tile")
     for change in ({"light": LightChoice.named("A")}, {"observer": "1964_10"}, {"light": LightChoice(dimming=0.5)}):
         session = replace(session, **change)
         assert frame.show(session, SIZE) == Work.FOLD
@@ -171,7 +171,7 @@ def test_showing_another_way_draws_nothing(frame, session, monkeypatch):
     session = replace(session, other=Other(material="brushed"))
     frame.show(session, SIZE)
     frame.settle()
-    drawn = counted(monkeypatch, LiveRenderer, "drawing")
+    drawn = counted(monkeypatch, LiveSession, "drawing")
     for mode in ("B", "wipe", "side by side", "checkerboard", "difference"):
         session = replace(session, compare=replace(session.compare, mode=mode))
         assert frame.show(session, SIZE) == Work.SHOW and not frame.step()

@@ -18,7 +18,7 @@ from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 from metamer.viewer.picture import picture
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 from metamer.viewer.window.displayed import displayed
 from metamer.viewer.window.picking import Picker
 from metamer.viewer.window.places import Pin
@@ -44,7 +44,7 @@ def scene(scenes):
 
 @pytest.fixture(scope="module")
 def headless(scene, catalogue):
-    return picture(scene, catalogue, None, SoftwareRenderer())
+    return picture(scene, catalogue, None, software_session())
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ def test_nothing_is_told_where_nothing_is_seen(scenes, catalogue):
 
 def test_under_a_booth_spectra_are_of_the_fast_form_and_fold_to_the_picture_s_colour(scenes, catalogue):
     scene = replace(scenes.sphere_scene("tiny/satin-green", 16), lights=(light_booth("TL84"),))
-    headless = picture(scene, catalogue, None, SoftwareRenderer())
+    headless = picture(scene, catalogue, None, software_session())
     prober = Prober(scene, catalogue)
     reading = prober.at(scene.camera(), 8, 5)
     assert reading.spectra.made_of == FAST

@@ -19,7 +19,7 @@ from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.image import ColourImage
 from metamer.viewer.gl import shaders
-from metamer.viewer.gl.renderer import GLRenderer
+from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.tile import read
 from metamer.viewer.window import fitting
 from metamer.viewer.window.choices import opened
@@ -78,17 +78,26 @@ def surfaces(scenes):
 
 
 @pytest.fixture(scope="module")
-def frame(gl, scene, surfaces):
+def shared_frame(gl, scene, surfaces):
     made = Frame(gl, Sources(scene, Shelf(surfaces)))
     yield made
     made.release()
 
 
+@pytest.fixture
+def frame(shared_frame, scene, surfaces, session):
+    """The frame that all tests share, with this file's scene and surfaces, whatever another test turned it to."""
+    sources = shared_frame._sources
+    if sources.scene is not scene or getattr(sources.catalogue, "_surfaces", None) is not surfaces:
+        assert shared_frame.turn_to(Sources(scene, Shelf(surfaces)), session, SIZE)
+    return shared_frame
+
+
 @pytest.fixture(scope="module")
-def renderer(gl, frame):
+def renderer(gl, shared_frame):
     """As `metamer render` has it; programs are compiled once for it and for the frame."""
-    made = GLRenderer(gl)
-    made._passes.use_programs_of(frame._renderer(Quality.EXACT, 0)._passes)
+    made = gl_session(gl)
+    made.backend.passes.use_programs_of(shared_frame._renderer(Quality.EXACT, 0).session.backend.passes)
     yield made
     made.release()
 
@@ -332,7 +341,7 @@ def test_what_cannot_be_worked_out_is_said_once_and_the_window_goes_on(frame, sc
     def refused(*_args):
         raise InputError("a material that reflects more than it receives")
 
-    monkeypatch.setattr("metamer.viewer.gl.live.LiveRenderer.work_out", refused)
+    monkeypatch.setattr("metamer.viewer.gl.side_layers.SideLayers.work_out", refused)
     asked = replace(session, bounces=True).wearing(FLOOR, "gloss")
     frame.show(asked, SIZE)
     deadline = time.monotonic() + 20

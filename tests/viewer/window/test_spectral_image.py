@@ -20,7 +20,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import OBSERVERS, observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.picture import picture, render_spectral
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 from metamer.viewer.window.spectral_image import raised_note
 from metamer.viewer.window.spectral_image_file import is_spectral_picture, picture_memory, read_spectral_picture
 
@@ -61,7 +61,7 @@ def test_values_are_read_as_they_lie_in_the_file(reflectance, tmp_path):
 def rendered(scenes, tiny_catalogue, tmp_path_factory):
     """A scene's spectral picture in D65, and its XYZ in D65 and A, as it is drawn in each."""
     scene = scenes.sphere_scene("tiny/satin-green", 24)
-    catalogue, renderer = Catalogue.open(tiny_catalogue), SoftwareRenderer()
+    catalogue, renderer = Catalogue.open(tiny_catalogue), software_session()
     scene = replace(scene, lights=tuple(light.with_spectrum(D65, "D65") for light in scene.lights))
     path = tmp_path_factory.mktemp("rendered") / "s.exr"
     render_spectral(scene, catalogue, path, None, renderer)

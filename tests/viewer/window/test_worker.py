@@ -11,7 +11,7 @@ from metamer.lighting.reference import reference_images
 from metamer.materials.catalogue import Catalogue
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.picture import picture
-from metamer.viewer.software.renderer import SoftwareRenderer
+from metamer.viewer.software.backend import software_session
 from metamer.viewer.window.view_error import AskedView, Tracers, ViewError, rounds, view_errors
 from metamer.viewer.window.worker import NICE, Failed, ReferenceWorker, packed, unpacked
 
@@ -24,7 +24,7 @@ def scene(scenes):
 
 @pytest.fixture(scope="module")
 def asked(scene, tiny_catalogue):
-    drawn = picture(scene, Catalogue.open(tiny_catalogue), None, SoftwareRenderer())
+    drawn = picture(scene, Catalogue.open(tiny_catalogue), None, software_session())
     return AskedView(scene, scene.camera(), str(tiny_catalogue), drawn.xyz, drawn.coverage)
 
 

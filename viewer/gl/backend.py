@@ -1,26 +1,27 @@
-"""Pictures without a window: the GL renderer, and the choice between it and its numpy twin."""
+"""OpenGL back end of render sessions, without a window; sessions on it, and the choice between it and numpy."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.camera import Camera
-from ...lighting.scene import Scene
 from ...materials.fast import Summand, TermShader
 from ...spectral.errors import InputError
+from ..render.cache import Backend, Needs, Piece
 from ..render.geometry import LightGeometry
 from ..render.holes import reaching_texels, seen_texels
-from ..render.keeping import Layer, Piece, SpreadLayer
+from ..render.layers import AnyLayer, Layer, SpreadLayer, split_by_terms
 from ..render.raster import Window, WindowTriangles
-from ..render.renderer import Filtering, Renderer
+from ..render.scene_layers import Filtering, RenderSettings
+from ..render.session import RenderSession
 from ..render.surfaces import surface_samples
 from ..render.view import View
-from ..software.renderer import SoftwareRenderer
+from ..software.backend import software_session
 from .context import NoGL, create_context, describe, make_current, release_context
 from .environment_light import GLGathering
 from .passes import MOST_QUADS, MOST_SPECTRA, Passes
@@ -41,66 +42,67 @@ if TYPE_CHECKING:
 # How a summand is drawn, and its textures by name.
 Uploaded = tuple[TermShader, "dict[str, moderngl.Texture]"]
 
-__all__ = ["GLRenderer", "Renderer", "SoftwareRenderer", "create_renderer"]
 
-
-def create_renderer(filtering: Filtering = "linear", keeps_terms: bool = True) -> tuple[Renderer, NoGL | None]:
-    """The GL renderer, or the numpy one and the reason why there is no GL here; parameters as of `Renderer`."""
+def create_session(filtering: Filtering = "linear", keeps_terms: bool = True) -> tuple[RenderSession, NoGL | None]:
+    """Make a session on OpenGL, or on numpy and the reason why there is no OpenGL here; see `RenderSettings`."""
     try:
-        return GLRenderer(filtering=filtering, keeps_terms=keeps_terms), None
+        return gl_session(filtering=filtering, keeps_terms=keeps_terms), None
     except NoGL as reason:
-        return SoftwareRenderer(filtering, keeps_terms), reason
+        return software_session(filtering, keeps_terms), reason
 
 
-class GLRenderer(Renderer):
-    """Renders with OpenGL 4.10 core, headless.
+def gl_session(
+    context: moderngl.Context | None = None, filtering: Filtering = "linear", keeps_terms: bool = False
+) -> RenderSession:
+    """Make a session on OpenGL; see `GLBackend` and `RenderSettings`.
+
+    Raises
+    ------
+    NoGL : no context can be made.
+    """
+    return RenderSession(GLBackend(context), RenderSettings(filtering, keeps_terms))
+
+
+class GLBackend(Backend):
+    """Back end on OpenGL 4.10 core, headless.
 
     Parameters
     ----------
-    context : a context to share; without it one is made, and released with the renderer.
-    filtering, keeps_terms : see `Renderer`.
+    context : a context to share; without it one is made, and released with the back end.
 
     Raises
     ------
     NoGL : no context can be made.
     """
 
-    def __init__(
-        self,
-        context: moderngl.Context | None = None,
-        filtering: Filtering = "linear",
-        keeps_terms: bool = False,
-    ) -> None:
-        super().__init__(filtering, keeps_terms)
+    chunk = MOST_SPECTRA
+
+    def __init__(self, context: moderngl.Context | None = None) -> None:
         self._owns_context = context is None
         self.context = create_context() if context is None else context
-        make_current(self.context)
+        self.make_current()
         self.name = describe(self.context)
-        self._passes = Passes(self.context)
-        self._gathering = GLGathering(self.context, self._passes)
+        self.passes = Passes(self.context)
+        self._gathering = GLGathering(self.context, self.passes)
+
+    def make_current(self) -> None:
+        """Make its context current on this thread."""
+        make_current(self.context)
 
     def close(self) -> None:
-        """Release everything, programs and (if it made it) the context included."""
-        make_current(self.context)
-        self.release()
+        """Release all programs and (if it made it) the context; do not use it afterwards."""
+        self.make_current()
         self._gathering.release()
-        self._passes.release()
+        self.passes.release()
         if self._owns_context:
             release_context(self.context)
 
-    def release(self) -> None:
-        """Forget everything that is kept and free what it holds on the GPU."""
-        make_current(self.context)
-        super().release()
+    def keep_lights(self, lights: Collection[LightGeometry]) -> None:
+        """Free the shadow tables of all lights but these."""
+        self.passes.keep_shadows(list(lights))
 
-    def _pieces(self, scene: Scene, camera: Camera) -> Iterator[Piece]:
-        make_current(self.context)
-        return super()._pieces(scene, camera)
-
-    def _keep_lights(self, lights: Sequence[LightGeometry]) -> None:
-        self._passes.keep_shadows(lights)
-
-    def _tile(self, view: View, window: Window, triangles: WindowTriangles) -> GLTile:
+    def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> GLTile:
+        """Draw what the window's samples see into textures."""
         scene = view.scene
         if max(len(triangles.parent), len(scene.corners)) >= MOST_TRIANGLES:
             raise InputError("too many triangles", found=len(scene.corners), expected=f"below {MOST_TRIANGLES}")
@@ -110,7 +112,7 @@ class GLRenderer(Renderer):
             surface = None if scene.tracer is None else surface_samples(view, window, triangles)
             size = (window.width, window.height)
             if surface is None:
-                seen = self._passes.visibility(owner, window, triangles)
+                seen = self.passes.visibility(owner, window, triangles)
             else:
                 seen = owner.texture(size, 1, seen_texels(surface, window).tobytes())
             free = [
@@ -120,16 +122,15 @@ class GLRenderer(Renderer):
                 for light in scene.lights
             ]
             table = scratch.table(triangle_texels(view, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
-            mipmapped = self.filtering == "mipmapped"
             lights = tuple(
-                self._passes.light(owner, view, light, seen, table, triangles.parent, mipmapped, share)
+                self.passes.light(owner, view, light, seen, table, triangles.parent, needs.mipmapped, share)
                 for light, share in zip(scene.lights, free, strict=True)
             )
-            uv = self._passes.uv(owner, view.uv(triangles), seen, table) if self._with_uv else ()
+            uv = self.passes.uv(owner, view.uv(triangles), seen, table) if needs.uv else ()
             frames: tuple[moderngl.Texture, ...] = ()
-            if self._with_frames:
+            if needs.frames:
                 frames = (
-                    *self._passes.frames(owner, view, seen, table),
+                    *self.passes.frames(owner, view, seen, table),
                     *self._standing(owner, view, seen, table, triangles),
                 )
             coverage = coverage_of(seen, side)
@@ -139,7 +140,7 @@ class GLRenderer(Renderer):
         finally:
             scratch.release()
         parts = places(triangles, scene.first_face, side, coverage.shape[::-1])
-        return GLTile(coverage, self._with_uv, self._with_frames, parts, side, seen, uv, frames, lights, owner)
+        return GLTile(coverage, needs, parts, side, seen, uv, frames, lights, owner)
 
     def _standing(
         self, owner: Owner, view: View, seen: moderngl.Texture, table: moderngl.Texture, triangles: WindowTriangles
@@ -149,7 +150,7 @@ class GLRenderer(Renderer):
         """
         scratch = Owner(self.context)
         try:
-            weights, _ = self._passes.uv(scratch, triangles.weights[:, :, 1:], seen, table)
+            weights, _ = self.passes.uv(scratch, triangles.weights[:, :, 1:], seen, table)
             kept = owner.texture(weights.size, 2, weights.read())
         finally:
             scratch.release()
@@ -158,16 +159,14 @@ class GLRenderer(Renderer):
         faces = np.column_stack([side * (triangles.parent + 1), normals]).astype(np.float32)
         return kept, owner.table(faces, ROW_LENGTH)
 
-    def _discard(self, tile: GLTile) -> None:
-        tile.owner.release()
+    def discard(self, kept: Any) -> None:
+        """Free textures."""
+        kept.owner.release()
 
-    def _discard_terms(self, terms: GLTerms) -> None:
-        terms.owner.release()
-
-    def _uploaded(self, owner: Owner, summand: Summand) -> Uploaded:
-        made = summand.shader(self.filtering == "mipmapped")
+    def _uploaded(self, owner: Owner, summand: Summand, mipmapped: bool) -> Uploaded:
+        made = summand.shader(mipmapped)
         sizes = {"MIXED": summand.mixed, **made.sizes}
-        sizes |= {"MIPMAPPED": 1} if self.filtering == "mipmapped" else {}
+        sizes |= {"MIPMAPPED": 1} if mipmapped else {}
         sizes |= {"USES_UV": 1} if summand.uses_uv else {}
         textures = {name: owner.texels(values) for name, values in made.textures.items()}
         return replace(made, sizes=sizes), textures
@@ -195,9 +194,10 @@ class GLRenderer(Renderer):
             samplers |= dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.summand.uses_uv else {}
             samplers |= palette or {}
             given = {"part": numbers, "samples": tile.samples, **values}
-            self._passes.shade(target, None if palette is None else box, written, made, samplers, given)
+            self.passes.shade(target, None if palette is None else box, written, made, samplers, given)
 
-    def _terms(self, tile: GLTile, layer: Layer | SpreadLayer) -> GLTerms | None:
+    def terms(self, tile: GLTile, layer: AnyLayer) -> GLTerms | None:
+        """Draw a layer's terms into textures, four a texel."""
         if isinstance(layer, SpreadLayer):
             return self._gathered_terms(tile, layer)
         place = tile.parts[layer.part]
@@ -206,7 +206,7 @@ class GLRenderer(Renderer):
         _, box = place
         owner, scratch = Owner(self.context), Owner(self.context)
         try:
-            uploaded = self._uploaded(scratch, layer.summand)
+            uploaded = self._uploaded(scratch, layer.summand, tile.needs.mipmapped)
             quads = tuple(owner.texture(box[2:], 4) for _ in range(-(-layer.summand.rank // 4)))
             for start in range(0, len(quads), MOST_QUADS):
                 some = quads[start : start + MOST_QUADS]
@@ -230,64 +230,49 @@ class GLRenderer(Renderer):
         owner = Owner(self.context)
         try:
             quads = tuple(owner.texture(box[2:], 4) for _ in range(layer.rank // 4))
-            self._gathering.terms(quads, layer, self.filtering == "mipmapped", framed(tile, layer), values)
+            self._gathering.terms(quads, layer, tile.needs.mipmapped, framed(tile, layer), values)
         except BaseException:
             owner.release()
             raise
         return GLTerms(layer, 16 * box[2] * box[3] * len(quads), box, quads, owner)
 
-    def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
+    @contextmanager
+    def added_up(
+        self, piece: Piece, layers: Sequence[AnyLayer], columns: slice, keep: bool, count: int
+    ) -> Iterator[Sequence[moderngl.Texture]]:
+        """Add up layers into textures RGBA32F; see `Backend.added_up`."""
         # Terms that serve one draw call are folded in it; more calls look factors up once.
-        kept, direct = with_and_without_terms(layers, self.keeps_terms or count > MOST_SPECTRA)
-        self._keep_terms(piece, {layer.terms_key for layer in kept})
-        out = np.zeros((count, *self._coverage_of(piece).shape, 3), dtype=np.float32)
-        for start in range(0, count, MOST_SPECTRA):
-            stop = min(start + MOST_SPECTRA, count)
-            out[start:stop] = self._drawn_by(piece, kept, direct, slice(3 * start, 3 * stop))
-        if not self.keeps_terms:
-            self._keep_terms(piece, ())
-        return out
-
-    def _drawn_by(
-        self, piece: Piece, kept: Sequence[Layer | SpreadLayer], direct: Sequence[Layer | SpreadLayer], columns: slice
-    ) -> Float[np.ndarray, "m h w 3"]:
-        """Pictures of the spectra that `columns` of the layers' colours are of, from kept terms or directly."""
+        kept, direct = split_by_terms(layers, keep or count > MOST_SPECTRA)
+        piece.keep_terms({layer.terms_key for layer in kept})
         owner = Owner(self.context)
         try:
-            pictures = self._painted(owner, piece, kept, direct, columns)
-            return np.stack([read(picture)[..., :3] for picture in pictures])
+            height, width = piece.coverage.shape
+            pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
+            target = owner.keep(self.context.framebuffer(pictures))
+            target.clear()
+            self.add_at_once(target, owner, piece, direct, columns)
+            self._add_folded(target, owner, piece, kept, columns)
+            yield pictures
         finally:
             owner.release()
 
-    def _painted(
-        self,
-        owner: Owner,
-        piece: Piece,
-        kept: Sequence[Layer | SpreadLayer],
-        direct: Sequence[Layer | SpreadLayer],
-        columns: slice,
-    ) -> list[moderngl.Texture]:
-        """`_drawn_by` as textures that `owner` keeps."""
-        height, width = self._coverage_of(piece).shape
-        pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
-        target = owner.keep(self.context.framebuffer(pictures))
-        target.clear()
-        self._add_at_once(target, owner, piece, direct, columns)
-        self._add_folded(target, owner, piece, kept, columns)
-        return pictures
+    def pixels(self, image: moderngl.Texture) -> Float[np.ndarray, "h w 3"]:
+        """Read a texture back."""
+        return read(image)[..., :3]
 
-    def _add_at_once(
+    def add_at_once(
         self,
         target: moderngl.Framebuffer,
         owner: Owner,
         piece: Piece,
-        layers: Sequence[Layer | SpreadLayer],
+        layers: Sequence[AnyLayer],
         columns: slice,
     ) -> None:
+        """Add layers to a target without keeping their terms."""
         # Parts share materials: each summand is laid out and uploaded once.
         known: dict[int, Uploaded] = {}
         for layer in layers:
-            tile = self._tile_of(piece)
+            tile = piece.worked_out()
             place = tile.parts[layer.part]
             if place is None:
                 continue
@@ -295,11 +280,10 @@ class GLRenderer(Renderer):
             if isinstance(layer, SpreadLayer):
                 values = {"part": place[0], "samples": tile.samples, "origin": (0, 0), "palette_shape": shape}
                 samplers = {**framed(tile, layer), "palette": palette}
-                filtered = self.filtering == "mipmapped"
-                self._gathering.pictures(target, place[1], layer, filtered, samplers, values)
+                self._gathering.pictures(target, place[1], layer, tile.needs.mipmapped, samplers, values)
                 continue
             if id(layer.summand) not in known:
-                known[id(layer.summand)] = self._uploaded(owner, layer.summand)
+                known[id(layer.summand)] = self._uploaded(owner, layer.summand, tile.needs.mipmapped)
             written = {"SPECTRA": len(target.color_attachments)}
             values = {"rows": -(-layer.summand.rank // 4), "palette_shape": shape}
             self._add(target, tile, layer, known[id(layer.summand)], written, values, {"palette": palette})
@@ -309,31 +293,17 @@ class GLRenderer(Renderer):
         target: moderngl.Framebuffer,
         owner: Owner,
         piece: Piece,
-        layers: Sequence[Layer | SpreadLayer],
+        layers: Sequence[AnyLayer],
         columns: slice,
     ) -> None:
-        for layer, terms in self._with_terms(piece, layers, True):
+        for layer, terms in piece.with_terms(layers, True):
             palette, shape = palette_of(owner, layer, columns)
             for row in range(0, len(terms.quads), MOST_QUADS):
                 quads = terms.quads[row : row + MOST_QUADS]
-                self._passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
+                self.passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
 
 
-def with_and_without_terms(
-    layers: Sequence[Layer | SpreadLayer], keep: bool
-) -> tuple[list[Layer | SpreadLayer], list[Layer | SpreadLayer]]:
-    """The layers that are drawn from terms, and those that are drawn at once: what mixes entries of its palette has no
-    terms of a pixel that could be kept.
-    """
-    kept = [
-        one
-        for one in layers
-        if keep and (isinstance(one, SpreadLayer) or one.summand.palette.entries == one.summand.mixed == 1)
-    ]
-    return kept, [one for one in layers if one not in kept]
-
-
-def palette_of(owner: Owner, layer: Layer | SpreadLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
-    """Some columns of a layer's colours as `fold.glsl` reads them, and their shape there; kept by `owner`."""
+def palette_of(owner: Owner, layer: AnyLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+    """Upload some columns of a layer's colours as `fold.glsl` reads them, and return them with their shape there."""
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape

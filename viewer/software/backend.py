@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,14 @@ from jaxtyping import Float, Int
 from ...lighting.vectors import dot, unit
 from ...materials.points import Points
 from ...materials.terms import Terms
+from ..render.cache import Backend, KeptTerms, Needs, Piece, Tile
 from ..render.footprints import footprints
 from ..render.geometry import LightGeometry
 from ..render.holes import reaching
-from ..render.keeping import KeptTerms, Layer, Piece, SpreadLayer, Tile
+from ..render.layers import AnyLayer, SpreadLayer
 from ..render.raster import Window, WindowTriangles
-from ..render.renderer import Filtering, Renderer
+from ..render.scene_layers import Filtering, RenderSettings
+from ..render.session import RenderSession
 from ..render.surfaces import Surface, surface_samples
 from ..render.view import View
 from .environment_light import SeenSamples, gathered_terms
@@ -41,23 +44,28 @@ class SoftwareTile(Tile):
     seen: tuple[SeenSamples, ...]
 
 
-class SoftwareRenderer(Renderer):
-    """Renders in numpy, on any machine."""
+def software_session(filtering: Filtering = "linear", keeps_terms: bool = False) -> RenderSession:
+    """Make a session on numpy; see `RenderSettings`."""
+    return RenderSession(NumpyBackend(), RenderSettings(filtering, keeps_terms))
 
-    def __init__(self, filtering: Filtering = "linear", keeps_terms: bool = False) -> None:
-        super().__init__(filtering, keeps_terms)
-        self.name = "software (numpy)"
 
-    def _tile(self, view: View, window: Window, triangles: WindowTriangles) -> SoftwareTile:
+class NumpyBackend(Backend):
+    """Back end in numpy, on any machine."""
+
+    name = "software (numpy)"
+    chunk = 1 << 20
+
+    def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> SoftwareTile:
+        """Work out what the window's samples see."""
         side, first_face = view.camera.samples, view.scene.first_face
         height, width = window.height // side, window.width // side
-        surface = surface_samples(view, window, triangles, self._with_uv)
+        surface = surface_samples(view, window, triangles, needs.uv)
         hits = np.bincount(surface.pixel, minlength=height * width).reshape(height, width)
         lit = {}
         for number, light in enumerate(view.scene.lights):
             which, wi, irradiance = _reached(view, light, surface)
             wo = np.einsum("nij,nj->ni", surface.frame[which], surface.to_viewer[which])
-            widths = footprints(view, light, triangles, surface, which) if self.filtering == "mipmapped" else None
+            widths = footprints(view, light, triangles, surface, which) if needs.mipmapped else None
             part_of = np.searchsorted(first_face, surface.face[which], side="right") - 1
             uv, footprint = (None if one is None else one[which] for one in (surface.uv, surface.footprint))
             points = Points(wi, wo, uv, footprint, irradiance, widths)
@@ -65,26 +73,11 @@ class SoftwareRenderer(Renderer):
                 mine = part_of == part
                 lit[part, number] = surface.pixel[which[mine]], points.chosen(mine)
         coverage = (hits / side**2).astype(np.float32)
-        seen = tuple(self._seen(view, surface)) if self._with_frames else ()
-        return SoftwareTile(coverage, self._with_uv, self._with_frames, lit, seen)
+        seen = tuple(_seen(view, surface, needs.mipmapped)) if needs.frames else ()
+        return SoftwareTile(coverage, needs, lit, seen)
 
-    def _seen(self, view: View, surface: Surface) -> Iterator[SeenSamples]:
-        """Part by part."""
-        first_face, face = view.scene.first_face, surface.face
-        part_of = np.searchsorted(first_face, surface.face, side="right") - 1
-        wo = np.einsum("nij,nj->ni", surface.frame, surface.to_viewer)
-        # Textures are filtered where there are spans, whatever of.
-        spans = {} if self.filtering == "mipmapped" else None
-        points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
-        side = view.side[face]
-        facet = view.scene.face_normals[face] * side[:, None]
-        samples = SeenSamples(
-            surface.pixel, points, surface.frame, face, surface.weights, side < 0.0, facet, surface.position
-        )
-        for part in range(len(first_face) - 1):
-            yield samples.chosen(np.flatnonzero(part_of == part))
-
-    def _terms(self, tile: SoftwareTile, layer: Layer | SpreadLayer) -> SoftwareTerms | None:
+    def terms(self, tile: SoftwareTile, layer: AnyLayer) -> SoftwareTerms | None:
+        """Sum a layer's terms over the samples of each pixel."""
         if isinstance(layer, SpreadLayer):
             samples = tile.seen[layer.part]
             if not len(samples.pixel):
@@ -101,17 +94,38 @@ class SoftwareRenderer(Renderer):
         terms = Terms.sum_of(found)
         return SoftwareTerms(layer, terms.nbytes, terms)
 
-    def _shade(self, piece: Piece, layers: Sequence[Layer | SpreadLayer], count: int) -> Float[np.ndarray, "M h w 3"]:
-        height, width = self._coverage_of(piece).shape
-        total = np.zeros((height * width, 3 * count))
-        self._keep_terms(piece, {layer.terms_key for layer in layers})
-        for layer, kept in self._with_terms(piece, layers, self.keeps_terms):
-            kept.terms.add_to(total, layer.colours)
-        return total.reshape(height, width, count, 3).transpose(2, 0, 1, 3)
+    @contextmanager
+    def added_up(
+        self, piece: Piece, layers: Sequence[AnyLayer], columns: slice, keep: bool, count: int
+    ) -> Iterator[list[Float[np.ndarray, "h w 3"]]]:
+        """Add up layers; see `Backend.added_up`."""
+        height, width = piece.coverage.shape
+        total = np.zeros((height * width, columns.stop - columns.start))
+        piece.keep_terms({layer.terms_key for layer in layers})
+        for layer, kept in piece.with_terms(layers, keep):
+            kept.terms.add_to(total, layer.colours[..., columns])
+        yield list(total.reshape(height, width, -1, 3).transpose(2, 0, 1, 3))
+
+
+def _seen(view: View, surface: Surface, mipmapped: bool) -> Iterator[SeenSamples]:
+    """Iterate over samples of area and environment light, part by part."""
+    first_face, face = view.scene.first_face, surface.face
+    part_of = np.searchsorted(first_face, surface.face, side="right") - 1
+    wo = np.einsum("nij,nj->ni", surface.frame, surface.to_viewer)
+    # Textures are filtered where there are spans, whatever of.
+    spans = {} if mipmapped else None
+    points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
+    side = view.side[face]
+    facet = view.scene.face_normals[face] * side[:, None]
+    samples = SeenSamples(
+        surface.pixel, points, surface.frame, face, surface.weights, side < 0.0, facet, surface.position
+    )
+    for part in range(len(first_face) - 1):
+        yield samples.chosen(np.flatnonzero(part_of == part))
 
 
 def _reached(view: View, light: LightGeometry, surface: Surface):
-    """Which samples the light reaches, the local direction to it, and what arrives there (`SoftwareTile`)."""
+    """Return the samples that a light reaches, local directions to it, and irradiance there (`SoftwareTile`)."""
     above = np.flatnonzero(view.lit(light)[surface.face])
     position = surface.position[above]
     offset = light.towards(position)

@@ -1,0 +1,246 @@
+"""Back ends of a session, and the cache of what they work out: geometry, tiles and terms of the last picture.
+
+Each outlives what it does not depend on: geometry another camera, tiles other materials, terms other spectra.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.camera import Camera
+from ...lighting.scene import Scene
+from .geometry import LightGeometry, SceneGeometry, scene_geometry
+from .layers import AnyLayer
+from .raster import Window, WindowTriangles
+from .view import View, view_key, view_of
+
+# Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
+KEPT_SAMPLES = 8_000_000
+# Bytes of terms that are kept between calls: beyond, they are worked out for each picture.
+KEPT_TERMS = 1 << 28
+
+
+@dataclass(frozen=True)
+class Needs:
+    """Optional contents of tiles, which cost time: nobody pays for those that no layer reads.
+
+    uv : texture coordinates. frames : shading frames, for area, environment and indirect light. mipmapped : spans of
+    samples on factors and textures (`RenderSettings.filtering`).
+    """
+
+    uv: bool = False
+    frames: bool = False
+    mipmapped: bool = False
+
+    def met_by(self, there: Needs) -> bool:
+        """True if a tile with the contents `there` serves."""
+        return self.uv <= there.uv and self.frames <= there.frames and self.mipmapped == there.mipmapped
+
+
+@dataclass(eq=False)
+class Tile:
+    """Samples of a window of the picture, as a back end keeps them; coverage (h, w) float32, of its pixels."""
+
+    coverage: Float[np.ndarray, "h w"]
+    needs: Needs
+
+
+@dataclass(eq=False)
+class KeptTerms:
+    """Terms of a layer at every pixel, light and visibility included: all of a picture but its spectra.
+
+    of : their layer, kept alive with them. nbytes : memory in bytes.
+    """
+
+    of: AnyLayer
+    nbytes: int
+
+
+class Backend(ABC):
+    """Working out of tiles, terms and sums; it keeps nothing of a scene but what is uploaded of its lights.
+
+    name : of the device, for pictures' headers. chunk : pictures that are added up at once.
+    """
+
+    name: str
+    chunk: int
+
+    @abstractmethod
+    def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> Any:
+        """Work out what a window shows that does not depend on materials and spectra, as a kind of `Tile`."""
+
+    @abstractmethod
+    def terms(self, tile: Any, layer: AnyLayer) -> Any:
+        """Work out a layer's terms at every pixel, as a kind of `KeptTerms`; None if the tile does not show it."""
+
+    @abstractmethod
+    def added_up(
+        self, piece: Piece, layers: Sequence[AnyLayer], columns: slice, keep: bool, count: int
+    ) -> AbstractContextManager[Sequence[Any]]:
+        """Add up layers in a window under the spectra that `columns` of their colours belong to, of `count` in all.
+
+        Gives images, valid within the context: numpy arrays (h, w, 3), or textures of a GPU.
+        keep : whether layers' terms stay for the next call.
+        """
+
+    def pixels(self, image: Any) -> Float[np.ndarray, "h w 3"]:
+        """Read an image back."""
+        return image
+
+    def make_current(self) -> None:  # noqa: B027
+        """Select the back end's device for the calls that follow on this thread."""
+
+    def discard(self, kept: Any) -> None:  # noqa: B027
+        """Free device memory of a tile or of terms."""
+
+    def keep_lights(self, lights: Collection[LightGeometry]) -> None:  # noqa: B027
+        """Free what is uploaded of all lights but these."""
+
+    def close(self) -> None:  # noqa: B027
+        """Release the device; the back end cannot be used afterwards."""
+
+
+class Piece:
+    """Window of a picture with its tile and terms, worked out when they are asked for.
+
+    left, top : its first pixel. tile : None where there was no room to keep it. terms : of the layers drawn last; None
+    for those that do not show here.
+    """
+
+    def __init__(self, cache: RenderCache, window: Window, samples: int) -> None:
+        self._cache = cache
+        self.window, self.left, self.top = window, window.left // samples, window.top // samples
+        self.tile: Any = None
+        self.terms: dict[tuple, Any] = {}
+        self._coverage: Float[np.ndarray, "h w"] | None = None
+
+    @property
+    def coverage(self) -> Float[np.ndarray, "h w"]:
+        """Coverage of its pixels, float32; stays known when the tile is forgotten."""
+        return self.worked_out().coverage if self._coverage is None else self._coverage
+
+    @property
+    def place(self) -> tuple[slice, slice]:
+        """Rows and columns of the picture that it fills."""
+        height, width = self.coverage.shape
+        return slice(self.top, self.top + height), slice(self.left, self.left + width)
+
+    def worked_out(self) -> Any:
+        """Return the tile, with all that the cache's needs ask for."""
+        cache = self._cache
+        if self.tile is not None and not cache.needs.met_by(self.tile.needs):
+            self.forget_tile()
+        if self.tile is None:
+            assert cache.view is not None
+            triangles = cache.view.triangles(self.window)
+            self.tile = cache.backend.tile(cache.view, self.window, triangles, cache.needs)
+            self._coverage = self.tile.coverage
+        return self.tile
+
+    def with_terms(self, layers: Sequence[AnyLayer], keep: bool) -> Iterator[tuple[AnyLayer, Any]]:
+        """Iterate over the layers that show here and their terms, which with `keep` stay where there is room."""
+        cache = self._cache
+        for layer in layers:
+            key = layer.terms_key
+            terms = self.terms[key] if key in self.terms else cache.backend.terms(self.worked_out(), layer)
+            size = terms.nbytes if terms else 0
+            if key not in self.terms and keep and cache.terms_bytes + size <= KEPT_TERMS:
+                self.terms[key] = terms
+                cache.terms_bytes += size
+            if terms is None:
+                continue
+            try:
+                yield layer, terms
+            finally:
+                if key not in self.terms:
+                    cache.backend.discard(terms)
+
+    def keep_terms(self, keys: Collection[tuple]) -> None:
+        """Forget all kept terms but these."""
+        for key in [key for key in self.terms if key not in keys]:
+            if (terms := self.terms.pop(key)) is not None:
+                self._cache.terms_bytes -= terms.nbytes
+                self._cache.backend.discard(terms)
+
+    def forget_tile(self) -> None:
+        """Free the tile; its coverage stays known."""
+        if self.tile is not None:
+            self._cache.backend.discard(self.tile)
+            self.tile = None
+
+
+class RenderCache:
+    """Geometry of a scene, one camera's view of it and the windows of its picture.
+
+    needs : contents of the tiles that are worked out from now on. one_sided : meshes, by identity, whose triangles are
+    not drawn from behind. terms_bytes : memory of all kept terms.
+    """
+
+    def __init__(self, backend: Backend) -> None:
+        self.backend, self.needs = backend, Needs()
+        self.one_sided: frozenset[int] = frozenset()
+        #: Called when what is kept of a view is forgotten, by those who keep more of it.
+        self.on_forget_view: Callable[[], object] = lambda: None
+        self.geometry: SceneGeometry | None = None
+        self.view: View | None = None
+        self.pieces: list[Piece] = []
+        self.terms_bytes = 0
+
+    def turned_to(self, scene: Scene, camera: Camera, tile_samples: int | None = None) -> View:
+        """Set the view to a camera's, and forget what is kept of another one.
+
+        tile_samples : samples along a window's side; None is the default.
+        """
+        geometry = scene_geometry(scene, self.geometry)
+        if self.view is None or geometry is not self.view.scene or view_key(camera) != view_key(self.view.camera):
+            self.forget_view()
+            self.backend.keep_lights(geometry.lights)
+            self.geometry, self.view = geometry, self.seen(geometry, camera)
+            self.pieces = [Piece(self, one, camera.samples) for one in self.view.windows(tile_samples)]
+        return self.view
+
+    def seen(self, geometry: SceneGeometry, camera: Camera) -> View:
+        """Return a camera's view of the geometry, without the backs of one-sided meshes."""
+        view = view_of(geometry, camera)
+        solid = [id(mesh) in self.one_sided for mesh in geometry.meshes]
+        if not any(solid):
+            return view
+        return replace(view, left_out=np.repeat(solid, np.diff(geometry.first_face)) & (view.side < 0.0))
+
+    def windows(self, scene: Scene, camera: Camera, tile_samples: int | None = None) -> Iterator[Piece]:
+        """Iterate over the picture's windows; a tile is valid for one turn, and stays where there is room."""
+        self.backend.make_current()
+        view = self.turned_to(scene, camera, tile_samples)
+        samples = view.size[0] * view.size[1] * (len(view.scene.lights) + len(scene.spread_lights))
+        for piece in self.pieces:
+            whole = False
+            try:
+                yield piece
+                whole = True
+            finally:
+                # A caller that stops half way may have stopped in the middle of anything.
+                if not (whole and samples <= KEPT_SAMPLES):
+                    piece.forget_tile()
+
+    def forget_view(self) -> None:
+        """Forget what is kept of the last camera's view."""
+        self.on_forget_view()
+        for piece in self.pieces:
+            piece.keep_terms(())
+            piece.forget_tile()
+        self.pieces = []
+        self.view = None
+
+    def release(self) -> None:
+        """Forget everything and free what it holds on a device."""
+        self.backend.make_current()
+        self.forget_view()
+        self.backend.keep_lights(())
+        self.geometry = None

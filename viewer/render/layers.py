@@ -1,0 +1,91 @@
+"""Layers: the parts of a picture that renderers add up, each terms at every pixel times colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.environment.gathering import GatheredLight
+from ...lighting.environment.panel import GatheredPanel
+from ...lighting.transfer.indirect import IndirectLight
+from ...materials.environment_form import EnvironmentForm
+from ...materials.fast import Summand
+from .light_cache import Shadows
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One summand of one part's material under all lights of one spectrum: `colours` (P, R, 3 M) are its palette's XYZ
+    under M spectra in its place.
+    """
+
+    part: int
+    lights: tuple[int, ...]
+    summand: Summand
+    colours: Float[np.ndarray, "P R M3"]
+
+    @property
+    def terms_key(self) -> tuple:
+        """Key of its terms, the same for all spectra; valid while the summand lives."""
+        return self.part, self.lights, self.summand.key
+
+    @property
+    def rank(self) -> int:
+        """Number of terms a pixel."""
+        return self.summand.rank
+
+    @property
+    def foldable(self) -> bool:
+        """True if its terms can be kept for a pixel: a summand that mixes entries of its palette has none."""
+        return self.summand.palette.entries == self.summand.mixed == 1
+
+
+@dataclass(frozen=True, eq=False)
+class SpreadLayer:
+    """One part's material under some of the fields of an area or environment light, at most four.
+
+    fields : slice of its fields. gathered : their light. world_from_map (3, 3) : its rotation.
+    scale : pi / E_ref, of a sample's share. colours (1, F R, 3 M) : for each field, the form's palette in XYZ under M
+    spectra in place of the field's, R rounded up to fours.
+    """
+
+    part: int
+    fields: slice
+    form: EnvironmentForm
+    gathered: GatheredLight | GatheredPanel | IndirectLight
+    world_from_map: Float[np.ndarray, "3 3"]
+    scale: float
+    colours: Float[np.ndarray, "1 FR M3"]
+    shadows: Shadows | None = None
+
+    @property
+    def terms_key(self) -> tuple:
+        """Key of terms as of `Layer`: maps, places and occlusion, never a spectrum."""
+        gathered, shadows = self.gathered, self.shadows
+        near = isinstance(gathered, GatheredPanel)
+        sent = (gathered.corners.tobytes(), gathered.luminance) if near else (id(gathered),)
+        hidden = None if shadows is None else (id(shadows.visibility), id(shadows.bright))
+        place = self.part, self.world_from_map.tobytes(), self.fields.start, self.fields.stop, self.scale
+        return "spread", *place, sent, hidden, self.form.key
+
+    @property
+    def rank(self) -> int:
+        """F R."""
+        return self.colours.shape[1]
+
+    @property
+    def foldable(self) -> bool:
+        """True: see `Layer.foldable`."""
+        return True
+
+
+AnyLayer = Layer | SpreadLayer
+
+
+def split_by_terms(layers: Sequence[AnyLayer], keep: bool) -> tuple[list[AnyLayer], list[AnyLayer]]:
+    """Divide layers into those drawn from kept terms and those drawn at once; without `keep` all are the latter."""
+    kept = [one for one in layers if keep and one.foldable]
+    return kept, [one for one in layers if one not in kept]

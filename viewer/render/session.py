@@ -1,0 +1,371 @@
+"""Render session: a scene, a camera and materials that change one at a time, drawn by a back end."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.camera import Camera
+from ...lighting.scene import Scene
+from ...lighting.transfer.indirect import IndirectLight
+from ...lighting.transfer.radiant import fluoresces
+from ...materials.catalogue import Catalogue
+from ...materials.fast import Fast
+from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.observers import Observer
+from ...spectral.palette import Palette
+from ...spectral.spectrum import Spectrum
+from ...spectral.wavelengths import interpolation_matrix
+from .cache import Backend, Piece, RenderCache
+from .layers import AnyLayer
+from .scene_layers import Colours, Filtering, LayerBuilder, RenderSettings
+from .view import window_count
+
+#: XYZ (H, W, 3) and coverage (H, W), float32, row 0 on top.
+XyzPicture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
+# Wavelengths that are drawn at once, a multiple of three: bounds the memory of spectral pictures.
+_SPECTRAL_CHUNK = 24
+
+
+class Target(ABC):
+    """Pictures of one size that are drawn window by window, one for each of `count` spectra."""
+
+    count: int
+
+    @abstractmethod
+    def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[Any]) -> None:
+        """Take a window's images of the spectra from `first` on, as `Backend.added_up` gives them."""
+
+
+class ReadPictures(Target):
+    """Pictures read back into memory: xyz (M, H, W, 3) and coverage (H, W), float32."""
+
+    def __init__(self, camera: Camera, count: int = 1) -> None:
+        self.count = count
+        self.xyz = np.zeros((count, camera.height_px, camera.width, 3), dtype=np.float32)
+        self.coverage = np.zeros((camera.height_px, camera.width), dtype=np.float32)
+
+    def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[Any]) -> None:
+        """Read a window's images back."""
+        for number, image in enumerate(images, first):
+            self.xyz[number, *piece.place] = backend.pixels(image)
+        self.coverage[piece.place] = piece.coverage
+
+    def read(self, number: int = 0) -> XyzPicture:
+        """Return one picture and the coverage."""
+        return self.xyz[number], self.coverage
+
+
+SomeTarget = TypeVar("SomeTarget", bound=Target)
+
+
+class RenderSession:
+    """Session that draws a scene whose materials are fast forms: settings, a cache and a back end.
+
+    `set_scene` and `set_camera` begin it; each further `set_...` changes one thing, and `draw` works out what that
+    invalidates: another camera keeps the geometry, another material the view; another illuminant or observer costs a
+    fold where terms are kept (`RenderSettings.keeps_terms`). `render` does all in one call.
+
+    A picture is (xyz, coverage): float32 XYZ (H, W, 3), row 0 on top, Y = 1 for a perfect diffuser that receives the
+    scene's reference illuminance, premultiplied by coverage; coverage float32 (H, W) is the share of a pixel's sample
+    points that meet a surface. Nothing is clipped: a fit that is negative somewhere shows as negative XYZ.
+
+    Use it as a context manager, or call `close`.
+
+    Parameters
+    ----------
+    backend : `GLBackend` or `NumpyBackend`; closed with the session.
+    layers : to share caches of light with another session.
+
+    Attributes
+    ----------
+    bounced : indirect light of the last picture; None without.
+    """
+
+    def __init__(
+        self, backend: Backend, settings: RenderSettings | None = None, layers: LayerBuilder | None = None
+    ) -> None:
+        self.backend, self.settings = backend, RenderSettings()
+        self.cache = RenderCache(backend)
+        self.layers = LayerBuilder() if layers is None else layers
+        self.bounced: IndirectLight | None = None
+        self._scene: Scene | None = None
+        self._camera: Camera | None = None
+        self._surfaces: dict[str, Fast] = {}
+        self._illuminant: Spectrum | None = None
+        # Forms of a catalogue's materials with the state of the files that they were read from.
+        self._forms: dict[str, tuple[tuple, Fast]] = {}
+        if settings is not None:
+            self.configure(**vars(settings))
+
+    @property
+    def name(self) -> str:
+        """Back end and device, in words."""
+        return self.backend.name
+
+    @property
+    def made_by(self) -> str:
+        """Back end and, unless it is the default, filtering: for the headers of pictures."""
+        filtering = self.settings.filtering
+        return self.name if filtering == "linear" else f"{self.name}, {filtering} factors"
+
+    def configure(self, **changes: Any) -> None:
+        """Change settings, by the names of `RenderSettings`; other filtering forgets the view, which holds spans.
+
+        Raises
+        ------
+        UnknownNameError : filtering of another name.
+        """
+        settings = replace(self.settings, **changes)
+        if settings.filtering not in get_args(Filtering):
+            raise UnknownNameError("filtering", settings.filtering, get_args(Filtering))
+        if settings.filtering != self.settings.filtering:
+            self.backend.make_current()
+            self.cache.forget_view()
+        self.settings = settings
+
+    @property
+    def scene(self) -> Scene:
+        """Scene that is drawn.
+
+        Raises
+        ------
+        InputError : none was set.
+        """
+        if self._scene is None:
+            raise InputError("a session has no scene yet", field="scene", hint="call set_scene first")
+        return self._scene
+
+    @property
+    def camera(self) -> Camera:
+        """Camera that is drawn from: the one that was set, or the scene's first."""
+        return self.scene.camera() if self._camera is None else self._camera
+
+    def set_scene(self, scene: Scene, surfaces: Mapping[str, Fast]) -> None:
+        """Set the scene and the fast forms of its materials by id; the camera becomes the scene's first.
+
+        Raises
+        ------
+        UnknownNameError : a material of the scene is not in `surfaces`.
+        """
+        scene.check_surfaces(surfaces)
+        self._scene, self._surfaces, self._camera = scene, dict(surfaces), None
+
+    def set_camera(self, camera: Camera | None) -> None:
+        """Set the camera; None is the scene's first."""
+        self._camera = camera
+
+    def set_illuminant(self, spectrum: Spectrum | None) -> None:
+        """Set a spectrum in place of that of every light, at the same strength; None is the lights' own."""
+        self._illuminant = spectrum
+
+    def set_observer(self, observer: Observer) -> None:
+        """Set the observer whose XYZ is drawn."""
+        self._scene = replace(self.scene, observer=observer)
+
+    def set_material(self, part: str, material_id: str, form: Fast) -> None:
+        """Put another material on a part.
+
+        Raises
+        ------
+        UnknownNameError : the scene has no part of that name.
+        """
+        scene = self.scene.with_material(part, material_id)
+        self._scene, self._surfaces = scene, {**self._surfaces, material_id: form}
+
+    def draw(self, target: SomeTarget) -> SomeTarget:
+        """Draw what is set onto a target of the camera's size, and return it."""
+        self._draw(target, [self._illuminant])
+        return target
+
+    def picture(self) -> XyzPicture:
+        """Draw what is set and read it back."""
+        return self.draw(ReadPictures(self.camera)).read()
+
+    def render(self, scene: Scene, camera: Camera | None, surfaces: Mapping[str, Fast]) -> XyzPicture:
+        """Set a scene and a camera (None: the scene's first) under the lights' own spectra, draw, and read back.
+
+        Raises
+        ------
+        UnknownNameError : a material of the scene is not in `surfaces`.
+        """
+        return self.render_many(scene, camera, surfaces)[0]
+
+    def render_many(
+        self,
+        scene: Scene,
+        camera: Camera | None,
+        surfaces: Mapping[str, Fast],
+        illuminants: Sequence[Spectrum | None] = (None,),
+    ) -> list[XyzPicture]:
+        """Render one picture for each illuminant, for little more than the cost of one; None: the lights' own spectra.
+
+        Where fluorescent surfaces pass light on, each illuminant costs a picture.
+        """
+        self.set_scene(scene, surfaces)
+        self.set_camera(camera)
+        self.set_illuminant(None)
+        target = ReadPictures(self.camera, len(illuminants))
+        self._draw(target, illuminants)
+        return [target.read(number) for number in range(target.count)]
+
+    def render_spectra(
+        self,
+        scene: Scene,
+        camera: Camera | None,
+        surfaces: Mapping[str, Fast],
+        wavelengths_nm: Float[np.ndarray, "L"],
+    ) -> Float[np.ndarray, "H W L"]:
+        """Render relative spectral radiance at `wavelengths_nm`, float32, premultiplied by coverage.
+
+        1 is the perfect diffuser that receives the reference illuminance from a light of equal energy. Under every
+        light that diffuser has Y = 1, where XYZ is the integral of v times the colour-matching functions over that of
+        y-bar, v linear between `wavelengths_nm` (`radiance_weights`). Lights that are finer are averaged there
+        (`Spectrum.averaged`), so that no line is missed.
+
+        Raises
+        ------
+        UnknownNameError : a material of the scene is not in `surfaces`.
+        InputError : a light has no power at `wavelengths_nm`.
+        """
+        self.set_scene(scene, surfaces)
+        self.set_camera(camera)
+        self.set_illuminant(None)
+        luminous = radiance_weights(scene.observer, wavelengths_nm)[1]
+
+        def power_of(spectrum: Spectrum) -> float:
+            return float(luminous @ spectrum.averaged(wavelengths_nm).samples)
+
+        for light in scene.lights:
+            if not all(power_of(spectrum) > 0 for spectrum in light.spectra):
+                raise InputError(
+                    "the light sends nothing at these wavelengths",
+                    field=f"light {light.name}",
+                    found=light.spectrum_name or None,
+                    expected=f"some power at {wavelengths_nm[0]:g}, {wavelengths_nm[1]:g}, ... nm",
+                )
+        camera = self.camera
+        values = np.empty((camera.height_px, camera.width, len(wavelengths_nm)), dtype=np.float32)
+        for start in range(0, len(wavelengths_nm), _SPECTRAL_CHUNK):
+            chosen = slice(start, min(start + _SPECTRAL_CHUNK, len(wavelengths_nm)))
+            count = -(-(chosen.stop - start) // 3)
+
+            def sent(spectrum: Spectrum, palette: Palette, chosen: slice = chosen, count: int = count) -> np.ndarray:
+                radiance = palette.radiance(spectrum, wavelengths_nm)[..., chosen] / power_of(spectrum)
+                return np.pad(radiance, ((0, 0), (0, 0), (0, 3 * count - radiance.shape[2])))
+
+            # Three wavelengths take the places of X, Y and Z.
+            step = start // _SPECTRAL_CHUNK, -(-len(wavelengths_nm) // _SPECTRAL_CHUNK)
+            target = ReadPictures(camera, count)
+            self._draw_layers(target, scene, sent, step)
+            flat = target.xyz.transpose(1, 2, 0, 3).reshape(*values.shape[:2], 3 * count)
+            values[..., chosen] = flat[..., : chosen.stop - start]
+        return values
+
+    def coverage(self, scene: Scene, camera: Camera) -> Float[np.ndarray, "H W"]:
+        """Return the share of each pixel's sample points that meet a surface, float32."""
+        target = ReadPictures(camera, 0)
+        for piece in self.windows(scene, camera):
+            target.put(self.backend, piece, 0, ())
+        return target.coverage
+
+    def windows(self, scene: Scene, camera: Camera):
+        """Iterate over the windows of a camera's picture (`RenderCache.windows`)."""
+        return self.cache.windows(scene, camera, self.settings.tile_samples)
+
+    def forms(self, catalogue: Catalogue, scene: Scene) -> dict[str, Fast]:
+        """Return fast forms of a scene's materials; each file is read once, and again when it has changed.
+
+        Raises
+        ------
+        UnknownNameError : a material that the catalogue does not have.
+        InputError : a file that is damaged; a material without a surface or without a fast form.
+        """
+        kept = {}
+        for name in scene.material_ids:
+            state, known = catalogue.state(name), self._forms.get(name)
+            kept[name] = known if known and known[0] == state else (state, catalogue.surface(name).drawn())
+        self._forms = kept
+        return {name: form for name, (_, form) in kept.items()}
+
+    def close(self) -> None:
+        """Release all resources, the back end included; do not use it afterwards."""
+        self.release()
+        self.backend.close()
+
+    def __enter__(self) -> RenderSession:
+        return self
+
+    def __exit__(self, *_reason: object) -> None:
+        self.close()
+
+    def release(self) -> None:
+        """Forget everything that is kept and free what it holds on a GPU."""
+        self.cache.release()
+        self.layers.release()
+        self._forms = {}
+
+    def _draw(self, target: Target, illuminants: Sequence[Spectrum | None]) -> None:
+        """Draw the scene under each illuminant."""
+        scene, shown_in = self.scene, [one for one in illuminants if one is not None]
+        if shown_in and scene.bounces != 0 and fluoresces(self._surfaces[name] for name in scene.material_ids):
+            for number, one in enumerate(illuminants):
+                lit = scene if one is None else scene.with_illuminant(one)
+                self._draw_layers(_Part(target, number), lit, self.layers.colours(lit, (None,)))
+            return
+        self._draw_layers(target, scene, self.layers.colours(scene, illuminants), shown_in=shown_in)
+
+    def _draw_layers(
+        self,
+        target: Target,
+        scene: Scene,
+        colours: Colours,
+        step: tuple[int, int] = (0, 1),
+        shown_in: Sequence[Spectrum] = (),
+    ) -> None:
+        """Draw a scene; `colours` gives (P, R, 3 count) of a palette under a spectrum.
+
+        step : number of this round and of all, for progress. shown_in : spectra in place of the lights' own.
+        """
+        settings, camera = self.settings, self.camera
+        built = self.layers.build(settings, scene, camera, self._surfaces, colours, shown_in)
+        self.bounced, self.cache.needs = built.bounced, built.needs
+        tiles = window_count(camera, settings.tile_samples)
+        faces = sum(len(part.mesh.faces) for part in built.scene.parts)
+        settings.report(step[0] * tiles, step[1] * tiles, f"sorting {faces:,} triangles")
+        for number, piece in enumerate(self.windows(built.scene, camera), 1):
+            self._draw_piece(target, piece, built.layers)
+            settings.report(step[0] * tiles + number, step[1] * tiles, "drawing")
+
+    def _draw_piece(self, target: Target, piece: Piece, layers: Sequence[AnyLayer]) -> None:
+        chunk = self.backend.chunk
+        for start in range(0, target.count, chunk):
+            columns = slice(3 * start, 3 * min(start + chunk, target.count))
+            keep = self.settings.keeps_terms
+            with self.backend.added_up(piece, layers, columns, keep, target.count) as images:
+                target.put(self.backend, piece, start, images)
+        if not self.settings.keeps_terms:
+            piece.keep_terms(())
+
+
+class _Part(Target):
+    """One picture of a target's."""
+
+    def __init__(self, whole: Target, number: int) -> None:
+        self.count, self._whole, self._number = 1, whole, number
+
+    def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[Any]) -> None:
+        """Take an image as that of the picture's number."""
+        self._whole.put(backend, piece, first + self._number, images)
+
+
+def radiance_weights(observer: Observer, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "3 L"]:
+    """Return the weights of XYZ = weights @ radiance as `render_spectra` makes it; equal energy of 1 has Y = 1."""
+    linear = interpolation_matrix(wavelengths_nm, observer.wavelengths_nm, "hold", "linear")
+    weights = np.trapezoid(observer.cmfs[:, :, None] * linear[:, None], observer.wavelengths_nm, axis=0)
+    return weights / weights[1].sum()
