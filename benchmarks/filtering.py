@@ -21,7 +21,8 @@ from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..viewer.render.session import Filtering, RenderSession
+from ..viewer.render.scene_layers import Filtering
+from ..viewer.render.session import RenderSession
 
 #: Samples along a side of a pixel, and how factors are filtered.
 CONFIGURATIONS: tuple[tuple[int, Filtering], ...] = (

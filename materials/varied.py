@@ -35,7 +35,7 @@ class VariedCatalogue(Catalogue):
         return self.made[material_id] if material_id in self.made else super().load(material_id)
 
     def state(self, material_id: str) -> tuple:
-        """See `Catalogue.state`; materials that lie in no file are told apart by their fast forms, by identity."""
+        """Return the state as of `Catalogue.state`; for a material without a file, the identity of its fast form."""
         return (id(self.made[material_id].fast),) if material_id in self.made else super().state(material_id)
 
 

@@ -19,7 +19,8 @@ from .gl.backend import create_session, gl_session, software_session
 from .gl.context import NoGL
 from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture
 from .render.picture_cost import picture_cost
-from .render.session import Filtering, RenderSession
+from .render.scene_layers import Filtering
+from .render.session import RenderSession
 
 if TYPE_CHECKING:
     from .review.review import ReviewResult

@@ -276,7 +276,7 @@ class GLBackend(Backend):
             place = tile.parts[layer.part]
             if place is None:
                 continue
-            palette, shape = palette_of(owner, layer, columns)
+            palette, shape = _palette_of(owner, layer, columns)
             if isinstance(layer, SpreadLayer):
                 values = {"part": place[0], "samples": tile.samples, "origin": (0, 0), "palette_shape": shape}
                 samplers = {**framed(tile, layer), "palette": palette}
@@ -297,13 +297,32 @@ class GLBackend(Backend):
         columns: slice,
     ) -> None:
         for layer, terms in piece.with_terms(layers, True):
-            palette, shape = palette_of(owner, layer, columns)
-            for row in range(0, len(terms.quads), MOST_QUADS):
-                quads = terms.quads[row : row + MOST_QUADS]
-                self.passes.fold(target, terms.box, len(target.color_attachments), quads, row, palette, shape)
+            self.add_terms(target, owner, layer, terms, columns)
+
+    def add_terms(
+        self,
+        target: moderngl.Framebuffer,
+        owner: Owner,
+        layer: AnyLayer,
+        terms: GLTerms,
+        columns: slice,
+        corner: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Fold terms and add them to a target, whose first pixel is `corner` of the picture that their box is in."""
+        left, top = terms.box[0] - corner[0], terms.box[1] - corner[1]
+        low = max(left, 0), max(top, 0)
+        high = min(left + terms.box[2], target.width), min(top + terms.box[3], target.height)
+        if high[0] <= low[0] or high[1] <= low[1]:
+            return
+        palette, shape = _palette_of(owner, layer, columns)
+        box = (*low, high[0] - low[0], high[1] - low[1])
+        spectra = len(target.color_attachments)
+        for row in range(0, len(terms.quads), MOST_QUADS):
+            quads = terms.quads[row : row + MOST_QUADS]
+            self.passes.fold(target, box, spectra, quads, row, palette, shape, (left, top))
 
 
-def palette_of(owner: Owner, layer: AnyLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
+def _palette_of(owner: Owner, layer: AnyLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
     """Upload some columns of a layer's colours as `fold.glsl` reads them, and return them with their shape there."""
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape

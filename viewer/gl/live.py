@@ -11,13 +11,11 @@ from ...lighting.camera import Camera
 from ..render.cache import KEPT_TERMS, Backend, Piece
 from ..render.geometry import knows_geometry
 from ..render.indirect_cache import IndirectCache
-from ..render.layers import AnyLayer
 from ..render.scene_layers import LayerBuilder, RenderSettings
 from ..render.session import RenderSession, Target
 from ..render.view import view_key, window_count
-from .backend import GLBackend, palette_of
+from .backend import GLBackend
 from .full_screen import FullScreen
-from .passes import MOST_QUADS
 from .programs import Programs
 from .resources import Owner
 from .side import Side
@@ -45,19 +43,22 @@ class Canvas(Target):
 
     def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[moderngl.Texture]) -> None:
         """Copy a window's image to its place."""
-        coverage = piece.coverage
-        owner = Owner(self.texture.ctx)
-        try:
-            size = coverage.shape[::-1]
-            samplers = {"picture": images[0], "coverage": owner.texture(size, 1, coverage.tobytes())}
-            corner = piece.left, piece.top
-            self._put.draw(self.texture, samplers, {"corner": corner}, (*corner, *size))
-        finally:
-            owner.release()
+        _put_window(self._put, self.texture, piece, images[0])
 
     def release(self) -> None:
         """Free its program; the texture stays."""
         self._put.release()
+
+
+def _put_window(put: FullScreen, onto: moderngl.Texture, piece: Piece, image: moderngl.Texture) -> None:
+    """Copy a window's image and coverage to their place on a canvas."""
+    owner = Owner(onto.ctx)
+    try:
+        size, corner = piece.coverage.shape[::-1], (piece.left, piece.top)
+        samplers = {"picture": image, "coverage": owner.texture(size, 1, piece.coverage.tobytes())}
+        put.draw(onto, samplers, {"corner": corner}, (*corner, *size))
+    finally:
+        owner.release()
 
 
 class LiveSession:
@@ -71,8 +72,9 @@ class LiveSession:
 
         like : another one of the same context, whose programs and caches of light are used; it is closed after this.
         """
-        layers = LayerBuilder(bounces=IndirectCache(_KEPT_STATES))
-        if like is not None:
+        if like is None:
+            layers = LayerBuilder(bounces=IndirectCache(_KEPT_STATES))
+        else:
             backend.passes.use_programs_of(like._backend.passes)
             layers = LayerBuilder(like.session.layers.lights, like.session.layers.bounces)
         self.session = RenderSession(backend, settings, layers)
@@ -181,7 +183,6 @@ class LiveSession:
         made: dict[tuple, GLTerms | None] = {}
         try:
             size = piece.coverage.shape[::-1]
-            coverage = owner.texture(size, 1, piece.coverage.tobytes())
             for (kept, direct), texture in zip(prepared.layers, onto, strict=True):
                 picture = owner.texture(size, 4)
                 target = owner.keep(self._context.framebuffer([picture]))
@@ -194,9 +195,9 @@ class LiveSession:
                         self._copy(made[key], filled.get(key), piece)
                     terms = self._whole.get(key) or filled.get(key) or made[key]
                     corner = (0, 0) if terms is made.get(key) else (piece.left, piece.top)
-                    self._add_folded_terms(target, owner, layer, terms, corner)
-                box = (piece.left, piece.top, *size)
-                self._put.draw(texture, {"picture": picture, "coverage": coverage}, {"corner": box[:2]}, box)
+                    if terms is not None:
+                        self._backend.add_terms(target, owner, layer, terms, _XYZ, corner)
+                _put_window(self._put, texture, piece, picture)
         finally:
             for terms in made.values():
                 if terms is not None:
@@ -211,50 +212,25 @@ class LiveSession:
         for small, large in zip(made.quads, whole.quads, strict=True):
             self._place.draw(large, {"picture": small}, {"corner": corner}, (*corner, *made.box[2:]))
 
-    def _add_folded_terms(
-        self,
-        target: moderngl.Framebuffer,
-        owner: Owner,
-        layer: AnyLayer,
-        terms: GLTerms | None,
-        corner: tuple[int, int],
-    ) -> None:
-        """Add terms, folded, to a picture whose first pixel is `corner` of that which their box is in."""
-        if terms is None:
-            return
-        left, top = terms.box[0] - corner[0], terms.box[1] - corner[1]
-        low = max(left, 0), max(top, 0)
-        high = min(left + terms.box[2], target.width), min(top + terms.box[3], target.height)
-        if high[0] <= low[0] or high[1] <= low[1]:
-            return
-        palette, shape = palette_of(owner, layer, _XYZ)
-        box = (*low, high[0] - low[0], high[1] - low[1])
-        for row in range(0, len(terms.quads), MOST_QUADS):
-            some = terms.quads[row : row + MOST_QUADS]
-            self._backend.passes.fold(target, box, 1, some, row, palette, shape, (left, top))
-
     def _fold(self, prepared: Prepared, onto: Sequence[moderngl.Texture]) -> None:
         """Fold the kept terms of the whole picture."""
         owner = Owner(self._context)
         try:
-            coverage = self._whole_coverage(prepared.camera)
+            coverage = self._whole_coverage(prepared)
             for (kept, _), texture in zip(prepared.layers, onto, strict=True):
                 self._cover.draw(texture, {"coverage": coverage})
                 target = owner.keep(self._context.framebuffer([texture]))
                 for layer in kept:
-                    self._add_folded_terms(target, owner, layer, self._whole[layer.terms_key], (0, 0))
+                    self._backend.add_terms(target, owner, layer, self._whole[layer.terms_key], _XYZ)
         finally:
             owner.release()
 
-    def _whole_coverage(self, camera: Camera) -> moderngl.Texture:
+    def _whole_coverage(self, prepared: Prepared) -> moderngl.Texture:
         """Return the coverage of all windows, which are drawn already."""
         if self._covered is None:
-            found = np.zeros((camera.height_px, camera.width), dtype=np.float32)
-            for piece in self._cache.pieces:
-                found[piece.place] = piece.coverage
+            found = self.session.coverage(prepared.scene, prepared.camera)
             owner = Owner(self._context)
-            size = camera.width, camera.height_px
-            self._covered = owner, owner.texture(size, 1, found.tobytes())
+            self._covered = owner, owner.texture(found.shape[::-1], 1, found.tobytes())
         return self._covered[1]
 
     def _forget_whole(self) -> None:

@@ -258,17 +258,17 @@ class Passes:
         first_row: int,
         palette: moderngl.Texture,
         palette_shape: tuple[int, int],
-        origin: tuple[int, int] | None = None,
+        origin: tuple[int, int],
     ) -> None:
         """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each.
 
-        origin : where the terms' first pixel is; None is the box's.
+        origin : where the terms' first pixel is.
         """
         made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
         for unit, quad in enumerate(quads, 1):
             quad.use(unit)
         units: object = 1 if len(quads) == 1 else list(range(1, len(quads) + 1))
-        values = {"terms": units, "origin": origin or box[:2], "first_row": first_row, "palette_shape": palette_shape}
+        values = {"terms": units, "origin": origin, "first_row": first_row, "palette_shape": palette_shape}
         self.draw_layer(made, everywhere, target, box, {"palette": palette}, values)
 
     def draw_layer(

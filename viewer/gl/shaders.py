@@ -43,7 +43,7 @@ def source(
 
     def lines_of(file: str, wanted_by: str) -> list[str]:
         beside = terms.with_name(file) if terms is not None else None
-        path = _folder().joinpath(file) if beside is None or not beside.is_file() else beside
+        path = shader_folder().joinpath(file) if beside is None or not beside.is_file() else beside
         path = terms if file == TERMS and terms is not None else path
         if not path.is_file():
             raise ShaderError(f"{wanted_by}: there is no shader file {str(path if file == TERMS else file)!r}")
@@ -92,8 +92,9 @@ def program(
         raise ShaderError(f"{vertex} + {fragment}: {with_file_names(message, names)}") from reason
 
 
-def _folder():
-    return files(__package__ or "").joinpath("shaders")
+def shader_folder() -> Path:
+    """Return the folder of the shaders; those of surfaces lie beside their classes."""
+    return Path(str(files(__package__ or "").joinpath("shaders")))
 
 
 def with_file_names(message: str, names: tuple[str, ...]) -> str:

@@ -27,7 +27,7 @@ from ..render.scene_layers import Colours
 from ..render.session import RenderSession
 from .side import Side
 
-# What a part wears to show what it gives others: no id of a catalogue has capitals.
+# Id of the black material of a part whose influence is shown: ids in catalogues have no capitals.
 _BLACK = "the part without its light/BLACK"
 
 
@@ -79,17 +79,17 @@ class SideLayers:
         """
         scenes: list[Scene] = []
         layers: list[Split] = []
-        uv = frames = False
+        needs = Needs()
         settings = self.session.settings
         for side in sides:
-            scene, found, needs = self._layers_of(side, camera)
-            uv, frames = uv or needs.uv, frames or needs.frames
+            scene, found, needs_of_side = self._layers_of(side, camera)
+            needs = needs.joined(needs_of_side)
             scenes.append(scene)
             layers.append(split_by_terms(found, settings.keeps_terms))
         if not all(same_geometry(scenes[0], other) for other in scenes[1:]):
             expected = "the same meshes and places of lights"
             raise InputError("sides of different geometry", field="sides", expected=expected)
-        return Prepared(scenes[0], camera, tuple(layers), Needs(uv, frames, settings.filtering == "mipmapped"))
+        return Prepared(scenes[0], camera, tuple(layers), needs)
 
     def work_out(self, sides: Sequence[Side]) -> None:
         """Work out all that takes long before anything is drawn, without the GPU: another thread may do it."""

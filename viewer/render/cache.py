@@ -39,6 +39,10 @@ class Needs:
     frames: bool = False
     mipmapped: bool = False
 
+    def joined(self, other: Needs) -> Needs:
+        """Return the contents that either needs."""
+        return Needs(self.uv or other.uv, self.frames or other.frames, self.mipmapped or other.mipmapped)
+
     def met_by(self, there: Needs) -> bool:
         """True if a tile with the contents `there` serves."""
         return self.uv <= there.uv and self.frames <= there.frames and self.mipmapped == there.mipmapped

@@ -19,10 +19,8 @@ from ...lighting.visibility.keeping import transfer_folder
 from ...materials.fast import Fast
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
-from .layers import SpreadLayer
+from .layers import SpreadLayer, layers_of_fields
 
-# Fields of the light that are looked up at once: a texel holds four.
-_MOST_FIELDS = 4
 Progress = Callable[[int, int, str], None]
 
 
@@ -121,12 +119,8 @@ def indirect_layers(
         each = []
         for field in range(light.fields):
             spectrum, coloured = light.coloured(form.palette, field)
-            found = colours(spectrum, coloured)[0]
-            each.append(np.pad(found, ((0, -len(found) % 4), (0, 0))))
-        for start in range(0, light.fields, _MOST_FIELDS):
-            fields = slice(start, min(start + _MOST_FIELDS, light.fields))
-            rounded = np.concatenate(each[fields])[None]
-            yield SpreadLayer(number, fields, form, light, np.eye(3), scale, rounded)
+            each.append(colours(spectrum, coloured)[0])
+        yield from layers_of_fields(number, form, light, np.eye(3), scale, each)
 
 
 def _key(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum]) -> tuple[object, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,6 +83,25 @@ class SpreadLayer:
 
 
 AnyLayer = Layer | SpreadLayer
+
+# Fields of a light that are looked up at once: a texel holds four.
+_MOST_FIELDS = 4
+
+
+def layers_of_fields(
+    part: int,
+    form: EnvironmentForm,
+    gathered: GatheredLight | GatheredPanel | IndirectLight,
+    world_from_map: Float[np.ndarray, "3 3"],
+    scale: float,
+    colours: Sequence[Float[np.ndarray, "R M3"]],
+    shadows: Shadows | None = None,
+) -> Iterator[SpreadLayer]:
+    """Iterate over a part's layers under a light, four fields each; `colours` are those of its form for each field."""
+    for start in range(0, len(colours), _MOST_FIELDS):
+        fields = slice(start, min(start + _MOST_FIELDS, len(colours)))
+        rounded = np.concatenate([np.pad(one, ((0, -len(one) % 4), (0, 0))) for one in colours[fields]])[None]
+        yield SpreadLayer(part, fields, form, gathered, world_from_map, scale, rounded, shadows)
 
 
 def split_by_terms(layers: Sequence[AnyLayer], keep: bool) -> tuple[list[AnyLayer], list[AnyLayer]]:

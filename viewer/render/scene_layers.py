@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -19,28 +19,23 @@ from ...lighting.transfer.hits import RAYS
 from ...lighting.transfer.indirect import IndirectLight
 from ...lighting.visibility.keeping import transfer_folder
 from ...materials.fast import Fast
+from ...spectral.errors import UnknownNameError
 from ...spectral.folding import Folding
 from ...spectral.palette import Palette
 from ...spectral.processes import usable_cores
 from ...spectral.spectrum import Spectrum
 from .cache import Needs
 from .indirect_cache import IndirectCache, indirect_layers
-from .layers import AnyLayer, Layer, SpreadLayer
+from .layers import AnyLayer, Layer, SpreadLayer, layers_of_fields
 from .light_cache import LightCache, Shadows
 
 #: Look-up of factors between samples: as they are, or averaged over what a sample spans.
 Filtering = Literal["linear", "mipmapped"]
 # Lights with their observer whose folded bases are kept: each costs an integral over the observer's wavelengths.
 _KEPT_FOLDINGS = 64
-# Fields of a light that are looked up at once: a texel holds four.
-MOST_FIELDS = 4
 #: Name of the work on shadows of area and environment lights, as progress has it.
 VISIBILITY = "visibility"
 Colours = Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]]
-
-
-def _unheard(*_: object) -> None:
-    """Report to nobody."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +65,12 @@ class RenderSettings:
     rays: int = RAYS
     rays_folder: Path | None = None
     on_progress: Callable[[int, int, str], object] | None = None
-    on_message: Callable[[str], object] = _unheard
+    on_message: Callable[[str], object] = lambda words: None
+
+    def __post_init__(self) -> None:
+        """Refuse filtering of another name: `UnknownNameError`."""
+        if self.filtering not in get_args(Filtering):
+            raise UnknownNameError("filtering", self.filtering, get_args(Filtering))
 
     def report(self, done: int, total: int, work: str) -> None:
         """Pass progress on."""
@@ -136,10 +136,11 @@ class LayerBuilder:
         frames = bool(scene.spread_lights) or indirect is not None
         needs = Needs(scene.needs_uv(surfaces), frames, settings.filtering == "mipmapped")
         lights = scene.delta_lights
+        groups = self._light_groups(lights, settings.keeps_terms)
         layers: list[AnyLayer] = [
             Layer(number, group, one, colours(lights[group[0]].spectrum, one.palette))
             for number, part in enumerate(scene.parts)
-            for group in self._light_groups(lights, settings.keeps_terms)
+            for group in groups
             for one in surfaces[part.material].summands
         ]
         layers += self._spread_layers(settings, scene, camera, surfaces, colours, whole)
@@ -217,14 +218,10 @@ class LayerBuilder:
             weights = light.maps.weights if isinstance(light, EnvironmentLight) else np.ones(1)
             for number, part in enumerate(scene.parts):
                 form = surfaces[part.material].environment_form()
-                for start in range(0, len(light.spectra), MOST_FIELDS):
-                    fields = slice(start, min(start + MOST_FIELDS, len(light.spectra)))
-                    each = [
-                        weight * colours(one, form.palette)[0]
-                        for weight, one in zip(weights[fields], light.spectra[fields], strict=True)
-                    ]
-                    rounded = np.concatenate([np.pad(one, ((0, -len(one) % 4), (0, 0))) for one in each])[None]
-                    yield SpreadLayer(number, fields, form, gathered, world_from_map, scale, rounded, shadows)
+                each = [
+                    weight * colours(one, form.palette)[0] for weight, one in zip(weights, light.spectra, strict=True)
+                ]
+                yield from layers_of_fields(number, form, gathered, world_from_map, scale, each, shadows)
 
 
 def _by_spectrum(lights: Sequence[Light]) -> list[tuple[int, ...]]:

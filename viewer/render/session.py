@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -16,14 +16,14 @@ from ...lighting.transfer.indirect import IndirectLight
 from ...lighting.transfer.radiant import fluoresces
 from ...materials.catalogue import Catalogue
 from ...materials.fast import Fast
-from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.errors import InputError
 from ...spectral.observers import Observer
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
 from .cache import Backend, Piece, RenderCache
 from .layers import AnyLayer
-from .scene_layers import Colours, Filtering, LayerBuilder, RenderSettings
+from .scene_layers import Colours, LayerBuilder, RenderSettings
 from .view import window_count
 
 #: XYZ (H, W, 3) and coverage (H, W), float32, row 0 on top.
@@ -90,7 +90,7 @@ class RenderSession:
     def __init__(
         self, backend: Backend, settings: RenderSettings | None = None, layers: LayerBuilder | None = None
     ) -> None:
-        self.backend, self.settings = backend, RenderSettings()
+        self.backend, self.settings = backend, RenderSettings() if settings is None else settings
         self.cache = RenderCache(backend)
         self.layers = LayerBuilder() if layers is None else layers
         self.bounced: IndirectLight | None = None
@@ -100,8 +100,6 @@ class RenderSession:
         self._illuminant: Spectrum | None = None
         # Forms of a catalogue's materials with the state of the files that they were read from.
         self._forms: dict[str, tuple[tuple, Fast]] = {}
-        if settings is not None:
-            self.configure(**vars(settings))
 
     @property
     def name(self) -> str:
@@ -122,8 +120,6 @@ class RenderSession:
         UnknownNameError : filtering of another name.
         """
         settings = replace(self.settings, **changes)
-        if settings.filtering not in get_args(Filtering):
-            raise UnknownNameError("filtering", settings.filtering, get_args(Filtering))
         if settings.filtering != self.settings.filtering:
             self.backend.make_current()
             self.cache.forget_view()
@@ -274,7 +270,7 @@ class RenderSession:
             target.put(self.backend, piece, 0, ())
         return target.coverage
 
-    def windows(self, scene: Scene, camera: Camera):
+    def windows(self, scene: Scene, camera: Camera) -> Iterator[Piece]:
         """Iterate over the windows of a camera's picture (`RenderCache.windows`)."""
         return self.cache.windows(scene, camera, self.settings.tile_samples)
 

@@ -11,7 +11,6 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -19,6 +18,7 @@ from ...materials.catalogue import Catalogue
 from ...materials.records.record import SUFFIX
 from ...spectral.errors import InputError, MetamerError
 from ...spectral.files import read_text
+from ..gl.shaders import shader_folder
 
 Loaded = TypeVar("Loaded")
 
@@ -132,7 +132,7 @@ def files_of_materials(catalogue: Catalogue, ids: Iterable[str]) -> tuple[Path, 
 
 def files_of_shaders() -> tuple[Path, ...]:
     """The renderer's own shaders; those of surfaces lie beside their classes, and are read with the program."""
-    return tuple(sorted(one for one in Path(str(files("metamer.viewer.gl"))).joinpath("shaders").iterdir()))
+    return tuple(sorted(shader_folder().iterdir()))
 
 
 def _names_a_file(folder: Path, text: str) -> bool:

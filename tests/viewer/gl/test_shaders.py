@@ -62,7 +62,7 @@ def test_every_shader_file_is_part_of_a_program():
         for file in (vertex, fragment)
         for name in shaders.source(file, sizes, terms)[1]
     }
-    assert used == {file.name for file in shaders._folder().iterdir()} | {FACTORS.name, SLICES.name}
+    assert used == {file.name for file in shaders.shader_folder().iterdir()} | {FACTORS.name, SLICES.name}
 
 
 def test_an_include_is_put_in_once_and_lines_are_counted_per_file():
@@ -106,7 +106,7 @@ def test_an_error_in_a_forms_own_file_names_it_in_every_pass(gl, tmp_path, fragm
 
 @pytest.mark.parametrize("fragment", ["gather.frag", "frames.frag", "fold.frag", "uv.frag", "light.frag"])
 def test_an_error_in_a_pass_names_that_pass(gl, monkeypatch, tmp_path, fragment):
-    shutil.copytree(shaders._folder(), tmp_path / "shaders")
+    shutil.copytree(shaders.shader_folder(), tmp_path / "shaders")
     text = (tmp_path / "shaders" / fragment).read_text()
     (tmp_path / "shaders" / fragment).write_text(f"#error here\n{text}")
     monkeypatch.setattr(shaders, "files", lambda _package: tmp_path)

@@ -379,8 +379,8 @@ def test_three_hundred_materials_are_gone_through_in_bounded_memory(frame, scene
 def test_a_shader_that_breaks_leaves_the_last_good_one_and_says_where(
     frame, scene, surfaces, session, monkeypatch, tmp_path
 ):
-    folder = shutil.copytree(str(shaders._folder()), tmp_path / "shaders")
-    monkeypatch.setattr(shaders, "_folder", lambda: folder)
+    folder = shutil.copytree(str(shaders.shader_folder()), tmp_path / "shaders")
+    monkeypatch.setattr(shaders, "shader_folder", lambda: folder)
     assert frame.turn_to(Sources(scene, Shelf(surfaces)), session, SIZE)
     frame.settle()
     before = read(frame.canvases[0])

@@ -87,12 +87,12 @@ def check_a_shader_that_breaks_leaves_the_last_good_ones(it):
     """In a folder of shaders of its own, so that nothing of the program changes."""
     from metamer.viewer.gl import shaders
 
-    folder, real = Path("shaders"), shaders._folder
+    folder, real = Path("shaders"), shaders.shader_folder
     shutil.copytree(real(), folder)
     it.settled()
     before, file = it.picture(), folder / "compare.frag"
     text = file.read_text(encoding="utf-8")
-    shaders._folder = lambda: folder.resolve()
+    shaders.shader_folder = lambda: folder.resolve()
     try:
         file.write_text(text.replace("void main", "void mmain"), encoding="utf-8")
         it.key("F5")
@@ -103,7 +103,7 @@ def check_a_shader_that_breaks_leaves_the_last_good_ones(it):
         it.key("F5")
         it.wait(lambda: "compare.frag" not in it.said, "the mended shader")
     finally:
-        shaders._folder = real
+        shaders.shader_folder = real
     it.settled()
     assert alike(it.picture(), before)
 
