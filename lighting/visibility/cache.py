@@ -62,7 +62,7 @@ def scene_visibility(
     if folder is None or not limit:
         _say_cost(scene, jobs, say)
         return computed_visibility(scene, jobs, progress, before)
-    file = Path(folder) / f"{visibility_key(scene, before)}.npz"
+    file = _file(scene, Path(folder), before)
     if file.is_file():
         try:
             found = _read(file, scene)
@@ -84,6 +84,15 @@ def scene_visibility(
     _write(file, found)
     pruned(Path(folder), limit, keep=[file])
     return found
+
+
+def is_kept(scene: Scene, folder: Path | str | None, before: Before | None = None) -> bool:
+    """Return True if `folder` has a file of the visibility of a scene, which may yet be damaged."""
+    return folder is not None and _file(scene, Path(folder), before).is_file()
+
+
+def _file(scene: Scene, folder: Path, before: Before | None) -> Path:
+    return folder / f"{visibility_key(scene, before)}.npz"
 
 
 def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:

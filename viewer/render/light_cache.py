@@ -18,13 +18,17 @@ from ...lighting.lights import SpreadLight
 from ...lighting.mesh import Mesh
 from ...lighting.scene import Scene
 from ...lighting.visibility.before import Before
-from ...lighting.visibility.cache import scene_visibility
+from ...lighting.visibility.cache import is_kept, scene_visibility
 from ...lighting.visibility.hidden_light import HiddenLight
 from ...lighting.visibility.keeping import visibility_folder
+from ...lighting.visibility.precompute import SECONDS_A_VERTEX, visibility_cost
+from ...lighting.visibility.sites import nothing_hides, pieces_of
 from ...lighting.visibility.visibility import SceneVisibility
 
 # Prefiltered environments, some 20 MB each.
 KEPT_ENVIRONMENTS = 4
+#: CPU seconds of work on visibility, at most, that nobody needs a first picture for.
+SOON_SECONDS = 4.0
 Progress = Callable[[int, int, str], None]
 
 
@@ -81,6 +85,20 @@ class LightCache:
             return turned is not None and (id(visibility), id(turned)) in self._hiding
         finally:
             self.lock.release()
+
+    def soon_has(self, light: SpreadLight, scene: Scene) -> bool:
+        """Return True if `shadows` takes little time: they are kept here or on disk, nothing casts any, or the scene is
+        small.
+        """
+        if self.knows(light, scene):
+            return True
+        if is_kept(scene, visibility_folder(), _before(light, scene)):
+            return True
+        if len(scene.parts) == 1 and nothing_hides(pieces_of(scene)):
+            return True
+        # Large triangles are cut, which adds vertices: not asked where there are many anyhow.
+        least = SECONDS_A_VERTEX * sum(len(part.mesh.vertices) for part in scene.parts)
+        return least < SOON_SECONDS and visibility_cost(scene).cpu_seconds < SOON_SECONDS
 
     def gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight | GatheredPanel, np.ndarray]:
         """What a light that spreads sends, and how it is turned; of an environment what its maps are without weights.

@@ -2,7 +2,8 @@
 
 While something moves, a scene of fewer triangles is drawn at one sample a pixel and fewer pixels. What then stands
 still is drawn with all triangles at one sample, and last as the headless renderer draws it, a window of the picture at
-a time. Where only spectra or observers change, terms that are kept are folded: what is exact stays exact.
+a time. Where only spectra or observers change, terms that are kept are folded: what is exact stays exact. Where shadows
+of area and environment lights take long to work out, rays at few pixels show them until they are (`first_picture`).
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from enum import IntEnum
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,10 +26,13 @@ from ..gl.resources import Owner
 from ..gl.side import Side
 from ..gl.side_layers import Prepared
 from ..render.geometry import same_geometry
-from ..render.scene_layers import RenderSettings
+from ..render.scene_layers import VISIBILITY, RenderSettings
+from .background import Background
+from .first_picture import FirstPicture, first_pictures
 from .showing import Whites
 from .sides import Sources
 from .state import Session
+from .view_error import Tracers
 from .viewpoint import Viewpoint
 from .work import Work
 
@@ -47,12 +51,17 @@ _WAIT = 0.01
 
 
 class Quality(IntEnum):
-    """Of what is on the canvases: fewer triangles and pixels; one sample a pixel; as the headless renderer has it."""
+    """Quality of a picture: fewer triangles and pixels; rays at few pixels; one sample a pixel; as drawn headless."""
 
     NONE = 0
     MOVING = 1
-    STILL = 2
-    EXACT = 3
+    FIRST = 2
+    STILL = 3
+    EXACT = 4
+
+
+class _Unwanted(MetamerError):
+    """End of work on light whose meshes are not shown any more."""
 
 
 @lru_cache(maxsize=8)
@@ -67,6 +76,7 @@ class Drawing:
     Attributes
     ----------
     quality : of what is on the canvases. reached : the share of the exact picture that is done.
+    noise : ΔE94 of a picture of quality `FIRST`. shadowed : the share of the work on shadows that is done.
     sides : A and B as they are drawn, one object where they are alike.
     seconds : what each kind of work took last, by name.
     """
@@ -81,16 +91,23 @@ class Drawing:
         self._coarse, self._side = 2, {Quality.STILL: 256, Quality.EXACT: 256}
         self._settling: Iterator[float] | None = None
         self._working: threading.Thread | None = None
+        # Meshes whose light is worked out, and those that are shown: work on others breaks off.
+        self._worked_on: tuple[int, ...] = ()
+        self._shown: tuple[int, ...] = ()
+        self._rays, self._tracers = Background(), Tracers()
         self._failed: tuple[object, MetamerError] | None = None
         # Whether what is on the canvases is still to be shown; and a count of what has been drawn.
         self._to_show, self._drawn = False, 0
         self.sides: tuple[Side, Side] | None = None
         self.quality, self.reached = Quality.NONE, 0.0
+        self.noise, self.shadowed = 0.0, 0.0
         self.seconds: dict[str, float] = {}
 
     def release(self) -> None:
-        """Free everything."""
+        """Free everything; work that goes on beside breaks off."""
         self._stop()
+        self._shown = ()
+        self._rays.close()
         self._sources.close()
         if self._working is not None:
             self._working.join()
@@ -147,18 +164,28 @@ class Drawing:
         self._stop()
         begun = self._clock()
         self._supply()
+        self._shown = self._meshes
         if asked == Work.FOLD and self.quality == Quality.EXACT and self._folded():
             name = "light, observer"
         elif asked < Work.VIEW and self._worked_out() and self.seconds.get("still", np.inf) < SLOW:
             self._draw(Quality.STILL)
             self.quality, name = Quality.STILL, "material"
             self._settling = None if moving else self._to_exact(Quality.EXACT)
+        elif self.quality == Quality.NONE and not moving and self._lacks_shadows():
+            self._clear()
+            self._settling, name = self._to_exact(Quality.STILL), "asked"
         else:
             self._draw_moving()
             self.quality, name = Quality.MOVING, "moving"
             self._settling = None if moving else self._to_exact(Quality.STILL)
         self._changed()
         self.seconds[name] = self._clock() - begun
+
+    def _clear(self) -> None:
+        for canvas in self._canvases:
+            target = self._context.framebuffer([canvas])
+            target.clear()
+            target.release()
 
     def _folded(self) -> bool:
         """Whether all terms of the exact picture are kept, which then is drawn."""
@@ -203,11 +230,14 @@ class Drawing:
 
         What takes long and needs no GPU is done in a thread meanwhile.
         """
+        if self._lacks_shadows():
+            yield from self._first()
         while self._sources.pending or not self._worked_out():
             if self._failed is not None and self._failed[0] is self.sides:
                 raise self._failed[1]
             if not (self._working is not None and self._working.is_alive()) and not self._worked_out():
                 groups = [(self._renderer(Quality.STILL, number), sides) for number, sides, _ in self._groups()]
+                self._worked_on, self.shadowed = self._meshes, 0.0
                 self._working = threading.Thread(target=self._work_out, args=(groups, self.sides), daemon=True)
                 self._working.start()
             if self._working is not None:
@@ -233,6 +263,52 @@ class Drawing:
             self.quality = quality
             self.seconds["still" if quality == Quality.STILL else "exact"] = self._clock() - whole
 
+    def _first(self) -> Iterator[float]:
+        """Draw the first picture by rays in a thread; where it is not worth it, something at once."""
+        assert self._session is not None
+        groups = list(self._groups())
+        sides = [one for _, some, _ in groups for one in some]
+        canvases = [one for _, _, some in groups for one in some]
+        asked, begun = object(), self._clock()
+        lights = self._renderer(Quality.STILL, 0).session.layers.lights
+        work = partial(first_pictures, sides, self._session.view, self._size, self._tracers, lights)
+        self._rays.ask("first picture", lambda: (asked, work()))
+        while self._rays.busy():
+            for heard in self._rays.poll():
+                if heard.problem is None and heard.result[0] is asked:
+                    self._put_first(heard.result[1], canvases)
+                    self.seconds["first"] = self._clock() - begun
+            time.sleep(_WAIT)
+            yield 0.0
+        if self.quality == Quality.NONE:
+            self._draw_moving()
+            self.quality = Quality.MOVING
+
+    def _put_first(self, pictures: list[FirstPicture], canvases: list[moderngl.Texture]) -> None:
+        for picture, canvas in zip(pictures, canvases, strict=False):
+            values = np.concatenate([picture.xyz, picture.coverage[..., None]], axis=2)
+            height, width = picture.coverage.shape
+            scratch = Owner(self._context)
+            try:
+                small = scratch.texture((width, height), 4, np.ascontiguousarray(values).tobytes())
+                self._renderer(Quality.STILL, 0).enlarge(small, canvas)
+            finally:
+                scratch.release()
+            self.quality, self.noise = Quality.FIRST, max(one.noise for one in pictures)
+            self._changed()
+
+    def _lacks_shadows(self) -> bool:
+        """Return True if shadows of area and environment lights are not worked out, and rays can show them."""
+        for number, sides, _ in self._groups():
+            for side in sides:
+                lights, scene = side.scene.spread_lights, side.scene
+                if side.influence is not None or not lights:
+                    return False
+                known = self._renderer(Quality.STILL, number).session.layers.lights
+                if not all(known.knows(light, scene) for light in lights):
+                    return True
+        return False
+
     def _worked_out(self) -> bool:
         """Whether all is there that is drawn of what is still."""
         if self._working is not None and self._working.is_alive():
@@ -245,8 +321,24 @@ class Drawing:
         try:
             for renderer, sides in groups:
                 renderer.sides.work_out(sides)
+        except _Unwanted:
+            pass
         except MetamerError as reason:
             self._failed = asked_for, reason
+
+    @property
+    def _meshes(self) -> tuple[int, ...]:
+        """Identities of the meshes of both sides."""
+        return tuple(id(part.mesh) for _, sides, _ in self._groups() for part in sides[0].scene.parts)
+
+    def _on_progress(self, done: int, total: int, work: str) -> None:
+        """Note how far work on light is, and end it where its meshes are not shown any more."""
+        if threading.current_thread() is not self._working:
+            return
+        if self._worked_on != self._shown:
+            raise _Unwanted("this scene is not shown any more")
+        if work == VISIBILITY:
+            self.shadowed = done / max(total, 1)
 
     def _prepared(self, quality: Quality) -> Iterator[tuple[LiveSession, Prepared, list[moderngl.Texture]]]:
         """What each geometry's renderer has to draw at a quality, and onto which canvases."""
@@ -275,7 +367,7 @@ class Drawing:
     def _renderer(self, quality: Quality, number: int) -> LiveSession:
         if (quality, number) not in self._renderers:
             like = next(iter(self._renderers.values()), None)
-            settings = RenderSettings(keeps_terms=quality == Quality.EXACT)
+            settings = RenderSettings(keeps_terms=quality == Quality.EXACT, on_progress=self._on_progress)
             self._renderers[quality, number] = LiveSession(GLBackend(self._context), settings, like)
         return self._renderers[quality, number]
 

@@ -10,7 +10,13 @@ from ...frame import Frame
 from ..widgets import right, said
 from ..window import Window
 
-_QUALITY = {Quality.NONE: "not drawn yet", Quality.MOVING: "coarse", Quality.STILL: "settling", Quality.EXACT: "exact"}
+_QUALITY = {
+    Quality.NONE: "not drawn yet",
+    Quality.MOVING: "coarse; what is finer is being worked out",
+    Quality.FIRST: "first picture by rays",
+    Quality.STILL: "settling",
+    Quality.EXACT: "exact",
+}
 
 
 def draw(window: Window) -> None:
@@ -21,9 +27,11 @@ def draw(window: Window) -> None:
         return
     said("  ·  ".join(chain(session, frame.display)))
     width, height = window.shown_size
-    state = _QUALITY[Quality(frame.quality)]
-    if frame.quality == Quality.MOVING:
-        state = "moving" if window.moving else "coarse; what is finer is being worked out"
+    state = "moving" if frame.quality == Quality.MOVING and window.moving else _QUALITY[Quality(frame.quality)]
+    if isinstance(frame, Frame) and frame.quality == Quality.FIRST:
+        state += f", noise of ΔE94 {frame.noise:.2g}"
+    if isinstance(frame, Frame) and frame.quality < Quality.STILL and 0.0 < frame.shadowed < 1.0:
+        state += f"; shadows {frame.shadowed:.0%}"
     if frame.quality != Quality.EXACT and frame.reached:
         state += f", {frame.reached:.0%} of the exact picture"
     samples = f", {session.samples} x {session.samples} samples a pixel" if isinstance(frame, Frame) else ""

@@ -1,0 +1,88 @@
+"""First picture of a view: rays at few pixels, seen while shadows of area and environment lights are worked out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.geometry import visible_geometry
+from ...lighting.reference import reference_images
+from ...lighting.reference_noise import NOISE_SHARE
+from ..gl.side import Side
+from ..render.light_cache import LightCache
+from .view_error import Tracers
+from .viewpoint import Viewpoint
+
+#: Pixels of a first picture at most, and samples along a side of each.
+MOST_PIXELS, SAMPLES = 120 * 90, 2
+#: ΔE94 of noise that is aimed at, as the mean of the picture's pixels.
+AIMED_NOISE = 0.8
+#: Surfaces that light comes by at most beside the one that is seen.
+MOST_BOUNCES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class FirstPicture:
+    """First picture of a side: XYZ (h, w, 3) and coverage (h, w), float32; `noise` is its mean in ΔE94."""
+
+    xyz: Float[np.ndarray, "h w 3"]
+    coverage: Float[np.ndarray, "h w"]
+    noise: float
+
+
+def first_size(width: int, height: int) -> tuple[int, int]:
+    """Return the size in pixels of the first picture of a view.
+
+    >>> first_size(1200, 900), first_size(40, 30)
+    ((120, 90), (40, 30))
+    """
+    share = min(1.0, float(np.sqrt(MOST_PIXELS / (width * height))))
+    return max(1, round(share * width)), max(1, round(share * height))
+
+
+def first_pictures(
+    sides: Sequence[Side], view: Viewpoint, size: tuple[int, int], tracers: Tracers, lights: LightCache
+) -> list[FirstPicture]:
+    """Draw sides by rays, from their fast forms, with the light that they are shown in.
+
+    Light that comes by way of other surfaces comes by `MOST_BOUNCES` of them at most.
+
+    Parameters
+    ----------
+    size : of the canvas in pixels; the pictures have `first_size` of it. tracers : keeps the rays of the last meshes.
+    lights : asked whether shadows take long to work out.
+
+    Returns
+    -------
+    One picture a side; none where all shadows are soon worked out.
+
+    Raises
+    ------
+    InputError : what `reference_images` raises.
+    """
+    if all(lights.soon_has(light, side.scene) for side in sides for light in side.scene.spread_lights):
+        return []
+    camera = view.camera(*first_size(*size), SAMPLES)
+    found = []
+    for number, side in enumerate(sides):
+        scene = side.lit.cut(side.surfaces)
+        bounces = MOST_BOUNCES if scene.bounces == "auto" else min(int(scene.bounces), MOST_BOUNCES)
+        tracer = tracers.of(scene)
+        seen = visible_geometry(scene, camera, tracer=tracer, with_uv=scene.needs_uv(side.surfaces), with_frames=True)
+        picture = reference_images(
+            scene,
+            camera,
+            side.surfaces,
+            geometry=seen,
+            tracer=tracer,
+            budget=AIMED_NOISE / NOISE_SHARE,
+            seed=number,
+            bounces=bounces,
+        )
+        noise = 0.0 if picture.noise is None else max(picture.noise.mean)
+        xyz = side.dimming * picture.xyz[0]
+        found.append(FirstPicture(xyz.astype(np.float32), picture.coverage.astype(np.float32), noise))
+    return found
