@@ -22,7 +22,7 @@ from ..scene import Scene
 from .before import Before
 from .keeping import most_bytes, pruned, used
 from .kept_arrays import UNREADABLE, read_arrays, write_arrays
-from .precompute import SAID_FROM_SECONDS, Progress, computed_visibility, visibility_cost
+from .precompute import SAID_FROM_SECONDS, Progress, SeenPoints, computed_visibility, visibility_cost
 from .refinement import cuts
 from .sites import nothing_hides, pieces_of
 from .visibility import SceneVisibility
@@ -41,13 +41,15 @@ def scene_visibility(
     progress: Progress = lambda done, total, what: None,
     say: Callable[[str], object] = lambda words: None,
     before: Before | None = None,
+    seen: SeenPoints | None = None,
+    on_seen: Callable[[SceneVisibility], object] = lambda found: None,
 ) -> SceneVisibility | None:
     """The visibility of a scene, from `folder` where it is there, else computed and kept there.
 
     Parameters
     ----------
     folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`keeping`).
-    jobs, progress, before : as of `computed_visibility`.
+    jobs, progress, before, seen, on_seen : as of `computed_visibility`.
     say : hears a sentence where a file of the cache cannot be used, and where the work takes long.
 
     Returns
@@ -61,7 +63,7 @@ def scene_visibility(
     limit = 0 if folder is None else most_bytes()
     if folder is None or not limit:
         _say_cost(scene, jobs, say)
-        return computed_visibility(scene, jobs, progress, before)
+        return computed_visibility(scene, jobs, progress, before, seen, on_seen)
     file = _file(scene, Path(folder), before)
     if file.is_file():
         try:
@@ -80,7 +82,7 @@ def scene_visibility(
     made_folder(folder)
     check_writable(file)
     _say_cost(scene, jobs, say)
-    found = computed_visibility(scene, jobs, progress, before)
+    found = computed_visibility(scene, jobs, progress, before, seen, on_seen)
     _write(file, found)
     pruned(Path(folder), limit, keep=[file])
     return found

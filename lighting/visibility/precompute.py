@@ -7,13 +7,13 @@ Those of all vertices, or in large scenes of enough of them (`thinning`); then f
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ...spectral.memory import available_bytes, check_room, gigabytes
 from ...spectral.processes import in_order
@@ -32,6 +32,7 @@ from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
+_Count = Callable[[int, bool], None]
 #: CPU seconds a vertex, at most: 0.5 ms were measured of a shape of 88,000 triangles on a floor, 1.0 ms a vertex of a
 #: sheet, on one core of a small machine that was busy with other work.
 SECONDS_A_VERTEX = 1.2e-3
@@ -108,11 +109,26 @@ def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
     return VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
 
 
+@dataclass(frozen=True, eq=False)
+class SeenPoints:
+    """Points of a scene whose visibility somebody waits for.
+
+    faces (n,), weights (n, 3) : triangles, numbered over all parts, and barycentric weights on them.
+    back (n,) : where the side is seen that the normals look away from.
+    """
+
+    faces: Int[np.ndarray, " n"]
+    weights: Float[np.ndarray, "n 3"]
+    back: Bool[np.ndarray, " n"]
+
+
 def computed_visibility(
     scene: Scene,
     jobs: int = 1,
     progress: Progress = lambda done, total, what: None,
     before: Before | None = None,
+    seen: SeenPoints | None = None,
+    on_seen: Callable[[SceneVisibility], object] = lambda found: None,
 ) -> SceneVisibility | None:
     """Find the visibility of all vertices of a scene, against all of its parts, and between them where it takes more.
 
@@ -122,6 +138,8 @@ def computed_visibility(
         bit for bit, where BLAS works in one thread, as commands have it (`processes.one_thread`).
     progress : called with (sites done, sites in all at most, what is done) after each tile.
     before : what may hide anything, where that is not all of the scene.
+    seen, on_seen : points around which it is found first, and what is called with the visibility then: as good as the
+        result around these points, and dark anywhere else. The result does not depend on it: sites are traced anew.
 
     Returns
     -------
@@ -135,116 +153,211 @@ def computed_visibility(
     if nothing_hides(found):
         return None
     try:
-        return _computed(scene, found, jobs, progress, before)
+        return _Computation(scene, found, jobs, progress, before).result(seen, on_seen)
     finally:
         _worker.clear()
 
 
-def _computed(
-    scene: Scene, found: tuple[Pieces, ...], jobs: int, progress: Progress, before: Before | None
-) -> SceneVisibility | None:
-    fine, refinement, order = refined(scene)
-    meshes = [part.mesh for part in fine.parts]
-    cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
-    cost.check_room()
-    jobs = cost.with_jobs(jobs).jobs
-    triangles = scaled_triangles(scene).astype(np.float32)
-    occluders = Occluders(triangles)
-    bodies = corners_of(scene, found)
-    corners = bodies.cut(fine, refinement.of)
-    where = sites_at(corners, occluders)
-    shut = shut_sites(where, occluders, bodies.face_normals, bodies.solid)
-    # Those that are shut come last: what is foretold is foretold from open ones.
-    where, shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
-    if before is not None:
-        triangles = scaled_triangles(scene, before).astype(np.float32)
-    total, seen = len(where), int(np.count_nonzero(~shut)) or len(where)
-    # How many middles there will be is known when all vertices are: until then, as many as there may be.
-    whole = total + most_middles(refinement)
-    some = min(seen, max(_FEW, seen // 4), _TRAINING)
-    training = np.unique(np.linspace(0, seen - 1, some).astype(np.int64))
-    first: list[Traced] = []
-    for one in _in_tiles(triangles, where, training, None, jobs):
-        first.append(one)
-        progress(sum(len(each.distances) for each in first), whole, "visibility")
-    distances = np.concatenate([one.distances for one in first])
-    weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
-    basis = compression.fitted_basis(values, weights, most_terms(len(order), total))
+class _Computation:
+    """Visibility of a scene on its way: its sites, the basis of their codes, and codes as they become known."""
 
-    codes = np.empty((total, basis.axes.shape[1]), dtype=np.float16)
-    free = all(one.all_free for one in first)
-    codes[training] = np.concatenate([compression.encoded(basis, values[t], weights[t]) for t in _tiles(len(training))])
-    dark = np.zeros(total, dtype=bool)
-    dark[training] = np.concatenate([one.dark for one in first])
-    del first, distances, weights, values
+    def __init__(
+        self, scene: Scene, found: tuple[Pieces, ...], jobs: int, progress: Progress, before: Before | None
+    ) -> None:
+        fine, self._refinement, order = refined(scene)
+        meshes = [part.mesh for part in fine.parts]
+        cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
+        cost.check_room()
+        self._jobs, self._progress = cost.with_jobs(jobs).jobs, progress
+        triangles = scaled_triangles(scene).astype(np.float32)
+        self._occluders = Occluders(triangles)
+        self._bodies = corners_of(scene, found)
+        corners = self._bodies.cut(fine, self._refinement.of)
+        where = sites_at(corners, self._occluders)
+        shut = self._shut_sites(where)
+        # Those that are shut come last: what is foretold is foretold from open ones.
+        self._where, self._shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
+        self._triangles = triangles if before is None else scaled_triangles(scene, before).astype(np.float32)
+        self._vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)
+        self._fronts, self._backs = self._where.fronts[order], self._where.backs[order]
+        self._ends = [edges(of[corners.vertex.reshape(-1, 3)]) for of in (self._where.fronts, self._where.backs)]
+        self._total = len(self._where)
+        self._open = int(np.count_nonzero(~self._shut)) or self._total
+        # How many middles there will be is known when all vertices are: until then, as many as there may be.
+        self._whole, self._done = self._total + most_middles(self._refinement), 0
+        self._free = True
 
-    done = len(training)
+    def result(self, seen: SeenPoints | None, on_seen: Callable[[SceneVisibility], object]) -> SceneVisibility | None:
+        """Return the visibility of all sites; see `computed_visibility`."""
+        training = self._find_basis()
+        if seen is not None and not self._free:
+            on_seen(self._around(seen, training))
+        codes, dark, opened = self._codes, self._dark, np.arange(self._open)
+        known = self._filled(opened, codes[: self._open], dark[: self._open], training, self._count)
+        # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
+        rim = rim_of_shut(self._shut, np.concatenate(self._ends))
+        everywhere = np.arange(self._total)
+        self._trace(everywhere, rim, codes, dark, self._count)
+        inner = np.setdiff1d(np.arange(self._open, self._total), rim)
+        codes[inner] = self._hidden_code
+        # Nothing is taken for nothing before every site says so.
+        if self._free:
+            rest = np.setdiff1d(everywhere, np.concatenate([known, rim]))
+            self._trace(everywhere, rest, codes, dark, self._count)
+        found = None
+        if not self._free:
+            pieces = self._refinement.pieces[self._refinement.whole]
+            found = self._assembled(codes, pieces, self._ends, self._count_middles)
+        self._progress(self._whole, self._whole, "visibility")
+        return found
 
-    def trace(which: Int[np.ndarray, " m"]) -> None:
-        """Work out the codes of some sites."""
-        nonlocal free, done
+    def _find_basis(self) -> Int[np.ndarray, " t"]:
+        """Find the basis from sites evenly spread over the open ones, which are returned and have their codes then."""
+        where, some = self._where, min(self._open, max(_FEW, self._open // 4), _TRAINING)
+        training = np.unique(np.linspace(0, self._open - 1, some).astype(np.int64))
+        first: list[Traced] = []
+        for one in _in_tiles(self._triangles, where, training, None, 1):
+            first.append(one)
+            self._progress(sum(len(each.distances) for each in first), self._whole, "visibility")
+        distances = np.concatenate([one.distances for one in first])
+        weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
+        self._basis = compression.fitted_basis(values, weights, most_terms(len(self._fronts), self._total))
+        coded = [compression.encoded(self._basis, values[t], weights[t]) for t in _tiles(len(training))]
+        self._hidden_code = compression.encoded(self._basis, *compression.hidden()).astype(np.float16)
+        self._codes = np.empty((self._total, self._basis.axes.shape[1]), dtype=np.float16)
+        self._codes[training] = np.concatenate(coded)
+        self._dark = np.zeros(self._total, dtype=bool)
+        self._dark[training] = np.concatenate([one.dark for one in first])
+        self._free, self._done = all(one.all_free for one in first), len(training)
+        return training
+
+    def _filled(
+        self,
+        sites: Int[np.ndarray, " n"],
+        codes: Float[np.ndarray, "n K"],
+        dark: Bool[np.ndarray, " n"],
+        known: Int[np.ndarray, " k"],
+        count: _Count,
+    ) -> Int[np.ndarray, " t"]:
+        """Fill in the codes of open sites, traced or foretold, and return which of the n are traced.
+
+        known : which of the n have theirs. count : as of `_trace`.
+        """
+        if len(sites) <= thinning.WHOLE:
+            self._trace(sites, np.setdiff1d(np.arange(len(sites)), known), codes, dark, count)
+            return np.arange(len(sites))
+        around = Surroundings(self._where.starts[sites], self._where.normals[sites])
+        return thinning.thinned(around, codes, known, lambda which: self._trace(sites, which, codes, dark, count), dark)
+
+    def _trace(
+        self,
+        sites: Int[np.ndarray, " n"],
+        which: Int[np.ndarray, " m"],
+        codes: Float[np.ndarray, "n K"],
+        dark: Bool[np.ndarray, " n"],
+        count: _Count,
+    ) -> None:
+        """Work out the codes of some of n sites, and which of those are dark.
+
+        count : called after each tile with the number of its sites, and whether nothing hides anything from them.
+        """
         at = 0
-        for coded, tile_free, tile_dark in _in_tiles(
-            triangles, where, which, basis, jobs if len(which) > _A_PROCESS else 1
-        ):
+        for coded, free, tile_dark in self._traced(self._where, sites[which]):
             these = which[at : at + len(coded)]
             codes[these], dark[these] = coded, tile_dark
-            free, at, done = free and tile_free, at + len(coded), done + len(coded)
-            progress(done, whole, "visibility")
+            at += len(coded)
+            count(len(coded), free)
 
-    ends = [edges(sites_of[corners.vertex.reshape(-1, 3)]) for sites_of in (where.fronts, where.backs)]
-    known = training
-    if seen > thinning.WHOLE:
-        around = Surroundings(where.starts[:seen], where.normals[:seen])
-        known = thinning.thinned(around, codes[:seen], training, trace, dark)
-    else:
-        trace(np.setdiff1d(np.arange(seen), known))
-        known = np.arange(seen)
-    # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
-    rim = rim_of_shut(shut, np.concatenate(ends))
-    trace(rim)
-    inner = np.setdiff1d(np.arange(seen, total), rim)
-    codes[inner] = compression.encoded(basis, *compression.hidden())
-    # Nothing is taken for nothing before every site says so.
-    if free:
-        trace(np.setdiff1d(np.arange(total), np.concatenate([known, rim])))
-    if free:
-        progress(whole, whole, "visibility")
-        return None
-    vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)
-    fronts, backs = where.fronts[order], where.backs[order]
-    most = most_middles(refinement, codes, bool((backs >= 0).any()))
-    pairs = far_apart(
-        edges_between(refinement.pieces[refinement.whole], fronts), vertices.facing, fronts, backs, codes, most
-    )
-    if len(pairs):
-        count, vertices = len(fronts), vertices.with_middles(pairs)
-        refinement, finer = middle_sites(bodies, refinement, vertices, fronts, pairs, occluders)
-        more, done, number = [], 0, len(finer)
-        for coded, _, _ in _in_tiles(triangles, finer, np.arange(number), basis, jobs):
-            more.append(coded.astype(np.float16))
-            done += len(coded)
-            progress(total + (whole - total) * done // (number + 1), whole, "visibility")
-        codes = np.concatenate([codes, *more])
-        shut = np.concatenate([shut, shut_sites(finer, occluders, bodies.face_normals, bodies.solid)])
-        fronts, backs = (
-            np.concatenate([one, np.where(other >= 0, other + total, -1)])
-            for one, other in ((fronts, finer.fronts), (backs, finer.backs))
+    def _traced(self, where: Sites, which: Int[np.ndarray, " m"]) -> Generator:
+        jobs = self._jobs if len(which) > _A_PROCESS else 1
+        return _in_tiles(self._triangles, where, which, self._basis, jobs)
+
+    def _count(self, number: int, free: bool) -> None:
+        """Count sites of the result."""
+        self._free, self._done = self._free and free, self._done + number
+        self._progress(self._done, self._whole, "visibility")
+
+    def _count_middles(self, done: int, number: int) -> None:
+        """Say how many of the middles are done."""
+        share = (self._whole - self._total) * done // (number + 1)
+        self._progress(self._total + share, self._whole, "visibility")
+
+    def _around(self, seen: SeenPoints, training: Int[np.ndarray, " t"]) -> SceneVisibility:
+        """Return the visibility with codes around some points alone."""
+        refinement = self._refinement
+        near, _ = refinement.located(seen.faces, seen.weights)
+        pieces, wanted, ends = np.zeros(len(refinement.pieces), dtype=bool), [], []
+        for sites, vertices in ((self._fronts, near[~seen.back]), (self._backs, near[seen.back])):
+            touched = np.zeros(len(sites), dtype=bool)
+            touched[vertices] = True
+            # What lies beside a piece may be seen too, between two points.
+            beside = touched[refinement.pieces].any(axis=1)
+            pieces |= beside
+            ends.append(edges(sites[refinement.pieces[beside]]))
+            wanted.append(ends[-1].ravel())
+        wanted = np.unique(np.concatenate(wanted))
+        wanted = wanted[(wanted >= 0) & (wanted < self._open)]
+
+        def count(number: int, free: bool) -> None:
+            """Let whoever hears of progress break off."""
+            self._progress(self._done, self._whole, "visibility")
+
+        codes = np.tile(self._hidden_code, (self._total, 1))
+        mine, dark, known = self._codes[wanted], self._dark[wanted], np.flatnonzero(np.isin(wanted, training))
+        if not len(known):
+            known = np.arange(len(wanted))[:1]
+            self._trace(wanted, known, mine, dark, count)
+        self._filled(wanted, mine, dark, known, count)
+        codes[wanted] = mine
+        rim = rim_of_shut(self._shut, np.concatenate(ends))
+        self._trace(np.arange(self._total), rim, codes, np.zeros(self._total, dtype=bool), count)
+        return self._assembled(codes, refinement.pieces[pieces & refinement.whole], ends)
+
+    def _assembled(
+        self,
+        codes: Float[np.ndarray, "S K"],
+        pieces: Int[np.ndarray, "n 3"],
+        ends: Sequence[Int[np.ndarray, "m 2"]],
+        on_middle: Callable[[int, int], object] = lambda done, number: None,
+    ) -> SceneVisibility:
+        """Return the visibility of codes of all sites, with middles where they differ along the edges of some pieces.
+
+        ends : of edges, by site, along which sites that are shut are like open ones.
+        """
+        fronts, backs, shut, vertices = self._fronts, self._backs, self._shut, self._vertices
+        refinement, ends = self._refinement, list(ends)
+        most = most_middles(refinement, codes, bool((backs >= 0).any()))
+        pairs = far_apart(edges_between(pieces, fronts), vertices.facing, fronts, backs, codes, most)
+        if len(pairs):
+            count, vertices = len(fronts), vertices.with_middles(pairs)
+            refinement, finer = middle_sites(self._bodies, refinement, vertices, fronts, pairs, self._occluders)
+            more, done, number = [], 0, len(finer)
+            for coded, _, _ in self._traced(finer, np.arange(number)):
+                more.append(coded.astype(np.float16))
+                done += len(coded)
+                on_middle(done, number)
+            codes = np.concatenate([codes, *more])
+            shut = np.concatenate([shut, self._shut_sites(finer)])
+            fronts, backs = (
+                np.concatenate([one, np.where(other >= 0, other + self._total, -1)])
+                for one, other in ((fronts, finer.fronts), (backs, finer.backs))
+            )
+            middles = np.arange(count, len(fronts))
+            ends += [of[np.stack([pairs[:, end], middles], axis=1)] for of in (fronts, backs) for end in (0, 1)]
+        codes = beside_shut(codes, shut, np.concatenate(ends))
+        return SceneVisibility(
+            self._basis.mean,
+            self._basis.axes,
+            *compression.packed(codes.astype(np.float32)),
+            octahedral.in_two(vertices.facing),
+            fronts.astype(np.int32),
+            backs.astype(np.int32),
+            pairs.astype(np.int32),
+            refinement,
         )
-        middles = np.arange(count, len(fronts))
-        ends += [of[np.stack([pairs[:, end], middles], axis=1)] for of in (fronts, backs) for end in (0, 1)]
-    codes = beside_shut(codes, shut, np.concatenate(ends))
-    progress(whole, whole, "visibility")
-    return SceneVisibility(
-        basis.mean,
-        basis.axes,
-        *compression.packed(codes.astype(np.float32)),
-        octahedral.in_two(vertices.facing),
-        fronts.astype(np.int32),
-        backs.astype(np.int32),
-        pairs.astype(np.int32),
-        refinement,
-    )
+
+    def _shut_sites(self, where: Sites) -> Bool[np.ndarray, " n"]:
+        return shut_sites(where, self._occluders, self._bodies.face_normals, self._bodies.solid)
 
 
 def _tiles(count: int) -> Iterator[slice]:

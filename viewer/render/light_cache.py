@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ...lighting.visibility.before import Before
 from ...lighting.visibility.cache import is_kept, scene_visibility
 from ...lighting.visibility.hidden_light import HiddenLight
 from ...lighting.visibility.keeping import visibility_folder
-from ...lighting.visibility.precompute import SECONDS_A_VERTEX, visibility_cost
+from ...lighting.visibility.precompute import SECONDS_A_VERTEX, SeenPoints, visibility_cost
 from ...lighting.visibility.sites import nothing_hides, pieces_of
 from ...lighting.visibility.visibility import SceneVisibility
 
@@ -53,7 +53,11 @@ class LightCache:
     """
 
     def __init__(self) -> None:
-        self.lock = threading.RLock()
+        # What lights send is asked for while another thread is at shadows, for tens of seconds.
+        self.lock, self._gathering = threading.RLock(), threading.RLock()
+        # Points whose shadows are found first, and these, by light.
+        self._seen: SeenPoints | None = None
+        self._seen_shadows: dict[tuple, Shadows] = {}
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
         self._shaded: tuple[Mesh, ...] | None = None
         self._visibility: dict[tuple | None, SceneVisibility | None] = {}
@@ -64,10 +68,10 @@ class LightCache:
 
     def clear(self) -> None:
         """Forget everything."""
-        with self.lock:
+        with self.lock, self._gathering:
             for kept in (self._gathered, self._bright, self._turned, self._visibility, self._hiding):
                 kept.clear()
-            self._shaded = None
+            self._shaded, self._seen, self._seen_shadows = None, None, {}
 
     def knows(self, light: SpreadLight, scene: Scene) -> bool:
         """Whether `gathered` and `shadows` take no time worth the name."""
@@ -85,6 +89,34 @@ class LightCache:
             return turned is not None and (id(visibility), id(turned)) in self._hiding
         finally:
             self.lock.release()
+
+    def find_first(self, points: SeenPoints | None) -> None:
+        """Have the shadows around some points found before all others, by `shadows` that begins from now on.
+
+        None: no points; what has been found so is forgotten. Call it when the camera moves.
+        """
+        with self._gathering:
+            self._seen, self._seen_shadows = points, {}
+
+    def seen_shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
+        """Return shadows around the points of `find_first`, anywhere else all is dark; None before they are found."""
+        return self._seen_shadows.get(self._light_key(light, scene))
+
+    def _keep_seen(
+        self, light: SpreadLight, scene: Scene, seen: SeenPoints | None, visibility: SceneVisibility
+    ) -> None:
+        shadows = Shadows(visibility)
+        if isinstance(light, EnvironmentLight):
+            shadows = Shadows(visibility, self._bright_light(light))
+            _ = shadows.hidden
+        with self._gathering:
+            if seen is self._seen:
+                self._seen_shadows = {**self._seen_shadows, self._light_key(light, scene): shadows}
+
+    def _light_key(self, light: SpreadLight, scene: Scene) -> tuple:
+        """By what casts shadows and by the light as it is turned."""
+        turned = (id(light.maps.maps), light.world_from_map.tobytes()) if isinstance(light, EnvironmentLight) else ()
+        return self._key(light, scene), turned, *(id(part.mesh) for part in scene.parts)
 
     def soon_has(self, light: SpreadLight, scene: Scene) -> bool:
         """Return True if `shadows` takes little time: they are kept here or on disk, nothing casts any, or the scene is
@@ -112,7 +144,7 @@ class LightCache:
         if not isinstance(light, EnvironmentLight):
             raise TypeError(f"no renderer knows how to gather a {type(light).__name__}")
         key = id(light.maps.maps)
-        with self.lock:
+        with self._gathering:
             if key not in self._gathered:
                 if len(self._gathered) >= KEPT_ENVIRONMENTS:
                     self._gathered.clear()
@@ -130,8 +162,9 @@ class LightCache:
             if key not in self._visibility:
                 if len(self._visibility) >= KEPT_ENVIRONMENTS:
                     self._visibility.clear()
-                before = _before(light, scene)
-                found = scene_visibility(scene, visibility_folder(), jobs, progress, say, before)
+                before, seen = _before(light, scene), self._seen
+                seen_only = partial(self._keep_seen, light, scene, seen)
+                found = scene_visibility(scene, visibility_folder(), jobs, progress, say, before, seen, seen_only)
                 self._visibility[key] = found
             visibility = self._visibility[key]
             if visibility is None or not isinstance(light, EnvironmentLight):

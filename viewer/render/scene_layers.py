@@ -167,7 +167,7 @@ class LayerBuilder:
     def shadows(self, settings: RenderSettings, light: SpreadLight, scene: Scene, whole: bool = True) -> Shadows | None:
         """Return shadows of an area or environment light; None if nothing casts any, or (not `whole`) none is kept."""
         if not whole and not self.lights.knows(light, scene):
-            return None
+            return self.lights.seen_shadows(light, scene)
         jobs = settings.jobs or usable_cores()
         return self.lights.shadows(light, scene, jobs, settings.report, settings.on_message)
 

@@ -26,9 +26,10 @@ from ..gl.resources import Owner
 from ..gl.side import Side
 from ..gl.side_layers import Prepared
 from ..render.geometry import same_geometry
+from ..render.light_cache import LightCache
 from ..render.scene_layers import VISIBILITY, RenderSettings
 from .background import Background
-from .first_picture import FirstPicture, first_pictures
+from .first_picture import FirstPicture, first_pictures, seen_points
 from .showing import Whites
 from .sides import Sources
 from .state import Session
@@ -95,6 +96,8 @@ class Drawing:
         self._worked_on: tuple[int, ...] = ()
         self._shown: tuple[int, ...] = ()
         self._rays, self._tracers = Background(), Tracers()
+        # Held while points that are seen become those whose shadows are found first, or none do.
+        self._seeing = threading.Lock()
         self._failed: tuple[object, MetamerError] | None = None
         # Whether what is on the canvases is still to be shown; and a count of what has been drawn.
         self._to_show, self._drawn = False, 0
@@ -165,6 +168,9 @@ class Drawing:
         begun = self._clock()
         self._supply()
         self._shown = self._meshes
+        if asked >= Work.VIEW:
+            with self._seeing:
+                self._lights.find_first(None)
         if asked == Work.FOLD and self.quality == Quality.EXACT and self._folded():
             name = "light, observer"
         elif asked < Work.VIEW and self._worked_out() and self.seconds.get("still", np.inf) < SLOW:
@@ -230,21 +236,30 @@ class Drawing:
 
         What takes long and needs no GPU is done in a thread meanwhile.
         """
-        if self._lacks_shadows():
+        if self._lacks_shadows() and not self._has_seen_shadows():
             yield from self._first()
+        seen = False
         while self._sources.pending or not self._worked_out():
             if self._failed is not None and self._failed[0] is self.sides:
                 raise self._failed[1]
             if not (self._working is not None and self._working.is_alive()) and not self._worked_out():
                 groups = [(self._renderer(Quality.STILL, number), sides) for number, sides, _ in self._groups()]
                 self._worked_on, self.shadowed = self._meshes, 0.0
-                self._working = threading.Thread(target=self._work_out, args=(groups, self.sides), daemon=True)
+                work = groups, self.sides, (self._session, self._size)
+                self._working = threading.Thread(target=self._work_out, args=work, daemon=True)
                 self._working.start()
             if self._working is not None:
                 self._working.join(_WAIT)
             if self._sources.pending:
                 time.sleep(_WAIT)
             yield 0.0
+            if not seen and self._has_seen_shadows():
+                seen, begun = True, self._clock()
+                for renderer, prepared, onto in self._prepared(Quality.STILL, whole=False):
+                    yield from (0.0 for _ in renderer.beginning(prepared))
+                    yield from (0.0 for _ in renderer.drawing(prepared, onto))
+                self.quality = Quality.STILL
+                self.seconds["seen"] = self._clock() - begun
         for quality in (Quality.STILL, Quality.EXACT):
             if quality < first:
                 continue
@@ -270,8 +285,7 @@ class Drawing:
         sides = [one for _, some, _ in groups for one in some]
         canvases = [one for _, _, some in groups for one in some]
         asked, begun = object(), self._clock()
-        lights = self._renderer(Quality.STILL, 0).session.layers.lights
-        work = partial(first_pictures, sides, self._session.view, self._size, self._tracers, lights)
+        work = partial(first_pictures, sides, self._session.view, self._size, self._tracers, self._lights)
         self._rays.ask("first picture", lambda: (asked, work()))
         while self._rays.busy():
             for heard in self._rays.poll():
@@ -299,15 +313,26 @@ class Drawing:
 
     def _lacks_shadows(self) -> bool:
         """Return True if shadows of area and environment lights are not worked out, and rays can show them."""
-        for number, sides, _ in self._groups():
+        for _, sides, _ in self._groups():
             for side in sides:
                 lights, scene = side.scene.spread_lights, side.scene
                 if side.influence is not None or not lights:
                     return False
-                known = self._renderer(Quality.STILL, number).session.layers.lights
-                if not all(known.knows(light, scene) for light in lights):
+                if not all(self._lights.knows(light, scene) for light in lights):
                     return True
         return False
+
+    def _has_seen_shadows(self) -> bool:
+        """Return True if shadows of what the camera sees are found, and nothing else is missing."""
+        sides = [one for _, some, _ in self._groups() for one in some]
+        if any(one.influence or one.scene.bounces != 0 or not one.scene.spread_lights for one in sides):
+            return False
+        return all(self._lights.seen_shadows(light, one.scene) for one in sides for light in one.scene.spread_lights)
+
+    @property
+    def _lights(self) -> LightCache:
+        """All renderers have the same."""
+        return self._renderer(Quality.STILL, 0).session.layers.lights
 
     def _worked_out(self) -> bool:
         """Whether all is there that is drawn of what is still."""
@@ -317,14 +342,25 @@ class Drawing:
             self._renderer(Quality.STILL, number).sides.has_worked_out(sides) for number, sides, _ in self._groups()
         )
 
-    def _work_out(self, groups: list[tuple[LiveSession, list[Side]]], asked_for: object) -> None:
+    def _work_out(
+        self, groups: list[tuple[LiveSession, list[Side]]], asked_for: object, seen: tuple[Session, tuple[int, int]]
+    ) -> None:
         try:
+            if self._lacks_shadows():
+                self._find_first(groups[0][1][0], *seen)
             for renderer, sides in groups:
                 renderer.sides.work_out(sides)
         except _Unwanted:
             pass
         except MetamerError as reason:
             self._failed = asked_for, reason
+
+    def _find_first(self, side: Side, session: Session, size: tuple[int, int]) -> None:
+        """Have the shadows of what is seen found first, if that is still seen once its points are known."""
+        points = seen_points(side.scene.cut(side.surfaces), session.view, size, self._tracers)
+        with self._seeing:
+            if self._session is not None and (self._session.view, self._size) == (session.view, size):
+                self._lights.find_first(points)
 
     @property
     def _meshes(self) -> tuple[int, ...]:
@@ -340,7 +376,9 @@ class Drawing:
         if work == VISIBILITY:
             self.shadowed = done / max(total, 1)
 
-    def _prepared(self, quality: Quality) -> Iterator[tuple[LiveSession, Prepared, list[moderngl.Texture]]]:
+    def _prepared(
+        self, quality: Quality, whole: bool = True
+    ) -> Iterator[tuple[LiveSession, Prepared, list[moderngl.Texture]]]:
         """What each geometry's renderer has to draw at a quality, and onto which canvases."""
         assert self._session is not None
         samples = self._session.samples if quality == Quality.EXACT else 1
@@ -350,6 +388,7 @@ class Drawing:
             if quality == Quality.EXACT:
                 still = self._renderer(Quality.STILL, number).session.cache
                 renderer.session.cache.geometry = still.geometry or renderer.session.cache.geometry
+            renderer.sides.whole = whole or quality == Quality.EXACT
             yield renderer, renderer.sides.prepared(sides, camera), onto
 
     def _groups(self) -> Iterator[tuple[int, list[Side], list[moderngl.Texture]]]:

@@ -11,6 +11,9 @@ from jaxtyping import Float
 from ...lighting.geometry import visible_geometry
 from ...lighting.reference import reference_images
 from ...lighting.reference_noise import NOISE_SHARE
+from ...lighting.scene import Scene
+from ...lighting.vectors import dot
+from ...lighting.visibility.precompute import SeenPoints
 from ..gl.side import Side
 from ..render.light_cache import LightCache
 from .view_error import Tracers
@@ -20,6 +23,8 @@ from .viewpoint import Viewpoint
 MOST_PIXELS, SAMPLES = 120 * 90, 2
 #: ΔE94 of noise that is aimed at, as the mean of the picture's pixels.
 AIMED_NOISE = 0.8
+# Rays at once: some 20 MB.
+_RAYS = 1 << 17
 #: Surfaces that light comes by at most beside the one that is seen.
 MOST_BOUNCES = 3
 
@@ -41,6 +46,22 @@ def first_size(width: int, height: int) -> tuple[int, int]:
     """
     share = min(1.0, float(np.sqrt(MOST_PIXELS / (width * height))))
     return max(1, round(share * width)), max(1, round(share * height))
+
+
+def seen_points(scene: Scene, view: Viewpoint, size: tuple[int, int], tracers: Tracers) -> SeenPoints:
+    """Return the points of a scene that the middles of a picture's pixels show."""
+    tracer, camera = tracers.of(scene), view.camera(*size)
+    found = []
+    rows = max(1, _RAYS // camera.width)
+    for start in range(0, camera.height_px, rows):
+        origins, directions = camera.rays(slice(start, min(start + rows, camera.height_px)))
+        origins, directions = origins.reshape(-1, 3), np.ascontiguousarray(directions.reshape(-1, 3))
+        faces = tracer.first(origins, directions)
+        met = np.flatnonzero(faces >= 0)
+        faces, directions = faces[met], directions[met]
+        weights = tracer.on_triangle(faces, origins[met], directions)[1]
+        found.append((faces, weights, dot(tracer.face_normals[faces], directions) > 0.0))
+    return SeenPoints(*(np.concatenate(one) for one in zip(*found, strict=True)))
 
 
 def first_pictures(

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.reference import reference_images
+from metamer.lighting.visibility import precompute, refinement
+from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.errors import MetamerError
 from metamer.spectral.illuminants import illuminant
@@ -45,13 +48,15 @@ def session(scene):
 
 
 class SlowVisibility:
-    """Visibility that says how far it is until it may end: then nothing hides anything."""
+    """Visibility that says how far it is until it may end: then nothing hides anything, unless it is `real`."""
 
     def __init__(self):
         self.may_end, self.begun, self.broken_off = threading.Event(), 0, 0
+        self.real = False
 
-    def __call__(self, scene, folder, jobs, progress, say, before):
+    def __call__(self, scene, folder, jobs, progress, say, before, seen, on_seen):
         self.begun += 1
+        found = computed_visibility(scene, 1, progress, before, seen, on_seen) if self.real else None
         end = time.monotonic() + 50.0
         try:
             while not self.may_end.wait(0.002):
@@ -60,13 +65,16 @@ class SlowVisibility:
         except MetamerError:
             self.broken_off += 1
             raise
-        return None
+        return found
 
 
 @pytest.fixture
 def slow(monkeypatch):
     made = SlowVisibility()
     monkeypatch.setattr(light_cache, "scene_visibility", made)
+    # Of the floor, and sites that axes are found from: for pictures there are more.
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 300)
+    monkeypatch.setattr(precompute, "_TRAINING", 400)
     monkeypatch.setattr(light_cache, "SOON_SECONDS", 0.0)
     yield made
     made.may_end.set()
@@ -140,6 +148,50 @@ def test_rays_come_first_and_the_exact_picture_last(gl, frame, session, slow):
     slow.may_end.set()
     assert steps(frame, lambda: frame.quality == Quality.EXACT) == [Quality.FIRST, Quality.STILL, Quality.EXACT]
     assert_as_headless(gl, frame)
+
+
+def test_what_the_camera_sees_is_drawn_before_the_rest_is_worked_out(gl, frame, scene, session, slow):
+    slow.real = True
+    frame.show(session, SIZE)
+    assert steps(frame, lambda: frame.quality == Quality.STILL) == [Quality.NONE, Quality.FIRST, Quality.STILL]
+    found = read(frame.canvases[0])
+    assert not slow.may_end.is_set()
+    # Another material, light or observer is drawn with the same shadows.
+    frame.show(replace(session, observer="1964_10"), SIZE)
+    assert Quality.FIRST not in steps(frame, lambda: frame.quality == Quality.STILL)
+    frame.show(session, SIZE)
+    steps(frame, lambda: frame.quality == Quality.STILL)
+    np.testing.assert_array_equal(read(frame.canvases[0]), found)
+    # Another view may show what is not known yet: rays again, and nothing that is dark for that.
+    light, other = scene.spread_lights[0], replace(session, view=orbited(session.view, 80.0, 0.0))
+    assert frame._lights.seen_shadows(light, scene) is not None
+    frame.show(other, SIZE, moving=True)
+    assert frame._lights.seen_shadows(light, scene) is None
+    frame.show(other, SIZE)
+    steps(frame, lambda: frame.quality == Quality.FIRST)
+    frame.show(session, SIZE)
+    slow.may_end.set()
+    frame.settle()
+    assert frame.quality == Quality.EXACT
+    assert_as_headless(gl, frame)
+    exact = read(frame.canvases[0])
+    both = (found[..., 3] == 1.0) & (exact[..., 3] == 1.0)
+    off = delta_e_xyz(exact[both][:, :3].astype(float), found[both][:, :3].astype(float), frame.whites[0])
+    # One sample a pixel beside nine.
+    assert both.sum() > 400 and np.median(off) < 0.3 and np.percentile(off, 90) < 2.0
+
+
+def test_lights_may_be_asked_for_while_shadows_are_worked_out(frame, scene, session, slow):
+    """As while the camera moves, which takes no lock for as long as that."""
+    sky = EnvironmentLight(np.ones((1, 8, 16)), (illuminant("D65"),), illuminance_lux=1000.0)
+    under = replace(scene, lights=(sky,))
+    frame.turn_to(Sources(under, frame._sources.catalogue), session, SIZE)
+    steps(frame, lambda: slow.begun)
+    done = []
+    asking = threading.Thread(target=lambda: done.append(frame._lights.gathered(sky, under)), daemon=True)
+    asking.start()
+    asking.join(20.0)
+    assert done and not slow.may_end.is_set()
 
 
 def test_both_sides_and_every_view_have_a_first_picture(frame, session, slow):

@@ -30,7 +30,7 @@ def draw(window: Window) -> None:
     state = "moving" if frame.quality == Quality.MOVING and window.moving else _QUALITY[Quality(frame.quality)]
     if isinstance(frame, Frame) and frame.quality == Quality.FIRST:
         state += f", noise of ΔE94 {frame.noise:.2g}"
-    if isinstance(frame, Frame) and frame.quality < Quality.STILL and 0.0 < frame.shadowed < 1.0:
+    if isinstance(frame, Frame) and frame.quality < Quality.EXACT and 0.0 < frame.shadowed < 1.0:
         state += f"; shadows {frame.shadowed:.0%}"
     if frame.quality != Quality.EXACT and frame.reached:
         state += f", {frame.reached:.0%} of the exact picture"
