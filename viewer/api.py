@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import os
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +19,7 @@ from ..materials.catalogue import Catalogue
 from ..spectral.errors import UnknownNameError, UsageError
 from ..spectral.processes import usable_cores
 from .gl.backend import create_session, gl_session, software_session
-from .gl.context import NoGL
+from .gl.context import DISABLE_VARIABLE, NoGL
 from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture
 from .render.picture_cost import picture_cost
 from .render.scene_layers import Filtering
@@ -57,8 +60,9 @@ def render(
         what the scene says (`Scene.bounces`), which is none where it says nothing.
     noise : of a reference: ΔE94 that what is drawn (lights that spread, and bounces) may leave on average; default 0.1.
     filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
-    renderer : by name; or one that is kept for many pictures (`create_session` of `metamer.viewer.gl.backend`), which
-        keeps `filtering` and `progress`, too.
+    renderer : by name: one is kept for the next picture, so that another light or observer of the same scene costs a
+        fold (`close_renderers` frees it); or a session of your own (`create_session` of `metamer.viewer.gl.backend`),
+        which keeps `filtering` and `progress`, too.
     progress : called with (done, total, what) while a long picture is drawn.
 
     Raises
@@ -81,9 +85,15 @@ def render(
             scene, catalogue, camera, said.append, progress, REFERENCE_NOISE if noise is None else noise
         )
     else:
-        with _ready(renderer) as drawing:
-            given = {"filtering": filtering, "on_progress": progress}
-            drawing.configure(**{name: value for name, value in given.items() if value is not None})
+        given: dict[str, object] = {"filtering": filtering, "on_progress": progress}
+        given = {name: value for name, value in given.items() if value is not None}
+        if isinstance(renderer, str):
+            opened = _kept.of(renderer)
+            given = {"filtering": "linear", "on_progress": None, "keeps_terms": True} | given
+        else:
+            opened = nullcontext(renderer)
+        with opened as drawing:
+            drawing.configure(**given)
             made = picture(scene, catalogue, camera, drawing, said.append)
     for line in said:
         warnings.warn(line, stacklevel=2)
@@ -170,6 +180,39 @@ def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:
     if name == "auto":
         return create_session(keeps_terms=False)
     return (gl_session() if name == "gl" else software_session()), None
+
+
+class _KeptSessions(threading.local):
+    """Sessions of `render` on one thread, where GL contexts stay, by renderer and by whether OpenGL is refused."""
+
+    def __init__(self) -> None:
+        self._sessions: dict[tuple[str, str | None], RenderSession] = {}
+
+    @contextmanager
+    def of(self, name: str) -> Iterator[RenderSession]:
+        """The session of a renderer, which stays open unless drawing fails."""
+        key = name, os.environ.get(DISABLE_VARIABLE)
+        session = self._sessions.pop(key, None) or renderer_named(name)[0]
+        try:
+            yield session
+        except BaseException:
+            session.close()
+            raise
+        self._sessions[key] = session
+
+    def close(self) -> None:
+        """Close all of them."""
+        while self._sessions:
+            self._sessions.popitem()[1].close()
+
+
+_kept = _KeptSessions()
+atexit.register(_kept.close)
+
+
+def close_renderers() -> None:
+    """Free what `render` keeps for the next picture of the same scene; of this thread."""
+    _kept.close()
 
 
 @contextmanager

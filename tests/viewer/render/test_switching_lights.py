@@ -1,6 +1,7 @@
 """Another light or observer after a first picture: whatever asks for it, terms are folded and nothing is shaded."""
 
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import metamer
@@ -16,6 +17,7 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
+from metamer.viewer import api
 from metamer.viewer.gl.backend import GLBackend, create_session, gl_session
 from metamer.viewer.gl.passes import Passes
 from metamer.viewer.render import light_cache as kept_light
@@ -185,20 +187,68 @@ def test_weights_of_maps_are_what_the_observer_and_the_strength_make_them():
     assert other.maps.maps is other.fields and (other.maps.weights == 1.0).all()
 
 
-def test_scripts_switch_lights_in_a_renderer_that_they_keep(tiny_catalogue, tmp_path, work):
+@pytest.fixture
+def ball(tmp_path):
+    """A ball in a booth, as a file says it."""
     path = tmp_path / "scene.toml"
     path.write_text(
         '[[part]]\nname = "ball"\nshape = "sphere"\nsubdivisions = 2\nmaterial = "tiny/satin-green"\n'
         '[[light]]\nkind = "booth"\nbooth = "D65"\n[[camera]]\nwidth = 16\nheight_px = 16\n'
     )
-    scene, catalogue = load_scene(path), Catalogue.open(tiny_catalogue)
+    return load_scene(path)
+
+
+@pytest.mark.parametrize("name", ["auto", "software"])
+def test_scripts_switch_lights_without_a_renderer_of_their_own(ball, tiny_catalogue, work, name):
+    catalogue = Catalogue.open(tiny_catalogue)
+    api.close_renderers()
+    metamer.render(ball, catalogue, renderer=name)
+    assert shaded(work) > 0
+    work.clear()
+    under_a = metamer.render(ball, catalogue, illuminant="A", renderer=name)
+    other = metamer.render(replace(ball, observer=observer("1964_10")), catalogue, renderer=name)
+    assert shaded(work) == 0
+    # Settings of one call are no settings of the next.
+    metamer.render(ball, catalogue, renderer=name, filtering="mipmapped")
+    metamer.render(ball, catalogue, renderer=name)
+    api.close_renderers()
+    fresh = metamer.render(ball, catalogue, illuminant="A", renderer=name)
+    assert np.abs(under_a.xyz - fresh.xyz).max() < 2e-5 * fresh.xyz.max()
+    assert under_a.made_by == fresh.made_by and other.scene.observer.name != under_a.scene.observer.name
+    api.close_renderers()
+
+
+def test_a_kept_renderer_is_of_its_thread_and_goes_where_drawing_fails(ball, tiny_catalogue, monkeypatch):
+    catalogue, made = Catalogue.open(tiny_catalogue), []
+    named = api.renderer_named
+    monkeypatch.setattr(api, "renderer_named", lambda name: made.append(named(name)) or made[-1])
+    api.close_renderers()
+    metamer.render(ball, catalogue)
+    metamer.render(ball, catalogue)
+    assert len(made) == 1
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(metamer.render, ball, catalogue).result()
+        pool.submit(api.close_renderers).result()
+    assert len(made) == 2
+    monkeypatch.setattr(api, "picture", lambda *args: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        metamer.render(ball, catalogue)
+    monkeypatch.undo()
+    monkeypatch.setattr(api, "renderer_named", lambda name: made.append(named(name)) or made[-1])
+    metamer.render(ball, catalogue)
+    assert len(made) == 3
+    api.close_renderers()
+
+
+def test_scripts_switch_lights_in_a_renderer_that_they_keep(ball, tiny_catalogue, work):
+    catalogue = Catalogue.open(tiny_catalogue)
     made, _ = create_session()
     with made:
-        metamer.render(scene, catalogue, renderer=made)
+        metamer.render(ball, catalogue, renderer=made)
         work.clear()
-        under_a = metamer.render(scene, catalogue, illuminant="A", renderer=made)
+        under_a = metamer.render(ball, catalogue, illuminant="A", renderer=made)
         assert shaded(work) == 0
-        expected = metamer.render(scene, catalogue, illuminant="A")
+        expected = metamer.render(ball, catalogue, illuminant="A")
     np.testing.assert_allclose(under_a.xyz, expected.xyz, atol=2e-6)
 
 
