@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -66,6 +67,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
     # A figure over the budget is not written as the budget.
     figure = partial(_figure, limits=(budget, 1.5 * budget))
     environment = html_environment(de=figure, seconds=_seconds, uri=plots.data_uri, breakable=breakable)
+    environment.globals["window"] = window_command
     cards = _cards(rows, budget, history)
     views = [view for card in cards for view in card["rows"]]
     counts = {word: sum(view["status"] == word for view in views) for word in ("pass", "near", "over")}
@@ -226,6 +228,17 @@ def _unique(words: Any) -> list[str]:
 def _figure(value: float, limits: tuple[float, ...] = ()) -> str:
     """ΔE to two decimals, more beside a limit; a small difference is not written as none."""
     return beside(value, *limits)
+
+
+def window_command(reference: str | Path, picture: str | Path) -> Markup:
+    """Return the command that opens a reference and a picture, one beside the other, in the review window.
+
+    >>> str(window_command("a.exr", "b c.exr"))
+    "<code>metamer view a.exr &#39;b c.exr&#39;</code>"
+    """
+    from markupsafe import Markup
+
+    return Markup("<code>{}</code>").format(shlex.join(["metamer", "view", str(reference), str(picture)]))
 
 
 def breakable(name: str) -> Markup:

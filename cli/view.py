@@ -25,8 +25,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument(
         "what",
         nargs="*",
-        metavar="SCENE | MATERIAL... | IMAGE.exr",
-        help="scene.toml, session.toml, ids or patterns of materials, or a spectral OpenEXR; default: a shipped scene",
+        metavar="SCENE | MATERIAL... | IMAGE.exr [IMAGE.exr]",
+        help="scene.toml, session.toml, ids or patterns of materials, or a spectral or XYZ OpenEXR and another one "
+        "that it is compared with, such as the pictures of a review; default: a shipped scene",
     )
     command.add_argument("--last", action="store_true", help="go on where the window was closed the last time")
     add_catalogue_option(command)
@@ -37,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     """Open it; 0 once it is closed."""
     from ..spectral.errors import UsageError
     from ..viewer.window.desk import Desk, begun
-    from ..viewer.window.loading import load, subject_of
+    from ..viewer.window.loading import comparison_of, load, subject_of
     from ..viewer.window.session import read_session
     from ..viewer.window.state import Session
 
@@ -55,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         folder = None if args.catalogue is None else str(args.catalogue)
         loaded, path = load(found, folder), None
-        session = begun(loaded)
+        session = begun(loaded, **comparison_of(args.what))
     desk = Desk(loaded, session)
     desk.path = path
     shell.run(desk, keep=kept)

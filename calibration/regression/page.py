@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from .. import coded_map, plots
 from ..histogram import histogram_plot
 from ..history import Run, earlier_figures, trend_plot
-from ..page import breakable, html_environment, row_id
+from ..page import breakable, html_environment, row_id, window_command
 from ..shift_plot import Shift, shift_plots
 from ..statistics import beside
 from .causes import VERDICTS, Cause, cause_of, state_words, tier_of, told_apart, verdicts
@@ -222,7 +223,14 @@ def _layer(row: RowResult, kind: LayerKind, a: Row, b: Row, sides: _Sides, cause
         "worst": " ".join(f"Δ{name} {_signed(value)}" for name, value in zip(("L*", "a*", "b*"), off, strict=True)),
         "spectra": None if one.spectra is None else plots.pair_plot(*one.spectra, _PAIR_SIZE),
         "clipped": max(one.before.clipped, one.after.clipped),
+        "window": _window(a.layers[kind].file, b.layers[kind].file),
     }
+
+
+def _window(before: Path | None, after: Path | None) -> str | None:
+    """The command that opens both pictures in the review window; None of what is not in two OpenEXR files."""
+    files = [one for one in (before, after) if one is not None and one.suffix.lower() == ".exr"]
+    return window_command(*files) if len(files) == 2 else None
 
 
 def _limit(row: RowResult, kind: LayerKind) -> float | None:

@@ -105,6 +105,14 @@ def test_json_follows_its_documented_schema(tmp_path):
     assert document["budget_delta_e94"] == 1.0
 
 
+def test_a_row_says_how_its_pictures_are_opened_in_the_window(tmp_path):
+    files = {"XYZ EXR": "pictures/red.exr", "reference EXR": "pictures/red.reference.exr"}
+    text = write(tmp_path, [row(files=files), row("other", files={"XYZ EXR": "a.exr"})])[0].read_text("utf-8")
+    assert re.findall(r"<code>(metamer view .*?)</code>", text) == [
+        "metamer view pictures/red.reference.exr pictures/red.exr"
+    ]
+
+
 def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
     path, _ = write(tmp_path, [row(), row(illuminant="A", p99=1.2), row("other", p99=9.0)])
     text = path.read_text("utf-8")

@@ -18,7 +18,7 @@ from imgui_bundle.immapp import testing
 from metamer.materials.catalogue import Catalogue
 from metamer.viewer.window.desk import Desk, begun
 from metamer.viewer.window.drawing import Quality
-from metamer.viewer.window.loading import load, subject_of
+from metamer.viewer.window.loading import comparison_of, load, subject_of
 from metamer.viewer.window.shell import running
 from metamer.viewer.window.state import Session
 
@@ -181,7 +181,7 @@ def main(path, catalogue, words, out):
         session, loaded = found, load(found.subject, found.catalogue)
     else:
         loaded = load(found, catalogue)
-        session = begun(loaded)
+        session = begun(loaded, **comparison_of(words.split()))
     results = {}
 
     def script(context, window):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...spectral.errors import MetamerError
+from ...spectral.observers import OBSERVERS
 from .choices import Choices, opened
 from .command_list import commands
 from .commands import Change, Command, Commands, Dial
@@ -16,6 +17,7 @@ from .history import History
 from .light_choice import LightChoice
 from .loading import Loaded, subject_of_file
 from .session import write_session
+from .spectral_image import XyzPicture
 from .state import Session, Subject
 
 #: Seconds for which something that went well is said; problems stay until they are dismissed or solved.
@@ -197,10 +199,15 @@ class Desk:
 
 
 def begun(loaded: Loaded, **settings: Any) -> Session:
-    """The session that a window begins with: as the scene says; an image in its own light, reflectances in D65."""
+    """The session that a window begins with: as the scene says; an image in its own light, reflectances in D65, and
+    pictures in XYZ for their observer.
+    """
     subject, catalogue = loaded.subject, loaded.catalogue_name
     if loaded.scene is not None:
         return opened(loaded.scene, subject, catalogue, **settings)
     reflects = loaded.image is not None and loaded.image.kind == "reflectance"
     light = LightChoice.named("D65") if reflects else LightChoice()
+    if isinstance(loaded.image, XyzPicture):
+        known = {name: short for short, name in OBSERVERS.items()}
+        settings["observer"] = known.get(loaded.image.observer, Session.observer)
     return Session(subject=subject, catalogue=catalogue, light=light, **settings)

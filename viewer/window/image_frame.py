@@ -1,4 +1,4 @@
-"""The picture of a session that looks at a spectral image: folded for light and observer, shown as scenes are."""
+"""Picture of a session that looks at an image: folded for light and observer if it is spectral, shown as scenes are."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from ..gl.resources import Owner
 from .drawing import Quality
 from .light_choice import LightChoice
 from .showing import Showing, Whites, display_of, to_display
-from .spectral_image import SpectralPicture
-from .spectral_image_file import read_spectral_picture
+from .spectral_image import SpectralPicture, XyzPicture
+from .spectral_image_file import read_looked_at
 from .state import Session
 from .work import Work, work
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 class ImageFrame:
     """As `frame.Frame`, of an image beside another light, observer or image; always exact, and of the image's size."""
 
-    def __init__(self, context: moderngl.Context, image: SpectralPicture, catalogue: Any) -> None:
+    def __init__(self, context: moderngl.Context, image: SpectralPicture | XyzPicture, catalogue: Any) -> None:
         self._context, self._image, self._catalogue = context, image, catalogue
         self._owner = Owner(context)
         self.size: tuple[int, int] = (image.planes.shape[2], image.planes.shape[1])
@@ -42,7 +42,7 @@ class ImageFrame:
         self._showing, self._differing = Showing(context), DifferencePass(context)
         self._session: Session | None = None
         self._folded: list[tuple | None] = [None, None]
-        self._files: dict[str, SpectralPicture] = {}
+        self._files: dict[str, SpectralPicture | XyzPicture] = {}
         self._whites: list[Float[np.ndarray, "3"]] = [np.ones(3), np.ones(3)]
         self._drawn, self._counted = 0, (None, None, 0.0)
         self._to_show = False
@@ -117,10 +117,10 @@ class ImageFrame:
 
     @property
     def canvases(self) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """XYZ and coverage, which is 1, of A and B."""
+        """XYZ and coverage of A and B."""
         return self._canvases
 
-    def picture(self, session: Session, number: int) -> SpectralPicture:
+    def picture(self, session: Session, number: int) -> SpectralPicture | XyzPicture:
         """That of a side, read where it was not yet.
 
         Raises
@@ -131,7 +131,7 @@ class ImageFrame:
         if file is None:
             return self._image
         if file not in self._files:
-            found = read_spectral_picture(file)
+            found = read_looked_at(file)
             if found.planes.shape[1:] != self._image.planes.shape[1:]:
                 height, width = found.planes.shape[1:]
                 expected = f"{self.size[0]} x {self.size[1]}, as A has"
@@ -173,8 +173,8 @@ class ImageFrame:
         own = self.light(session, LightChoice.named(subject.own_light), who) if subject.own_light else None
         light = self.light(session, choice, who)
         found = picture.folded(observer(who), light, own, subject.luminance)
-        values = np.ones((*found.values.shape[:2], 4), dtype=np.float32)
-        values[..., :3] = choice.dimming * found.values
+        values = np.empty((*found.values.shape[:2], 4), dtype=np.float32)
+        values[..., :3], values[..., 3] = choice.dimming * found.values, picture.coverage
         self._canvases[number].write(values.tobytes())
         self._whites[number] = found.white_xyz
         self._folded[number] = key

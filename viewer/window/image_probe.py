@@ -8,6 +8,7 @@ from ...spectral.observers import OBSERVERS, observer
 from .image_frame import ImageFrame
 from .light_choice import LightChoice
 from .probe import Reading, Spectra
+from .spectral_image import XyzPicture
 from .state import Session
 
 READ = "the image"
@@ -16,18 +17,24 @@ READ = "the image"
 def image_reading(
     frame: ImageFrame, session: Session, number: int, choice: LightChoice, who: str, pixel: tuple[int, int]
 ) -> Reading:
-    """Of a pixel of side A (0) or B (1), its spectrum as it lies in the file.
+    """Read a pixel of side A (0) or B (1), its spectrum as it lies in the file; a picture in XYZ has none.
 
     Of a reflectance, `incident` is the light that was chosen, on the scale on which equal energy of the same luminance
     is 1; of emission nothing is known of what arrives.
 
     Raises
     ------
-    InputError : whatever `SpectralPicture.weights` raises.
+    InputError : whatever `SpectralPicture.weights` or `XyzPicture.check` raises.
     """
     picture, eye = frame.picture(session, number), observer(who)
     own = frame.light(session, LightChoice.named(session.subject.own_light), who) if session.subject.own_light else None
     light = frame.light(session, choice, who)
+    if isinstance(picture, XyzPicture):
+        picture.check(eye, light, own, session.subject.luminance)
+        column, row = pixel
+        xyz = choice.dimming * picture.planes[:, row, column].astype(np.float64)
+        names = picture.light or choice.words, picture.observer or OBSERVERS[who]
+        return Reading(pixel, (), (), float(picture.coverage[row, column]), *names, xyz, picture.white)
     weights, white = picture.weights(eye, light, own, session.subject.luminance)
     column, row = pixel
     xyz = choice.dimming * (weights @ picture.planes[:, row, column].astype(np.float64))

@@ -7,18 +7,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ...lighting.scene import Scene
 from ...lighting.scene_files import load_scene, shipped_scene
 from ...materials.catalogue import Catalogue, default_catalogue
 from ...materials.records.models import SPECTRA
 from ...spectral.errors import InputError
+from ...spectral.files import existing_file
 from ..display.transform import PINNED_CONFIG
 from .choices import Choices
 from .session import is_session, read_session
-from .spectral_image import SpectralPicture
-from .spectral_image_file import read_spectral_picture
-from .state import Session, Subject
+from .spectral_image import SpectralPicture, XyzPicture
+from .spectral_image_file import read_looked_at
+from .state import Compare, Other, Session, Subject
 from .watch import files_of_materials, files_of_scene
 
 #: Scene that materials are shown in where no other is named.
@@ -37,7 +39,7 @@ class Loaded:
     catalogue: Catalogue
     choices: Choices
     scene: Scene | None = None
-    image: SpectralPicture | None = None
+    image: SpectralPicture | XyzPicture | None = None
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -69,7 +71,7 @@ def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
     views = display_views()
     if subject.kind == "image":
         assert subject.path is not None
-        image = read_spectral_picture(subject.path)
+        image = read_looked_at(subject.path)
         choices = replace(Choices(), views=views, cameras=(), parts=(), shapes=(), booths=())
         return Loaded(subject, catalogue_name, catalogue, choices, image=image)
     scene = load_scene(scene_path(subject), catalogue)
@@ -110,11 +112,25 @@ def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
         return Subject("scene")
     files = [word for word in words if Path(word).suffix.lower() in (".toml", ".exr")]
     if files:
-        if len(words) > 1:
-            raise InputError("several things to look at", found=", ".join(words), expected="one file, or materials")
+        if len(words) > 1 and not comparison_of(words):
+            expected = "one file, two images, or materials"
+            raise InputError("several things to look at", found=", ".join(words), expected=expected)
         return subject_of_file(files[0])
     found = [name for word in words for name in catalogue.match_surfaces(word)]
     return Subject("materials", materials=tuple(dict.fromkeys(found)))
+
+
+def comparison_of(words: Sequence[str]) -> dict[str, Any]:
+    """Return what a session begins with where the words are two images: the second on side B, under a wipe; else {}.
+
+    Raises
+    ------
+    InputError : no such file.
+    """
+    if [Path(word).suffix.lower() for word in words] != [".exr", ".exr"]:
+        return {}
+    file = str(existing_file(Path(words[1])))
+    return {"other": Other(made="file", file=file), "compare": Compare("wipe")}
 
 
 def subject_of_file(path: str) -> Subject | Session:

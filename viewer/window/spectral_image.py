@@ -1,14 +1,14 @@
-"""Spectral OpenEXR pictures (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021) under a light and an observer of choice.
+"""Pictures that are read: spectral OpenEXR (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021) under any light, or XYZ.
 
 A picture is kept as planes of float32, one a channel, as it lies in the file: whatever the light or the observer is,
 XYZ are three weights a plane, so that a switch is one product of matrices. What fluoresces has planes of pairs of
-wavelengths, whose weights the light excites; its colours are exact, too.
+wavelengths, whose weights the light excites; its colours are exact, too. A picture in XYZ is seen as it is.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -50,6 +50,11 @@ class SpectralPicture:
     units: str = ""
     light: str | None = None
     notes: tuple[str, ...] = ()
+
+    @property
+    def coverage(self) -> float:
+        """1: each pixel is of the picture."""
+        return 1.0
 
     @property
     def relative(self) -> bool:
@@ -182,6 +187,65 @@ class SpectralPicture:
                 EFFICACY * float(np.trapezoid(observer.cmfs[:, 1], observer.wavelengths_nm)) / luminance
             )
         return weights, white / white[1]
+
+
+@dataclass(frozen=True, eq=False)
+class XyzPicture:
+    """A picture in XYZ, such as reviews and baselines keep: in one light, for one observer.
+
+    Parameters
+    ----------
+    planes : (3,H,W) float32, X, Y and Z, premultiplied by `coverage` (H,W).
+    white : (3,) that its colours are relative to.
+    light, observer : names that its file says; "" where it does not.
+    notes : what has to be said of it.
+    """
+
+    kind: ClassVar = "XYZ"
+    planes: Float[np.ndarray, "3 H W"]
+    coverage: Float[np.ndarray, "H W"]
+    white: Float[np.ndarray, "3"]
+    light: str = ""
+    observer: str = ""
+    notes: tuple[str, ...] = ()
+
+    def folded(
+        self,
+        observer: Observer,
+        light: Spectrum | None = None,
+        own_light: Spectrum | None = None,
+        luminance: float | None = None,
+    ) -> ColourImage:
+        """Return the picture as it is; errors as of `check`."""
+        self.check(observer, light, own_light, luminance)
+        return ColourImage(np.moveaxis(self.planes, 0, 2), "xyz", self.white)
+
+    def check(
+        self,
+        observer: Observer,
+        light: Spectrum | None = None,
+        own_light: Spectrum | None = None,
+        luminance: float | None = None,
+    ) -> None:
+        """Refuse what would need spectra.
+
+        Raises
+        ------
+        InputError : a light, another observer than the file names, or a luminance.
+        """
+        hint = "open the scene, or render it to a spectral picture (`metamer render --spectral`)"
+        if light is not None or own_light is not None:
+            expected = f"its own light{f', {self.light}' if self.light else ''}"
+            raise InputError("a picture in XYZ is in one light", field="light", expected=expected, hint=hint)
+        if self.observer and observer.name != self.observer:
+            raise InputError(
+                "a picture in XYZ is for one observer",
+                field="observer",
+                found=observer.name,
+                expected=self.observer,
+                hint=hint,
+            )
+        _check_unneeded(luminance, "a picture in XYZ is relative to its white")
 
 
 def _check_unneeded(luminance: float | None, why: str) -> None:

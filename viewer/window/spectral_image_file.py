@@ -1,4 +1,4 @@
-"""Spectral OpenEXR pictures read as planes, in a memory that is known before."""
+"""OpenEXR pictures read as planes: spectral ones, in a memory that is known before, and those in XYZ."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...calibration.regression.picture_files import header, read_xyz
 from ...spectral.errors import InputError, UnknownNameError
+from ...spectral.files import existing_file
 from ...spectral.formats.exr import channel_names, read_picture, samples_in
 from ...spectral.formats.spectral_exr import BISPECTRAL, PLAIN, wavelength_of
 from ...spectral.illuminants import illuminant
 from ...spectral.memory import check_room, gigabytes
-from .spectral_image import SpectralPicture
+from ...spectral.observers import OBSERVERS
+from .spectral_image import SpectralPicture, XyzPicture
 
 # Bytes of a sample while a picture is read: as it comes from the file, and as it is kept.
 _READING, _KEPT = 8, 4
@@ -54,6 +57,29 @@ def is_spectral_picture(path: str | Path) -> bool:
     with path.open("rb") as file:
         head = file.read(4)
     return any(PLAIN.match(name) for name in channel_names(path, head))
+
+
+def read_looked_at(path: str | Path) -> SpectralPicture | XyzPicture:
+    """Read a picture of either kind: spectral, or XYZ with its white.
+
+    Raises
+    ------
+    InputError : what `read_spectral_picture` raises; of a picture in XYZ, no white.
+    """
+    path = existing_file(Path(path))
+    with path.open("rb") as file:
+        names = channel_names(path, file.read(4))
+    if not set("XYZ") <= set(names) or any(PLAIN.match(name) for name in names):
+        return read_spectral_picture(path)
+    pixels, said = read_xyz(path), header(path)
+    who = said.get("observer", "")
+    notes = [f"{what} is not said in the file" for what in ("illuminant", "observer") if not said.get(what)]
+    if who and who not in OBSERVERS.values():
+        notes, who = [*notes, f"its observer is not known here: {who}"], ""
+    planes = np.ascontiguousarray(np.moveaxis(pixels.xyz, 2, 0))
+    return XyzPicture(
+        planes, pixels.coverage, pixels.white_xyz, said.get("illuminant", ""), who, (*notes, *_notes(planes))
+    )
 
 
 def read_spectral_picture(path: str | Path) -> SpectralPicture:

@@ -146,6 +146,23 @@ def test_the_page_is_self_contained_and_shows_what_moved(result, sides):
     assert links <= {attrs["id"] for tag, attrs in page.tags if "id" in attrs}
 
 
+def test_a_row_says_how_its_pictures_are_opened_in_the_window(sides):
+    def of_files(one, suffix):
+        rows = []
+        for number, row in enumerate(one.rows):
+            file = Path(one.path, f"a {number}{suffix}")
+            rows.append(replace(row, layers={kind: replace(each, file=file) for kind, each in row.layers.items()}))
+        return replace(one, rows=tuple(rows))
+
+    def commands(suffix):
+        both = [of_files(one, suffix) for one in sides]
+        text = render_page(compare(*both, default_criteria()), *both, "1.2")
+        return re.findall(r"<code>(metamer view .*?)</code>", text)
+
+    assert commands(".exr") == ["metamer view &#39;before/a 1.exr&#39; &#39;after/a 1.exr&#39;"]
+    assert commands(".csv") == []
+
+
 def test_what_made_both_sides_alike_is_told_once(sides):
     made = {"renderer": "numpy", "plan": "8 coefficients"}
     before, after = (replace(one, facts=facts) for one, facts in zip(sides, (made, made | {"plan": "9"}), strict=True))

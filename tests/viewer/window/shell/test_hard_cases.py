@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.spectral.formats.spectral_exr import write_spectral_exr
+from metamer.spectral.formats.xyz_exr import write_xyz_exr
+from metamer.spectral.image import ColourImage
+from metamer.spectral.observers import OBSERVERS
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.window.session import read_session
 
@@ -124,6 +127,17 @@ def test_a_spectral_image_is_looked_at_as_scenes_are(in_window, tmp_path):
     values = 0.05 + 0.9 * np.random.default_rng(2).random((48, 64, len(nm)))
     write_spectral_exr(tmp_path / "image.exr", Spectrum.sampled(nm, values, "reflectance"))
     results, said = in_window(HERE / "image_checks.py", str(tmp_path / "image.exr"))
+    assert results and not any(results.values()), f"{json.dumps(results, indent=1)}\n{said}"
+
+
+@pytest.mark.window
+def test_two_pictures_of_a_review_are_looked_at(in_window, tmp_path):
+    xyz = np.random.default_rng(2).uniform(0.1, 0.6, (48, 64, 3)).astype(np.float32)
+    said = {"illuminant": "A", "observer": OBSERVERS["1964_10"]}
+    files = [tmp_path / "a.reference.exr", tmp_path / "a.exr"]
+    for file, factor in zip(files, (1.0, 1.1), strict=True):
+        write_xyz_exr(file, ColourImage(factor * xyz, "xyz", np.array([1.1, 1.0, 0.35])), np.ones((48, 64)), said)
+    results, said = in_window(HERE / "xyz_checks.py", " ".join(map(str, files)))
     assert results and not any(results.values()), f"{json.dumps(results, indent=1)}\n{said}"
 
 

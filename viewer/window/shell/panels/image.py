@@ -1,4 +1,4 @@
-"""A spectral image: what its file says, what it leaves open, and the image on B."""
+"""An image: what its file says, what it leaves open, and the image on B."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from ...spectral_image import XyzPicture
 from ..widgets import facts, heading, quiet, section, tooltip
 from ..window import Window
 
@@ -21,6 +22,12 @@ def draw(window: Window) -> None:
     quiet(Path(subject.path or "").name)
     if image is None:
         quiet("being read")
+        return
+    if isinstance(image, XyzPicture):
+        facts("image", [("kind", image.kind), ("light", image.light or "not said"),
+                        ("observer", image.observer or "not said")])  # fmt: skip
+        for note in image.notes:
+            quiet(note)
         return
     nm = image.wavelengths_nm
     rows = [("kind", image.kind), ("wavelengths", f"{len(nm)}, {nm[0]:g} to {nm[-1]:g} nm"),
