@@ -77,21 +77,22 @@ class ViewError:
 
 
 class Tracers:
-    """The rays of the last meshes: what is asked next has mostly the same."""
+    """The rays of the last meshes: what is asked next has mostly the same. Several threads may ask."""
 
     def __init__(self) -> None:
-        self._of: tuple[tuple[Mesh, Cutout | None], ...] = ()
-        self._tracer: Tracer | None = None
+        # One value, so that no thread reads the meshes of one scene and the rays of another.
+        self._kept: tuple[tuple[tuple[Mesh, Cutout | None], ...], Tracer] | None = None
 
     def of(self, scene: Scene) -> Tracer:
         """Of a scene with its holes cut."""
-        parts = tuple((part.mesh, part.cutout) for part in scene.parts)
-        same = len(parts) == len(self._of) and all(
-            one is mesh and hole is cutout for (one, hole), (mesh, cutout) in zip(parts, self._of, strict=True)
-        )
-        if self._tracer is None or not same:
-            self._of, self._tracer = parts, Tracer(scene)
-        return self._tracer
+        parts, kept = tuple((part.mesh, part.cutout) for part in scene.parts), self._kept
+        if kept is not None and len(parts) == len(kept[0]) and all(
+            one is mesh and hole is cutout for (one, hole), (mesh, cutout) in zip(parts, kept[0], strict=True)
+        ):  # fmt: skip
+            return kept[1]
+        tracer = Tracer(scene)
+        self._kept = parts, tracer
+        return tracer
 
 
 def view_errors(
