@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -92,3 +93,7 @@ def _done(kind: str, work: Callable[[], Any]) -> Heard:
         return Heard(kind, problem=f"{reason.filename or 'a file'}: {reason.strerror or reason}")
     except MemoryError:
         return Heard(kind, problem="not enough memory")
+    except Exception as reason:
+        # A defect: whoever waits for this hears of it, and what is asked next is done.
+        traceback.print_exc()
+        return Heard(kind, problem=f"a defect in Metamer: {reason!r}")

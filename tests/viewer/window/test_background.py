@@ -30,6 +30,16 @@ def test_of_a_kind_that_waits_only_the_newest_is_done():
     thread.close()
 
 
+def test_a_defect_is_heard_of_and_the_next_work_is_done(capsys):
+    thread = Background()
+    for work in (lambda: 1 / 0, lambda: 7):
+        thread.ask("number", work)
+        until(lambda: thread._heard and thread._doing is None)
+        (heard,) = thread.poll()
+    assert heard.result == 7 and "ZeroDivisionError" in capsys.readouterr().err
+    thread.close()
+
+
 def test_what_has_come_is_pending_until_it_is_heard_of(monkeypatch):
     made = object.__new__(Material)
     monkeypatch.setattr(fitting, "varied", lambda *args: made)
