@@ -32,6 +32,12 @@ from .test_frame import SIZE, Shelf, assert_as_headless
 BOX = SoftboxLight(np.array([1.5, 3.0, 2.0]), np.zeros(3), 1.5, 1.0, illuminant("D65"), illuminance_lux=1000.0)
 
 
+@pytest.fixture(autouse=True)
+def nothing_kept(tmp_path, monkeypatch):
+    """Other tests keep the visibility of the same meshes on disk."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
 @pytest.fixture
 def scene(scenes):
     return replace(scenes.two_balls(), lights=(BOX,))
