@@ -234,7 +234,7 @@ def window_command(reference: str | Path, picture: str | Path) -> Markup:
     """Return the command that opens a reference and a picture, one beside the other, in the review window.
 
     >>> str(window_command("a.exr", "b c.exr"))
-    "<code>metamer view a.exr &#39;b c.exr&#39;</code>"
+    '<code>metamer view a.exr &#39;b c.exr&#39;</code>'
     """
     from markupsafe import Markup
 

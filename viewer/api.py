@@ -198,6 +198,9 @@ class _KeptSessions(threading.local):
         except BaseException:
             session.close()
             raise
+        # Another was made where progress has asked for a picture of its own.
+        if (other := self._sessions.pop(key, None)) is not None:
+            other.close()
         self._sessions[key] = session
 
     def close(self) -> None:
