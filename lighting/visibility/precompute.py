@@ -168,14 +168,15 @@ class _Computation:
         meshes = [part.mesh for part in fine.parts]
         cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
         cost.check_room()
-        self._jobs, self._progress = cost.with_jobs(jobs).jobs, progress
+        # One process until what is seen is found: to start others takes longer than they save there.
+        self._most_jobs, self._jobs, self._progress = cost.with_jobs(jobs).jobs, 1, progress
         triangles = scaled_triangles(scene).astype(np.float32)
         self._occluders = Occluders(triangles)
         self._bodies = corners_of(scene, found)
         corners = self._bodies.cut(fine, self._refinement.of)
         where = sites_at(corners, self._occluders)
         shut = self._shut_sites(where)
-        # Those that are shut come last: what is foretold is foretold from open ones.
+        # Shut sites come last: codes are foretold from open sites alone.
         self._where, self._shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
         self._triangles = triangles if before is None else scaled_triangles(scene, before).astype(np.float32)
         self._vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)
@@ -192,6 +193,7 @@ class _Computation:
         training = self._find_basis()
         if seen is not None and not self._free:
             on_seen(self._around(seen, training))
+        self._jobs = self._most_jobs
         codes, dark, opened = self._codes, self._dark, np.arange(self._open)
         known = self._filled(opened, codes[: self._open], dark[: self._open], training, self._count)
         # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
@@ -216,7 +218,7 @@ class _Computation:
         where, some = self._where, min(self._open, max(_FEW, self._open // 4), _TRAINING)
         training = np.unique(np.linspace(0, self._open - 1, some).astype(np.int64))
         first: list[Traced] = []
-        for one in _in_tiles(self._triangles, where, training, None, 1):
+        for one in _in_tiles(self._triangles, where, training, None, self._jobs):
             first.append(one)
             self._progress(sum(len(each.distances) for each in first), self._whole, "visibility")
         distances = np.concatenate([one.distances for one in first])
@@ -290,7 +292,7 @@ class _Computation:
         for sites, vertices in ((self._fronts, near[~seen.back]), (self._backs, near[seen.back])):
             touched = np.zeros(len(sites), dtype=bool)
             touched[vertices] = True
-            # What lies beside a piece may be seen too, between two points.
+            # Pieces beside these may be seen too, between two points.
             beside = touched[refinement.pieces].any(axis=1)
             pieces |= beside
             ends.append(edges(sites[refinement.pieces[beside]]))

@@ -53,7 +53,7 @@ class LightCache:
     """
 
     def __init__(self) -> None:
-        # What lights send is asked for while another thread is at shadows, for tens of seconds.
+        # Two locks: lights are gathered while another thread works on shadows for tens of seconds.
         self.lock, self._gathering = threading.RLock(), threading.RLock()
         # Points whose shadows are found first, and these, by light.
         self._seen: SeenPoints | None = None

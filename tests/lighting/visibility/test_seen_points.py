@@ -1,4 +1,4 @@
-"""What a camera sees is found first, as good as the whole, and the whole is what it is without."""
+"""Visibility of what a camera sees comes first, as good as the whole; the whole does not depend on it."""
 
 import numpy as np
 import pytest
@@ -87,7 +87,7 @@ def test_few_sites_are_traced_for_few_points(scene, points, monkeypatch):
 
 
 def test_only_the_side_that_is_seen_is_found(scene, points):
-    """Of the sheet."""
+    """Sites on the other side of the sheet stay dark."""
     drawn, _ = points
     first = sum(len(part.mesh.faces) for part in scene.parts[:2])
     sheet = (drawn.faces >= first) & (drawn.faces < first + len(scene.parts[2].mesh.faces))
@@ -113,7 +113,7 @@ def test_a_camera_that_sees_nothing_waits_for_nothing(scene):
 
 @pytest.mark.parametrize("whole", [thinning.WHOLE, 200])
 def test_sites_of_which_none_gave_the_axes(scene, points, monkeypatch, whole):
-    """As what is seen of one small part among many."""
+    """A small part among many may have no such site."""
     monkeypatch.setattr(thinning, "WHOLE", whole)
     monkeypatch.setattr(precompute, "_TRAINING", 2)
     monkeypatch.setattr(precompute, "_FEW", 2)

@@ -78,7 +78,7 @@ class SlowVisibility:
 def slow(monkeypatch):
     made = SlowVisibility()
     monkeypatch.setattr(light_cache, "scene_visibility", made)
-    # Of the floor, and sites that axes are found from: for pictures there are more.
+    # Fewer vertices of the floor, and fewer sites for the axes, than pictures have.
     monkeypatch.setattr(refinement, "MOST_VERTICES", 300)
     monkeypatch.setattr(precompute, "_TRAINING", 400)
     monkeypatch.setattr(light_cache, "SOON_SECONDS", 0.0)
@@ -188,7 +188,7 @@ def test_what_the_camera_sees_is_drawn_before_the_rest_is_worked_out(gl, frame, 
 
 
 def test_lights_may_be_asked_for_while_shadows_are_worked_out(frame, scene, session, slow):
-    """As while the camera moves, which takes no lock for as long as that."""
+    """A moving camera does not wait for shadows."""
     sky = EnvironmentLight(np.ones((1, 8, 16)), (illuminant("D65"),), illuminance_lux=1000.0)
     under = replace(scene, lights=(sky,))
     frame.turn_to(Sources(under, frame._sources.catalogue), session, SIZE)
