@@ -46,7 +46,8 @@ Corners corners_about(vec2 uv, mat2 footprint) {
 
 ivec2 corner_at(Four four, int corner) {
     ivec2 at = four.first + ivec2(corner & 1, corner >> 1);
-    return at - four.level.xy * ivec2(floor(vec2(at) / vec2(four.level.xy)));
+    // Half a texel keeps the quotient away from whole numbers: GPUs divide to within a few units in the last place.
+    return at - four.level.xy * ivec2(floor((vec2(at) + 0.5) / vec2(four.level.xy)));
 }
 
 float share_of(Four four, int corner) {

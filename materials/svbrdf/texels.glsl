@@ -24,9 +24,10 @@ float inside(float along, int wrap) {
     return wrap == 2 ? 1.0 - abs(1.0 - 2.0 * fract(0.5 * along)) : fract(along);
 }
 
-// Beside an edge is the texel of the other side where the picture is repeated, else the edge's own.
+// Beside an edge is the texel of the other side where the picture is repeated, else the edge's own. Half a texel keeps
+// the quotient away from whole numbers: GPUs divide to within a few units in the last place.
 float texel_at(float number, float count, int wrap) {
-    return wrap == 0 ? number - count * floor(number / count) : clamp(number, 0.0, count - 1.0);
+    return wrap == 0 ? number - count * floor((number + 0.5) / count) : clamp(number, 0.0, count - 1.0);
 }
 
 Four four_about(vec2 uv, vec3 level) {

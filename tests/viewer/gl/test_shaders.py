@@ -1,5 +1,6 @@
 """Every shader that ships compiles, and a compiler's message names files."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -63,6 +64,19 @@ def test_every_shader_file_is_part_of_a_program():
         for name in shaders.source(file, sizes, terms)[1]
     }
     assert used == {file.name for file in shaders.shader_folder().iterdir()} | {FACTORS.name, SLICES.name}
+
+
+def test_no_shader_rounds_down_a_quotient_that_may_be_whole():
+    """GPUs divide to within a few units in the last place: 33 / 33 may be below 1, and a wrapped texel another."""
+    package = Path(shaders.__file__).parents[2]
+    texts = {
+        file: file.read_text("utf-8") for room in ("materials", "viewer") for file in (package / room).rglob("*.glsl")
+    }
+    texts |= {file: file.read_text("utf-8") for file in shaders.shader_folder().glob("*.frag")}
+    assert len(texts) > 30
+    found = [(file.name, one) for file, text in texts.items() for one in re.findall(r"\bfloor\(.*/.*", text)]
+    assert len(found) >= 3
+    assert [one for one in found if "+ 0.5" not in one[1]] == []
 
 
 def test_an_include_is_put_in_once_and_lines_are_counted_per_file():
