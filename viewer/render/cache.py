@@ -195,6 +195,7 @@ class RenderCache:
         self.geometry: SceneGeometry | None = None
         self.view: View | None = None
         self.pieces: list[Piece] = []
+        self._tile_samples: int | None = None
         self.terms_bytes = 0
 
     def turned_to(self, scene: Scene, camera: Camera, tile_samples: int | None = None) -> View:
@@ -207,6 +208,9 @@ class RenderCache:
             self.forget_view()
             self.backend.keep_lights(geometry.lights)
             self.geometry, self.view = geometry, self.seen(geometry, camera)
+        if not self.pieces or tile_samples != self._tile_samples:
+            self._forget_pieces()
+            self._tile_samples = tile_samples
             self.pieces = [Piece(self, one, camera.samples) for one in self.view.windows(tile_samples)]
         return self.view
 
@@ -236,11 +240,14 @@ class RenderCache:
     def forget_view(self) -> None:
         """Forget what is kept of the last camera's view."""
         self.on_forget_view()
+        self._forget_pieces()
+        self.view = None
+
+    def _forget_pieces(self) -> None:
         for piece in self.pieces:
             piece.keep_terms(())
             piece.forget_tile()
         self.pieces = []
-        self.view = None
 
     def release(self) -> None:
         """Forget everything and free what it holds on a device."""

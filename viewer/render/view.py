@@ -52,12 +52,19 @@ class View:
         return self.side * light.above > 0.0
 
     def windows(self, side: int | None = None) -> Iterator[Window]:
-        """The picture in windows of whole pixels, of at most `side` samples (None: `TILE_SAMPLES`) along a side."""
+        """Iterate over windows of whole pixels from the middle of the picture outwards, of at most `side` samples along
+        a side; None is `TILE_SAMPLES`.
+        """
         width, height = self.size
         step = _tile_side(self.camera, side)
-        for top in range(0, height, step):
-            for left in range(0, width, step):
-                yield Window(left, top, min(step, width - left), min(step, height - top))
+        corners = [(left, top) for top in range(0, height, step) for left in range(0, width, step)]
+
+        def from_middle(corner: tuple[int, int]) -> int:
+            left, top = corner
+            return (2 * left + step - width) ** 2 + (2 * top + step - height) ** 2
+
+        for left, top in sorted(corners, key=from_middle):
+            yield Window(left, top, min(step, width - left), min(step, height - top))
 
     def triangles(self, window: Window) -> WindowTriangles:
         """The triangles in one of the windows."""

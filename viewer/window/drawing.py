@@ -45,8 +45,10 @@ Clock = Callable[[], float]
 SLOW, QUICK = 0.08, 0.03
 #: Pixels of the picture along a side of one of a moving picture, at most.
 COARSEST = 4
-# Seconds that a window of the exact picture should take, and the sides of such windows in samples.
+# Seconds that a window of a still picture should take, and the sides of such windows in samples.
 _SLICE, _SIDES = 0.04, (192, 2048)
+# Windows after which larger ones are tried, where as many times more are left.
+_TRIED, _MORE = 4, 4
 # Seconds that a step waits for what is worked out beside it.
 _WAIT = 0.01
 
@@ -63,6 +65,13 @@ class Quality(IntEnum):
 
 class _Unwanted(MetamerError):
     """End of work on light whose meshes are not shown any more."""
+
+
+def _fitting_side(side: int, seconds: list[float]) -> int:
+    """Return the side of windows, in samples, that take as long as they should, from what windows of `side` took."""
+    # Not the slowest: one that the machine was busy in would make all others small.
+    typical = float(np.percentile(seconds, 75.0))
+    return int(np.clip(side * np.sqrt(_SLICE / max(typical, 1e-6)), *_SIDES))
 
 
 @lru_cache(maxsize=8)
@@ -263,20 +272,36 @@ class Drawing:
         for quality in (Quality.STILL, Quality.EXACT):
             if quality < first:
                 continue
-            took, whole = 0.0, self._clock()
+            whole = self._clock()
             for renderer, prepared, onto in self._prepared(quality):
-                renderer.session.configure(tile_samples=self._side[quality])
-                for _ in renderer.beginning(prepared):
-                    yield 0.0
-                begun = self._clock()
-                for done, total in renderer.drawing(prepared, onto):
-                    self._context.finish()
-                    took = max(took, self._clock() - begun)
-                    yield done / total if quality == Quality.EXACT else 0.0
-                    begun = self._clock()
-            self._side[quality] = int(np.clip(self._side[quality] * np.sqrt(_SLICE / max(took, 1e-6)), *_SIDES))
+                for share in self._in_windows(quality, renderer, prepared, onto):
+                    yield share if quality == Quality.EXACT else 0.0
             self.quality = quality
             self.seconds["still" if quality == Quality.STILL else "exact"] = self._clock() - whole
+
+    def _in_windows(
+        self, quality: Quality, renderer: LiveSession, prepared: Prepared, onto: list[moderngl.Texture]
+    ) -> Iterator[float]:
+        """Draw window by window, anew in larger ones where they are done soon; yields the share that is done."""
+        while True:
+            side = self._side[quality]
+            renderer.session.configure(tile_samples=side)
+            for _ in renderer.beginning(prepared):
+                yield 0.0
+            took: list[float] = []
+            begun = self._clock()
+            for done, total in renderer.drawing(prepared, onto):
+                self._context.finish()
+                took.append(self._clock() - begun)
+                yield done / total
+                if done == _TRIED and total > _TRIED * (1 + _MORE):
+                    self._side[quality] = _fitting_side(side, took)
+                    if self._side[quality] > side:
+                        break
+                begun = self._clock()
+            else:
+                self._side[quality] = _fitting_side(side, took)
+                return
 
     def _first(self) -> Iterator[float]:
         """Draw the first picture by rays in a thread; where it is not worth it, something at once."""

@@ -144,6 +144,17 @@ def test_a_window_of_a_view_has_the_triangles_that_are_cut_out_of_all(scenes, na
         assert (some.key_base, some.key_shift) == (every.key_base, every.key_shift)
 
 
+def test_windows_begin_in_the_middle_and_are_the_whole_picture(scenes):
+    scene = scenes.lamp_scene(size=40)
+    view = view_of(geometry.scene_geometry(scene), scene.camera())
+    times = np.zeros((120, 120), dtype=int)
+    windows = list(view.windows(36))
+    for one in windows:
+        times[one.top : one.top + one.height, one.left : one.left + one.width] += 1
+    assert (times == 1).all() and len(windows) == 16
+    assert (windows[0].left, windows[0].top) == (36, 36) and windows[-1].left + windows[-1].top == 2 * 108
+
+
 def test_triangles_beside_and_behind_the_eye_are_in_the_windows_that_show_them(scenes):
     """A floor that the camera stands on: corners behind it have no place in the picture."""
     scene = scenes.lamp_scene(size=32, samples=1)

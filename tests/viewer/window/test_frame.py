@@ -126,6 +126,32 @@ def test_what_settles_is_what_the_headless_renderer_draws(gl, frame, session):
         assert_as_headless(gl, frame, number)
 
 
+def test_windows_that_are_done_soon_are_drawn_anew_in_larger_ones(gl, scene, scenes, session, monkeypatch):
+    monkeypatch.setattr(drawing, "_SIDES", (12, 2048))
+    ticks = iter(range(1_000_000))
+    frame = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)), clock=lambda: 0.002 * next(ticks))
+    try:
+        frame._side = dict.fromkeys(frame._side, 12)
+        drawn = counted(monkeypatch, LiveSession, "_draw_piece")
+        frame.show(session, SIZE)
+        frame.settle()
+        still, exact = 3 * 4, 8 * 10
+        assert len(drawn) < 0.5 * (still + exact) and frame._side[Quality.EXACT] > 24
+        assert_as_headless(gl, frame)
+        # Another light folds what the larger windows have left.
+        drawn.clear()
+        frame.show(replace(session, light=LightChoice.named("A")), SIZE)
+        assert frame.quality == Quality.EXACT and not drawn
+        assert_as_headless(gl, frame)
+    finally:
+        frame.release()
+
+
+def test_one_window_that_the_machine_was_busy_in_makes_no_others_small():
+    assert drawing._fitting_side(256, [0.04] * 9 + [1.0]) == 256
+    assert drawing._fitting_side(256, [0.01]) == 512 and drawing._fitting_side(400, [0.16]) == 200
+
+
 def test_every_way_to_an_exact_picture_ends_at_the_same_one(gl, frame, session):
     frame.show(session, SIZE)
     frame.settle()
