@@ -34,7 +34,7 @@ from .resources import (
     palette_texels,
     triangle_texels,
 )
-from .tile import GLTerms, GLTile, coverage_of, framed, places, read
+from .tile import GLTerms, GLTile, framed, places, read
 
 if TYPE_CHECKING:
     import moderngl
@@ -133,14 +133,14 @@ class GLBackend(Backend):
                     *self.passes.frames(owner, view, seen, table),
                     *self._standing(owner, view, seen, table, triangles),
                 )
-            coverage = coverage_of(seen, side)
+            covered = self.passes.coverage(owner, seen, side)
         except BaseException:
             owner.release()
             raise
         finally:
             scratch.release()
-        parts = places(triangles, scene.first_face, side, coverage.shape[::-1])
-        return GLTile(coverage, needs, parts, side, seen, uv, frames, lights, owner)
+        parts = places(triangles, scene.first_face, side, covered.size)
+        return GLTile(needs, parts, side, covered, seen, uv, frames, lights, owner)
 
     def _standing(
         self, owner: Owner, view: View, seen: moderngl.Texture, table: moderngl.Texture, triangles: WindowTriangles
@@ -246,8 +246,7 @@ class GLBackend(Backend):
         piece.keep_terms({layer.terms_key for layer in kept})
         owner = Owner(self.context)
         try:
-            height, width = piece.coverage.shape
-            pictures = [owner.texture((width, height), 4) for _ in range(columns.start, columns.stop, 3)]
+            pictures = [owner.texture(piece.size, 4) for _ in range(columns.start, columns.stop, 3)]
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
             self.add_at_once(target, owner, piece, direct, columns)

@@ -43,22 +43,24 @@ class Canvas(Target):
 
     def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[moderngl.Texture]) -> None:
         """Copy a window's image to its place."""
-        _put_window(self._put, self.texture, piece, images[0])
+        owner = Owner(self.texture.ctx)
+        try:
+            covered = owner.texture(piece.size, 1, piece.coverage.tobytes())
+            _put_window(self._put, self.texture, piece, images[0], covered)
+        finally:
+            owner.release()
 
     def release(self) -> None:
         """Free its program; the texture stays."""
         self._put.release()
 
 
-def _put_window(put: FullScreen, onto: moderngl.Texture, piece: Piece, image: moderngl.Texture) -> None:
+def _put_window(
+    put: FullScreen, onto: moderngl.Texture, piece: Piece, image: moderngl.Texture, covered: moderngl.Texture
+) -> None:
     """Copy a window's image and coverage to their place on a canvas."""
-    owner = Owner(onto.ctx)
-    try:
-        size, corner = piece.coverage.shape[::-1], (piece.left, piece.top)
-        samplers = {"picture": image, "coverage": owner.texture(size, 1, piece.coverage.tobytes())}
-        put.draw(onto, samplers, {"corner": corner}, (*corner, *size))
-    finally:
-        owner.release()
+    corner = piece.left, piece.top
+    put.draw(onto, {"picture": image, "coverage": covered}, {"corner": corner}, (*corner, *piece.size))
 
 
 class LiveSession:
@@ -90,12 +92,13 @@ class LiveSession:
         self._put = FullScreen(self._context, "put.frag", {"PICTURE": 1, "COVERAGE": 1})
         self._place = FullScreen(self._context, "put.frag", {"PICTURE": 1})
         self._cover = FullScreen(self._context, "put.frag", {"COVERAGE": 1})
+        self._covering = FullScreen(self._context, "put.frag", {"PICTURE": 1, "ALPHA": 1})
         self._enlarge = FullScreen(self._context, "enlarge.frag")
 
     @property
     def all_programs(self) -> list[Programs]:
         """Programs that are drawn with."""
-        screens = (self._put, self._place, self._cover, self._enlarge)
+        screens = (self._put, self._place, self._cover, self._covering, self._enlarge)
         return [self._backend.passes.programs, *(one.programs for one in screens)]
 
     def knows(self, prepared: Prepared) -> bool:
@@ -140,6 +143,7 @@ class LiveSession:
                 yield number, total
             self._whole |= filled
             filled = {}
+            self._keep_coverage(onto[0])
         finally:
             for terms in filled.values():
                 terms.owner.release()
@@ -182,9 +186,8 @@ class LiveSession:
         # Terms of this window: what is kept is copied to its place in the whole.
         made: dict[tuple, GLTerms | None] = {}
         try:
-            size = piece.coverage.shape[::-1]
             for (kept, direct), texture in zip(prepared.layers, onto, strict=True):
-                picture = owner.texture(size, 4)
+                picture = owner.texture(piece.size, 4)
                 target = owner.keep(self._context.framebuffer([picture]))
                 target.clear()
                 self._backend.add_at_once(target, owner, piece, direct, _XYZ)
@@ -197,7 +200,7 @@ class LiveSession:
                     corner = (0, 0) if terms is made.get(key) else (piece.left, piece.top)
                     if terms is not None:
                         self._backend.add_terms(target, owner, layer, terms, _XYZ, corner)
-                _put_window(self._put, texture, piece, picture)
+                _put_window(self._put, texture, piece, picture, piece.worked_out().covered)
         finally:
             for terms in made.values():
                 if terms is not None:
@@ -224,6 +227,13 @@ class LiveSession:
                     self._backend.add_terms(target, owner, layer, self._whole[layer.terms_key], _XYZ)
         finally:
             owner.release()
+
+    def _keep_coverage(self, canvas: moderngl.Texture) -> None:
+        """Keep the coverage of a picture that is drawn, for folds onto other canvases."""
+        if self._covered is None and self._whole:
+            owner = Owner(self._context)
+            self._covered = owner, owner.texture(canvas.size, 1)
+            self._covering.draw(self._covered[1], {"picture": canvas}, {"corner": (0, 0)})
 
     def _whole_coverage(self, prepared: Prepared) -> moderngl.Texture:
         """Return the coverage of all windows, which are drawn already."""
@@ -252,6 +262,6 @@ class LiveSession:
     def close(self) -> None:
         """Release all resources; do not use it afterwards."""
         self._backend.make_current()
-        for one in (self._put, self._place, self._cover, self._enlarge):
+        for one in (self._put, self._place, self._cover, self._covering, self._enlarge):
             one.release()
         self.session.close()

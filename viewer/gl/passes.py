@@ -60,6 +60,7 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
         {"UV_TEXELS": resources.UV_TEXELS, "UVS_A_ROW": resources.UVS_A_ROW, **_GEOMETRY_SIZES},
     ),
     ("fullscreen.vert", "frames.frag", _GEOMETRY_SIZES),
+    ("fullscreen.vert", "coverage.frag", {}),
     *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
 )
 
@@ -107,6 +108,22 @@ class Passes:
         finally:
             scratch.release()
         return seen
+
+    def coverage(self, owner: resources.Owner, seen: moderngl.Texture, samples: int) -> moderngl.Texture:
+        """Share of each pixel's samples, `samples` along a side, that see something (R32F), kept by `owner`."""
+        found = owner.texture((seen.width // samples, seen.height // samples), 1)
+        scratch = resources.Owner(self.context)
+        try:
+            shares = (np.arange(samples**2 + 1) / samples**2).astype(np.float32)
+            table = scratch.texture((len(shares), 1), 1, shares.tobytes())
+            self._begin(scratch.keep(self.context.framebuffer([found])), found.size)
+            self.context.enable_only(self.context.NOTHING)
+            made, everywhere = self._full_screen("coverage.frag")
+            set_values(made, {"samples": samples}, {"seen": seen, "shares": table})
+            everywhere.render(self.context.TRIANGLES, vertices=3)
+        finally:
+            scratch.release()
+        return found
 
     def light(
         self,

@@ -93,14 +93,17 @@ def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray,
     """Per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene and handedness; three times position and 1/w;
     three normals; three tangents. Float32; corners in 1/256 sample, exact below 2^24.
     """
-    texels = np.zeros((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
+    texels = np.empty((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
+    texels[:, 2:] = view.scene.corner_texels[triangles.parent]
+    texels[:, 5:8, :3] *= view.side[triangles.parent].astype(np.float32)[:, None, None]
     texels[:, 0] = triangles.corners[:, :2].reshape(-1, 4)
     texels[:, 1, :2] = triangles.corners[:, 2]
     texels[:, 1, 2] = triangles.parent
     texels[:, 1, 3] = view.handedness[triangles.parent]
-    cut = np.flatnonzero((triangles.weights != np.eye(3)).any(axis=(1, 2)))
+    # No weight is negative, and each row adds up to 1: triangles that are whole have a diagonal of ones.
+    kept = triangles.weights[:, range(3), range(3)] == 1.0
+    cut = np.flatnonzero(~(kept[:, 0] & kept[:, 1] & kept[:, 2]))
     for start, corners in ((2, view.scene.positions), (5, view.normals), (8, view.scene.tangents)):
-        texels[:, start : start + 3, :3] = corners[triangles.parent]
         texels[cut, start : start + 3, :3] = np.einsum(
             "tkj,tji->tki", triangles.weights[cut], corners[triangles.parent[cut]]
         )

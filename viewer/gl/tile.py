@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,7 @@ Place = tuple[tuple[int, int], tuple[int, int, int, int]]
 class GLTile(Tile):
     """A tile on the GPU.
 
+    covered : the share of each pixel's samples where something is seen.
     seen : triangle number + 1 at each sample, 0 where there is none.
     parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
     None where there are none.
@@ -35,11 +37,17 @@ class GLTile(Tile):
 
     parts: tuple[Place | None, ...]
     samples: int
+    covered: moderngl.Texture
     seen: moderngl.Texture
     uv: tuple[moderngl.Texture, ...]
     frames: tuple[moderngl.Texture, ...]
     lights: tuple[tuple[moderngl.Texture, ...], ...]
     owner: Owner
+
+    @cached_property
+    def coverage(self) -> Float[np.ndarray, "h w"]:
+        """Coverage of its pixels, float32, read back when first asked for."""
+        return read(self.covered)[..., 0]
 
 
 @dataclass(eq=False)
@@ -76,14 +84,6 @@ def places(
         box = (left, top, width, height)
         found.append(((first + 1, last), box) if width > 0 and height > 0 else None)
     return tuple(found)
-
-
-def coverage_of(seen: moderngl.Texture, samples: int) -> Float[np.ndarray, "h w"]:
-    """The share of each pixel's samples where something is seen."""
-    hit = read(seen)[..., 0] > 0
-    height, width = hit.shape
-    hits = hit.reshape(height // samples, samples, width // samples, samples).sum(axis=(1, 3))
-    return (hits / samples**2).astype(np.float32)
 
 
 def read(texture: moderngl.Texture) -> np.ndarray:

@@ -50,9 +50,8 @@ class Needs:
 
 @dataclass(eq=False)
 class Tile:
-    """Samples of a window of the picture, as a back end keeps them; coverage (h, w) float32, of its pixels."""
+    """Samples of a window of the picture, as a back end keeps them; all have `coverage` (h, w) float32, by pixel."""
 
-    coverage: Float[np.ndarray, "h w"]
     needs: Needs
 
 
@@ -114,13 +113,14 @@ class Backend(ABC):
 class Piece:
     """Window of a picture with its tile and terms, worked out when they are asked for.
 
-    left, top : its first pixel. tile : None where there was no room to keep it. terms : of the layers drawn last; None
-    for those that do not show here.
+    left, top : its first pixel. size : its width and height in pixels. tile : None where there was no room to keep it.
+    terms : of the layers drawn last; None for those that do not show here.
     """
 
     def __init__(self, cache: RenderCache, window: Window, samples: int) -> None:
         self._cache = cache
         self.window, self.left, self.top = window, window.left // samples, window.top // samples
+        self.size = window.width // samples, window.height // samples
         self.tile: Any = None
         self.terms: dict[tuple, Any] = {}
         self._coverage: Float[np.ndarray, "h w"] | None = None
@@ -128,12 +128,14 @@ class Piece:
     @property
     def coverage(self) -> Float[np.ndarray, "h w"]:
         """Coverage of its pixels, float32; stays known when the tile is forgotten."""
-        return self.worked_out().coverage if self._coverage is None else self._coverage
+        found = self.worked_out().coverage if self._coverage is None else self._coverage
+        self._coverage = found
+        return found
 
     @property
     def place(self) -> tuple[slice, slice]:
         """Rows and columns of the picture that it fills."""
-        height, width = self.coverage.shape
+        width, height = self.size
         return slice(self.top, self.top + height), slice(self.left, self.left + width)
 
     def worked_out(self) -> Any:
@@ -145,7 +147,6 @@ class Piece:
             assert cache.view is not None
             triangles = cache.view.triangles(self.window)
             self.tile = cache.backend.tile(cache.view, self.window, triangles, cache.needs)
-            self._coverage = self.tile.coverage
         return self.tile
 
     def with_terms(self, layers: Sequence[AnyLayer], keep: bool) -> Iterator[tuple[AnyLayer, Any]]:
@@ -174,7 +175,7 @@ class Piece:
                 self._cache.backend.discard(terms)
 
     def forget_tile(self) -> None:
-        """Free the tile; its coverage stays known."""
+        """Free the tile; coverage that was asked for stays known."""
         if self.tile is not None:
             self._cache.backend.discard(self.tile)
             self.tile = None

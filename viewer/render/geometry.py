@@ -73,6 +73,16 @@ class SceneGeometry:
         return tuple(mesh.uv is not None for mesh in self.meshes)
 
     @cached_property
+    def corner_texels(self) -> Float[np.ndarray, "F 9 4"]:
+        """Positions, normals and tangents as GPUs take them, float32 with a fourth number that is 0; put together when
+        first asked for.
+        """
+        texels = np.zeros((len(self.corners), 9, 4), dtype=np.float32)
+        for start, corners in ((0, self.positions), (3, self.normals), (6, self.tangents)):
+            texels[:, start : start + 3, :3] = corners
+        return texels
+
+    @cached_property
     def uv(self) -> Float[np.ndarray, "F 3 2"] | None:
         """Texture coordinates rounded to float32, 0 on parts without; None where no part has any. Put together when
         first asked for.

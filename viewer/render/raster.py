@@ -68,8 +68,18 @@ class WindowTriangles:
         slope_x, slope_y = (d1 * y2 - d2 * y1) / area, (d2 * x1 - d1 * x2) / area
         offset = reference + 0.5 - corners[:, 0]
         value = self.nearness[:, 0] + slope_x * offset[:, 0] + slope_y * offset[:, 1]
-        planes = [slope_x, slope_y, value, self.nearness.min(axis=1), self.nearness.max(axis=1)]
+        planes = [slope_x, slope_y, value, least_of(self.nearness), most_of(self.nearness)]
         return reference, np.stack(planes, axis=1).astype(np.float32)
+
+
+def least_of(corners: Float[np.ndarray, "T 3 *c"]) -> Float[np.ndarray, "T *c"]:
+    """Return the least value of three corners: several times sooner than numpy's reduction over so few."""
+    return np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
+
+
+def most_of(corners: Float[np.ndarray, "T 3 *c"]) -> Float[np.ndarray, "T *c"]:
+    """Return the largest value of three corners."""
+    return np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
 
 
 def depth_keys(nearness: Float[np.ndarray, " n"], key_base: int, key_shift: int) -> Int[np.ndarray, " n"]:
@@ -115,12 +125,14 @@ def window_triangles(
     corners = np.rint(points[..., :2] / points[..., 2:3] * SUBSTEPS).astype(np.int64)
     edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     solid = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0] != 0
-    points, weights, parent, corners = points[solid], weights[solid], parent[solid], corners[solid]
+    if not solid.all():
+        points, weights, parent, corners = points[solid], weights[solid], parent[solid], corners[solid]
     depth = points[..., 3]
     if perspective:
         nearest = depth.min(initial=np.inf)
         nearness = nearest / depth
-        inverse_w = (1.0 / depth) / (1.0 / depth).max(axis=1, keepdims=True)
+        inverse_w = 1.0 / depth
+        inverse_w /= most_of(inverse_w)[:, None]
     else:
         low, high = depth.min(initial=np.inf), depth.max(initial=-np.inf)
         nearness = 1.0 - 0.5 * (depth - low) / max(high - low, 1e-300)
@@ -138,15 +150,17 @@ def cut_triangles(
     Returns the pieces, their corners as barycentric coordinates of the triangle they were cut from, and its number,
     non-decreasing. Triangles that no plane cuts stay as they are.
     """
-    outside = np.zeros(len(points), dtype=bool)
-    crossing = np.zeros(len(points), dtype=bool)
-    for plane in planes:
-        below = plane(points) < 0.0
-        outside |= below.all(axis=1)
-        crossing |= below.any(axis=1)
+    # A bit of each corner for each plane that it is beyond.
+    beyond = np.zeros(points.shape[:2], dtype=np.uint32)
+    for number, plane in enumerate(planes):
+        beyond |= (plane(points) < 0.0).astype(np.uint32) << np.uint32(number)
+    first, second, third = beyond.T
+    crossing, outside = (first | second | third) != 0, (first & second & third) != 0
     whole = np.flatnonzero(~crossing)
     cut = np.flatnonzero(crossing & ~outside)
     eye = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    if not len(cut):
+        return points if len(whole) == len(points) else points[whole], eye[: len(whole)], whole
     pieces, weights, parent = points[cut], eye[cut], cut
     for plane in planes:
         pieces, weights, parent = _cut(pieces, weights, parent, plane)
@@ -212,8 +226,8 @@ def rasterise(
     ring = np.where(area[:, None, None] > 0, corners, corners[:, [0, 2, 1]])
     half = SUBSTEPS // 2
     # First and last sample whose centre is inside the bounding box.
-    low = np.maximum(-((half - ring.min(axis=1)) // SUBSTEPS), 0)
-    high = np.minimum((ring.max(axis=1) - half) // SUBSTEPS, [width - 1, height - 1])
+    low = np.maximum(-((half - least_of(ring)) // SUBSTEPS), 0)
+    high = np.minimum((most_of(ring) - half) // SUBSTEPS, [width - 1, height - 1])
     extent = high - low + 1
     far = np.int64(1) << 62
     nearest = np.full(width * height, far, dtype=np.int64)

@@ -13,7 +13,7 @@ from ...lighting.camera import Camera
 from ...lighting.tangents import seen_handedness
 from ...lighting.vectors import dot
 from .geometry import LightGeometry, SceneGeometry
-from .raster import Window, WindowTriangles, window_triangles
+from .raster import Window, WindowTriangles, least_of, most_of, window_triangles
 
 # Samples along a side of what is rendered at once: bounds memory, and keeps positions on the vertex grid exact.
 TILE_SAMPLES = 2048
@@ -76,7 +76,8 @@ class View:
         else:
             low, high = self.boxes
             ends = window.left + window.width, window.top + window.height
-            near = ((high >= (window.left, window.top)) & (low <= ends)).all(axis=1)
+            near = (high[:, 0] >= window.left) & (low[:, 0] <= ends[0])
+            near &= (high[:, 1] >= window.top) & (low[:, 1] <= ends[1])
             near = np.flatnonzero(near if self.left_out is None else near & ~self.left_out)
         farthest = float(self.depth.max(initial=0.0))
         found = window_triangles(self.clip[near], self.depth[near], self.perspective, self.size, window, farthest)
@@ -88,10 +89,10 @@ class View:
         all of the picture where a corner is not in front of the camera.
         """
         w = self.clip[..., 2]
-        ahead = np.all(w > 0.0, axis=1)
+        ahead = least_of(w) > 0.0
         flat = self.clip[..., :2] / np.where(ahead[:, None], w, 1.0)[..., None]
         at = 0.5 * (1.0 + flat * (1.0, -1.0)) * self.size
-        low, high = at.min(axis=1) - 1.0, at.max(axis=1) + 1.0
+        low, high = least_of(at) - 1.0, most_of(at) + 1.0
         low[~ahead], high[~ahead] = -np.inf, np.inf
         return low, high
 
@@ -108,7 +109,9 @@ def view_of(scene: SceneGeometry, camera: Camera) -> View:
     perspective = camera.projection == "perspective"
     to_viewer = camera.position - corners[:, 0] if perspective else np.broadcast_to(camera.axes[2], corners[:, 0].shape)
     side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
-    clip = corners @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
+    # One product of two matrices: numpy would multiply triangle by triangle.
+    points = corners.reshape(-1, 3)
+    clip = points @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
     view = camera.view_from_world()
     has_uv = np.repeat(scene.has_uv, np.diff(scene.first_face))
     return View(
@@ -119,8 +122,8 @@ def view_of(scene: SceneGeometry, camera: Camera) -> View:
         handedness=seen_handedness(scene.handedness, has_uv, side),
         perspective=perspective,
         eye=(camera.position - scene.centre) / scene.radius if perspective else camera.axes[2],
-        clip=clip,
-        depth=-(corners @ view[2, :3] + view[2, 3]),
+        clip=clip.reshape(corners.shape),
+        depth=-(points @ view[2, :3] + view[2, 3]).reshape(corners.shape[:2]),
     )
 
 

@@ -34,12 +34,14 @@ class SoftwareTerms(KeptTerms):
 
 @dataclass(eq=False)
 class SoftwareTile(Tile):
-    """A tile and, by part and light, the samples that are lit: the pixel (K,) of each, and what is shaded there.
+    """A tile and what numpy needs of it.
 
-    What arrives at a point is pi E / E_ref on a surface that faces the light, times visibility, over the samples of a
-    pixel. seen : by part, all samples, for lights that spread.
+    lit : by part and light, the samples that are lit: the pixel (K,) of each, and what is shaded there. What arrives at
+    a point is pi E / E_ref on a surface that faces the light, times visibility, over the samples of a pixel.
+    seen : by part, all samples, for lights that spread.
     """
 
+    coverage: Float[np.ndarray, "h w"]
     lit: dict[tuple[int, int], tuple[Int[np.ndarray, " K"], Points]]
     seen: tuple[SeenSamples, ...]
 
@@ -74,7 +76,7 @@ class NumpyBackend(Backend):
                 lit[part, number] = surface.pixel[which[mine]], points.chosen(mine)
         coverage = (hits / side**2).astype(np.float32)
         seen = tuple(_seen(view, surface, needs.mipmapped)) if needs.frames else ()
-        return SoftwareTile(coverage, needs, lit, seen)
+        return SoftwareTile(needs, coverage, lit, seen)
 
     def terms(self, tile: SoftwareTile, layer: AnyLayer) -> SoftwareTerms | None:
         """Sum a layer's terms over the samples of each pixel."""

@@ -38,7 +38,7 @@ PROGRAMS = (
     *(("fullscreen.vert", name, {}, None) for name in ("enlarge.frag", "compare.frag", "marked.frag")),
     *(
         ("fullscreen.vert", "put.frag", sizes, None)
-        for sizes in ({"PICTURE": 1}, {"COVERAGE": 1}, {"PICTURE": 1, "COVERAGE": 1})
+        for sizes in ({"PICTURE": 1}, {"COVERAGE": 1}, {"PICTURE": 1, "COVERAGE": 1}, {"PICTURE": 1, "ALPHA": 1})
     ),
     *(("fullscreen.vert", "difference.frag", {"FORMULA": number}, None) for number in (1994, 2000, 16)),
     *((*row, FACTORS) for row in shading.PROGRAMS),

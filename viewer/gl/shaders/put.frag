@@ -1,4 +1,4 @@
-// A window of a picture put in its place: as it is, with its coverage, or the coverage alone.
+// A window of a picture put in its place: as it is, with its coverage, or the coverage alone (of a picture: ALPHA).
 
 #ifdef PICTURE
 uniform sampler2D picture;
@@ -15,6 +15,9 @@ void main() {
     canvas = vec4(0.0);
 #ifdef PICTURE
     canvas = texelFetch(picture, at, 0);
+#endif
+#ifdef ALPHA
+    canvas = canvas.wwww;
 #endif
 #ifdef COVERAGE
     canvas.w = texelFetch(coverage, at, 0).x;
