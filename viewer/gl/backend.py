@@ -32,6 +32,7 @@ from .resources import (
     TRIANGLES_A_ROW,
     Owner,
     palette_texels,
+    release_spares,
     triangle_texels,
 )
 from .tile import GLTerms, GLTile, framed, places, read
@@ -94,6 +95,7 @@ class GLBackend(Backend):
         self.make_current()
         self._gathering.release()
         self.passes.release()
+        release_spares(self.context)
         if self._owns_context:
             release_context(self.context)
 

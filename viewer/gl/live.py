@@ -164,7 +164,9 @@ class LiveSession:
             size = 16 * box[2] * box[3] * count
             if used + size <= self.most_terms:
                 owner = Owner(self._context)
-                found[key] = GLTerms(layer, size, box, tuple(owner.texture(box[2:], 4) for _ in range(count)), owner)
+                # Windows copy the pixels that their part may touch: around those, nothing is written.
+                quads = tuple(owner.cleared(box[2:], 4) for _ in range(count))
+                found[key] = GLTerms(layer, size, box, quads, owner)
                 used += size
         return found
 

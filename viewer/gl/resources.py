@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from jaxtyping import Float
@@ -25,7 +26,66 @@ OCCLUDERS_A_ROW = ROW_LENGTH // 3
 # Triangle numbers travel as float32.
 MOST_TRIANGLES = 1 << 24
 
+#: Bytes of a context's textures that are kept for the next that ask for such, and how many at most: drivers take long
+#: to make large ones, and a moving picture has some twenty.
+MOST_SPARE, MOST_SPARES = 1 << 28, 64
+
 Releasable = TypeVar("Releasable")
+# Width, height, components and type of a texture.
+_Kind = tuple[int, int, int, str]
+
+
+class _Spares:
+    """Textures of a context that nobody uses, by kind; those of kinds that were not asked for lately go first."""
+
+    def __init__(self) -> None:
+        self._kept: dict[_Kind, list[moderngl.Texture]] = {}
+        self._bytes = self._count = 0
+
+    def take(self, kind: _Kind) -> moderngl.Texture | None:
+        """Return one of a kind, with whatever it holds; None where there is none."""
+        kept = self._kept.pop(kind, [])
+        found = kept.pop() if kept else None
+        if kept:
+            self._kept[kind] = kept
+        if found is not None:
+            self._bytes -= _bytes_of(kind)
+            self._count -= 1
+        return found
+
+    def give(self, kind: _Kind, texture: moderngl.Texture) -> None:
+        """Keep a texture, and free others where there is no room for all."""
+        self._kept[kind] = [*self._kept.pop(kind, []), texture]
+        self._bytes += _bytes_of(kind)
+        self._count += 1
+        self._shrink(MOST_SPARE, MOST_SPARES)
+
+    def release(self) -> None:
+        """Free all."""
+        self._shrink(0, 0)
+
+    def _shrink(self, most_bytes: int, most: int) -> None:
+        while self._bytes > most_bytes or self._count > most:
+            kind, kept = next(iter(self._kept.items()))
+            kept.pop().release()
+            self._bytes -= _bytes_of(kind)
+            self._count -= 1
+            if not kept:
+                del self._kept[kind]
+
+
+def _bytes_of(kind: _Kind) -> int:
+    width, height, components, dtype = kind
+    return width * height * components * int(dtype[-1])
+
+
+_spares: WeakKeyDictionary[moderngl.Context, _Spares] = WeakKeyDictionary()
+
+
+def release_spares(context: moderngl.Context) -> None:
+    """Free a context's textures that nobody uses."""
+    if context in _spares:
+        _spares[context].release()
 
 
 class Owner:
@@ -34,6 +94,8 @@ class Owner:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self._kept: list = []
+        self._spares = _spares.setdefault(context, _Spares())
+        self._kinds: dict[int, _Kind] = {}
 
     def keep(self, thing: Releasable) -> Releasable:
         """Remember `thing`, which has a `release` method; returns it."""
@@ -45,14 +107,33 @@ class Owner:
         if any(thing is self.context.fbo for thing in self._kept):
             _bind_another(self.context)
         while self._kept:
-            self._kept.pop().release()
+            thing = self._kept.pop()
+            kind = self._kinds.pop(id(thing), None)
+            if kind is None:
+                thing.release()
+            else:
+                self._spares.give(kind, thing)
 
     def texture(self, size: tuple[int, int], components: int, data=None, dtype: str = "f4") -> moderngl.Texture:
         """A texture for `texelFetch`: no filtering, no mipmaps."""
         nearest = self.context.NEAREST
-        made = self.context.texture(size, components, data, dtype=dtype)
+        kind = (*size, components, dtype)
+        made = self._spares.take(kind)
+        if made is None:
+            made = self.context.texture(size, components, data, dtype=dtype)
+        elif data is not None:
+            made.write(data)
         made.filter = (nearest, nearest)
+        self._kinds[id(made)] = kind
         return self.keep(made)
+
+    def cleared(self, size: tuple[int, int], components: int) -> moderngl.Texture:
+        """A texture of zeros: a new one holds whatever was in its memory."""
+        made = self.texture(size, components)
+        target = self.context.framebuffer([made])
+        target.clear()
+        release_target(target)
+        return made
 
     def texels(self, values: Float[np.ndarray, "h w 4"]) -> moderngl.Texture:
         """An array as a texture, in its own precision."""

@@ -41,8 +41,9 @@ if TYPE_CHECKING:
     import moderngl
 
 Clock = Callable[[], float]
-#: Seconds that a moving picture may take before it gets coarser, and below which it gets finer.
-SLOW, QUICK = 0.08, 0.03
+#: Seconds that a moving picture may take before it gets coarser, and those that a finer one would have to stay below,
+#: were all of its time spent on pixels.
+SLOW, QUICK = 0.08, 0.06
 #: Pixels of the picture along a side of one of a moving picture, at most.
 COARSEST = 4
 # Seconds that a window of a still picture should take, and the sides of such windows in samples.
@@ -232,8 +233,8 @@ class Drawing:
         took = self._clock() - begun
         if took > SLOW:
             self._coarse = min(COARSEST, self._coarse + 1)
-        elif took < QUICK:
-            self._coarse = max(1, self._coarse - 1)
+        elif self._coarse > 1 and took * (self._coarse / (self._coarse - 1)) ** 2 < QUICK:
+            self._coarse -= 1
 
     def _draw(self, quality: Quality) -> None:
         for renderer, prepared, onto in self._prepared(quality):

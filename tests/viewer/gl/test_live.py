@@ -10,6 +10,8 @@ from metamer.lighting.scene import Part
 from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.viewer.gl import resources
+from metamer.viewer.gl import tile as tile_module
 from metamer.viewer.gl.backend import GLBackend, gl_session
 from metamer.viewer.gl.live import LiveSession
 from metamer.viewer.gl.resources import Owner
@@ -142,6 +144,61 @@ def test_a_window_of_a_view_has_the_triangles_that_are_cut_out_of_all(scenes, na
         for field in ("corners", "nearness", "inverse_w", "parent", "weights"):
             np.testing.assert_array_equal(getattr(some, field), getattr(every, field))
         assert (some.key_base, some.key_shift) == (every.key_base, every.key_shift)
+
+
+@pytest.mark.parametrize("tile", [None, 32])
+def test_nothing_is_seen_of_what_new_textures_hold(scenes, gl, live, owner, monkeypatch, tile):
+    """Software GL clears the memory that it gives; a GPU leaves what was there before."""
+    scene = scenes.lamp_scene(size=40)
+    side, other = Side(scene, scenes.SURFACES), Side(scene, scenes.SURFACES, illuminant("FL11"))
+    canvas = owner.texture((40, 40), 4)
+    real = Owner.texture
+
+    def dirty(self, size, components, data=None, dtype="f4"):
+        if data is None:
+            data = np.full(
+                (size[1], size[0], components), np.nan, np.float16 if dtype == "f2" else np.float32
+            ).tobytes()
+        return real(self, size, components, data, dtype)
+
+    monkeypatch.setattr(Owner, "texture", dirty)
+    live.session.configure(tile_samples=tile)
+    with gl_session(gl) as once:
+        for shown in (side, other):
+            live.draw([shown], scene.camera(), [canvas])
+            xyz, coverage = once.render_many(shown.scene, None, scenes.SURFACES, (shown.illuminant,))[0]
+            assert np.isfinite(xyz).all()
+            np.testing.assert_array_equal(read(canvas)[..., 3], coverage)
+            np.testing.assert_allclose(read(canvas)[..., :3], xyz, atol=2e-3)
+
+
+def test_a_camera_that_moves_makes_no_new_textures_and_reads_nothing_back(scenes, live, owner, monkeypatch):
+    scene = scenes.lamp_scene(size=40, samples=1)
+    live.session.configure(keeps_terms=False)
+    canvas = owner.texture((40, 40), 4)
+    made = counted(monkeypatch, type(owner.context), "texture")
+    reads = counted(monkeypatch, tile_module, "read")
+    for turn in range(4):
+        made.clear()
+        live.draw([Side(scene, scenes.SURFACES)], orbited(scene.camera(), 0.01 * turn), [canvas])
+    assert not made and not reads
+
+
+def test_textures_that_nobody_uses_are_kept_as_far_as_there_is_room(gl, monkeypatch):
+    resources.release_spares(gl)
+    monkeypatch.setattr(resources, "MOST_SPARE", 3 * 16 * 64)
+    kept = [Owner(gl) for _ in range(4)]
+    textures = [one.texture((8, 8), 4) for one in kept]
+    for one in kept:
+        one.release()
+    freed = [type(texture.mglo).__name__ == "InvalidObject" for texture in textures]
+    assert freed.count(True) == 1
+    again = Owner(gl)
+    assert again.texture((8, 8), 4) in textures and again.texture((8, 8), 2) not in textures
+    assert again.texture((16, 16), 4) not in textures
+    again.release()
+    resources.release_spares(gl)
+    assert all(type(texture.mglo).__name__ == "InvalidObject" for texture in textures)
 
 
 def test_windows_begin_in_the_middle_and_are_the_whole_picture(scenes):
