@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -260,15 +261,15 @@ def _switched(
 ) -> dict[str, Any]:
     """Lights, observers, materials, modes and cameras, one after the other, and what they leave behind."""
     rng, errors, missing = np.random.default_rng(0), 0, 0
-    before = 0.0
-    frame.show(session, size)
+    before, first = 0.0, session
+    frame.show(first, size)
     frame.settle()
     context = frame.texture.ctx if frame.texture is not None else None
     assert context is not None
     warm = max(1, count // 5)
     for number in range(count + warm):
         if number == warm:
-            before = _resident_mb()
+            before = _resident_mb(frame, first, size)
         session = _other(session, rng, sorted(fast))
         frame.show(session, size, moving=bool(rng.random() < 0.2))
         if rng.random() < 0.25:
@@ -278,7 +279,12 @@ def _switched(
         errors += context.error != "GL_NO_ERROR"
         if number % 20 == 0:
             missing += int(sum(np.count_nonzero(~np.isfinite(read(one))) for one in frame.canvases))
-    return {"count": count, "memory_mb": _resident_mb() - before, "gl_errors": errors, "nan_pixels": missing}
+    return {
+        "count": count,
+        "memory_mb": _resident_mb(frame, first, size) - before,
+        "gl_errors": errors,
+        "nan_pixels": missing,
+    }
 
 
 def _other(session: Session, rng: np.random.Generator, materials: Sequence[str]) -> Session:
@@ -298,9 +304,15 @@ def _other(session: Session, rng: np.random.Generator, materials: Sequence[str])
     return replace(session, view=orbited(session.view, float(rng.uniform(-20.0, 20.0))))
 
 
-def _resident_mb() -> float:
-    """Of this process."""
+def _resident_mb(frame: Frame, session: Session, size: tuple[int, int]) -> float:
+    """Return the memory of this process while a session is shown, without what it has freed."""
+    frame.show(session, size)
+    frame.settle()
     gc.collect()
+    # glibc keeps freed memory, tens of megabytes more or fewer at any time; other C libraries have no such call.
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * 4096 / 2**20
 
