@@ -110,7 +110,10 @@ class Passes:
         return seen
 
     def coverage(self, owner: resources.Owner, seen: moderngl.Texture, samples: int) -> moderngl.Texture:
-        """Share of each pixel's samples, `samples` along a side, that see something (R32F), kept by `owner`."""
+        """Draw the share of each pixel's samples that see something (R32F), kept by `owner`.
+
+        samples : along a side of a pixel.
+        """
         found = owner.texture((seen.width // samples, seen.height // samples), 1)
         scratch = resources.Owner(self.context)
         try:

@@ -128,7 +128,7 @@ class Owner:
         return self.keep(made)
 
     def cleared(self, size: tuple[int, int], components: int) -> moderngl.Texture:
-        """A texture of zeros: a new one holds whatever was in its memory."""
+        """Make a texture of zeros: a new one holds whatever was in its memory."""
         made = self.texture(size, components)
         target = self.context.framebuffer([made])
         target.clear()
