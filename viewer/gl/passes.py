@@ -119,11 +119,7 @@ class Passes:
         try:
             shares = (np.arange(samples**2 + 1) / samples**2).astype(np.float32)
             table = scratch.texture((len(shares), 1), 1, shares.tobytes())
-            self._begin(scratch.keep(self.context.framebuffer([found])), found.size)
-            self.context.enable_only(self.context.NOTHING)
-            made, everywhere = self._full_screen("coverage.frag")
-            set_values(made, {"samples": samples}, {"seen": seen, "shares": table})
-            everywhere.render(self.context.TRIANGLES, vertices=3)
+            self._fill([found], "coverage.frag", {"samples": samples}, {"seen": seen, "shares": table})
         finally:
             scratch.release()
         return found
@@ -144,18 +140,14 @@ class Passes:
         triangles, numbers : `triangle_texels`, and which of the scene's triangles they are.
         `mipmapped` adds what samples span of the angles (io, hd). `free` : what reaches each sample, where it is known.
         """
-        context = self.context
         made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
         outputs = tuple(owner.texture(seen.size, components) for components in made_of)
-        scratch = resources.Owner(context)
+        scratch = resources.Owner(self.context)
         try:
             tables = {"free": free} if free else self._shadow_tables(light)
             lit = scratch.table(view.lit(light)[numbers].astype(np.float32), resources.ROW_LENGTH)
-            self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
-            context.enable_only(context.NOTHING)
             kind = {"FREE": 1} if free else {"PARALLEL": int(light.shadows.parallel)}
             kind |= {"MIPMAPPED": 1} if mipmapped else {}
-            made, everywhere = self._full_screen("light.frag", **kind)
             values = {
                 "eye": tuple(view.eye),
                 "perspective": view.perspective,
@@ -167,8 +159,8 @@ class Passes:
                 "light": tuple(light.vector),
                 "irradiance": light.irradiance / view.camera.samples**2,
             }
-            set_values(made, values, {"seen": seen, "triangles": triangles, "lit": lit, **tables})
-            everywhere.render(context.TRIANGLES, vertices=3)
+            samplers = {"seen": seen, "triangles": triangles, "lit": lit, **tables}
+            self._fill(outputs, "light.frag", values, samplers, **kind)
         finally:
             scratch.release()
         return outputs
@@ -186,16 +178,11 @@ class Passes:
 
         corners : of the window's triangles, whatever is linear on them. triangles : `triangle_texels`.
         """
-        context = self.context
         outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
-        scratch = resources.Owner(context)
+        scratch = resources.Owner(self.context)
         try:
             uvs = scratch.table(resources.uv_texels(corners), resources.UVS_A_ROW, resources.UV_TEXELS)
-            self._begin(scratch.keep(context.framebuffer(outputs)), seen.size)
-            context.enable_only(context.NOTHING)
-            made, everywhere = self._full_screen("uv.frag")
-            set_values(made, {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
-            everywhere.render(context.TRIANGLES, vertices=3)
+            self._fill(outputs, "uv.frag", {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
         finally:
             scratch.release()
         return outputs
@@ -207,16 +194,8 @@ class Passes:
         viewer, and its position; kept by `owner`. For lights that spread: no other pass needs it.
         """
         outputs = tuple(owner.texture(seen.size, 4) for _ in range(4))
-        scratch = resources.Owner(self.context)
-        try:
-            self._begin(scratch.keep(self.context.framebuffer(outputs)), seen.size)
-            self.context.enable_only(self.context.NOTHING)
-            made, everywhere = self._full_screen("frames.frag")
-            values = {"eye": tuple(view.eye), "perspective": view.perspective}
-            set_values(made, values, {"seen": seen, "triangles": triangles})
-            everywhere.render(self.context.TRIANGLES, vertices=3)
-        finally:
-            scratch.release()
+        values = {"eye": tuple(view.eye), "perspective": view.perspective}
+        self._fill(outputs, "frames.frag", values, {"seen": seen, "triangles": triangles})
         return outputs
 
     def gather(
@@ -310,6 +289,25 @@ class Passes:
         set_values(made, values, samplers)
         everywhere.render(context.TRIANGLES, vertices=3)
         target.scissor = None
+
+    def _fill(
+        self,
+        outputs: Sequence[moderngl.Texture],
+        fragment: str,
+        values: Mapping[str, object],
+        samplers: Mapping[str, moderngl.Texture],
+        **kind: int,
+    ) -> None:
+        """Write every pixel of textures of one size with a shader of `PROGRAMS`."""
+        target = self.context.framebuffer(outputs)
+        try:
+            self._begin(target, target.size)
+            self.context.enable_only(self.context.NOTHING)
+            made, everywhere = self._full_screen(fragment, **kind)
+            set_values(made, values, samplers)
+            everywhere.render(self.context.TRIANGLES, vertices=3)
+        finally:
+            resources.release_target(target)
 
     def _begin(self, target: moderngl.Framebuffer, size: tuple[int, int]) -> None:
         target.use()

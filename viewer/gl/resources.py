@@ -53,8 +53,9 @@ class _Spares:
             self._count -= 1
         return found
 
-    def give(self, kind: _Kind, texture: moderngl.Texture) -> None:
+    def give(self, texture: moderngl.Texture) -> None:
         """Keep a texture, and free others where there is no room for all."""
+        kind = (*texture.size, texture.components, texture.dtype)
         self._kept[kind] = [*self._kept.pop(kind, []), texture]
         self._bytes += _bytes_of(kind)
         self._count += 1
@@ -94,8 +95,8 @@ class Owner:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self._kept: list = []
+        self._textures: list[moderngl.Texture] = []
         self._spares = _spares.setdefault(context, _Spares())
-        self._kinds: dict[int, _Kind] = {}
 
     def keep(self, thing: Releasable) -> Releasable:
         """Remember `thing`, which has a `release` method; returns it."""
@@ -103,29 +104,25 @@ class Owner:
         return thing
 
     def release(self) -> None:
-        """Release everything kept, newest first."""
+        """Release everything kept, newest first; textures of `texture` are used again."""
         if any(thing is self.context.fbo for thing in self._kept):
             _bind_another(self.context)
         while self._kept:
-            thing = self._kept.pop()
-            kind = self._kinds.pop(id(thing), None)
-            if kind is None:
-                thing.release()
-            else:
-                self._spares.give(kind, thing)
+            self._kept.pop().release()
+        while self._textures:
+            self._spares.give(self._textures.pop())
 
     def texture(self, size: tuple[int, int], components: int, data=None, dtype: str = "f4") -> moderngl.Texture:
         """A texture for `texelFetch`: no filtering, no mipmaps."""
         nearest = self.context.NEAREST
-        kind = (*size, components, dtype)
-        made = self._spares.take(kind)
+        made = self._spares.take((*size, components, dtype))
         if made is None:
             made = self.context.texture(size, components, data, dtype=dtype)
         elif data is not None:
             made.write(data)
         made.filter = (nearest, nearest)
-        self._kinds[id(made)] = kind
-        return self.keep(made)
+        self._textures.append(made)
+        return made
 
     def cleared(self, size: tuple[int, int], components: int) -> moderngl.Texture:
         """Make a texture of zeros: a new one holds whatever was in its memory."""

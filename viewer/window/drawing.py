@@ -48,8 +48,8 @@ SLOW, QUICK = 0.08, 0.06
 COARSEST = 4
 # Seconds that a window of a still picture should take, and the sides of such windows in samples.
 _SLICE, _SIDES = 0.04, (192, 2048)
-# Windows after which larger ones are tried, where as many times more are left.
-_TRIED, _MORE = 4, 4
+# Windows after which larger ones are tried, where as many times more are left, and how much longer sides must be.
+_TRIED, _MORE, _LONGER = 4, 4, 1.25
 # Seconds that a step waits for what is worked out beside it.
 _WAIT = 0.01
 
@@ -124,10 +124,11 @@ class Drawing:
         self._sources.close()
         if self._working is not None:
             self._working.join()
+        # Before the renderers, which free textures that nobody uses.
+        self._sized.release()
         for renderer in reversed(self._renderers.values()):
             renderer.close()
         self._renderers.clear()
-        self._sized.release()
 
     @property
     def size(self) -> tuple[int, int]:
@@ -296,8 +297,9 @@ class Drawing:
                 took.append(self._clock() - begun)
                 yield done / total
                 if done == _TRIED and total > _TRIED * (1 + _MORE):
-                    self._side[quality] = _fitting_side(side, took)
-                    if self._side[quality] > side:
+                    fitting = _fitting_side(side, took)
+                    if fitting > _LONGER * side:
+                        self._side[quality] = fitting
                         break
                 begun = self._clock()
             else:

@@ -58,9 +58,9 @@ class Frame(Drawing):
 
     def release(self) -> None:
         """Free everything."""
-        super().release()
         self._showing.release()
         self._differing.release()
+        super().release()
         self.texture = None
 
     def show(self, session: Session, size: tuple[int, int], moving: bool = False) -> Work:
