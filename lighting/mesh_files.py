@@ -1,8 +1,7 @@
-"""Meshes from files: OBJ, PLY, STL, glTF and GLB through trimesh, checked and cleaned where that can be said."""
+"""Meshes from files: OBJ, and PLY, STL, glTF and GLB through trimesh, checked and cleaned where that can be said."""
 
 from __future__ import annotations
 
-import io
 import re
 import struct
 from dataclasses import replace
@@ -15,6 +14,8 @@ from ..spectral.errors import InputError
 from .creases import creased_normals
 from .gltf_uv import readable_gltf
 from .mesh import Mesh, check_arrays, degenerate_faces
+from .mesh_obj import obj_pieces
+from .mesh_piece import MeshPiece
 from .vectors import Number, dot, unit
 
 if TYPE_CHECKING:
@@ -51,8 +52,6 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
         own = next((one for one, _ in meshes if one.name == mesh_part), mesh)
         alone = mesh.part(mesh_part)
         mesh = alone if own.uv is None else replace(alone, uv=own.uv[np.unique(own.faces)])
-    if path.suffix.lower() == ".obj" and all(one.uv is None for one, _ in meshes) and b"\nvt " in path.read_bytes():
-        left_out.append(f"{path.stem}: not every corner has texture coordinates; they are left out")
     return replace(mesh, notes=(*mesh.notes, *left_out))
 
 
@@ -62,7 +61,7 @@ def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[s
     Those without one, as all in STL and PLY, are under "". Parameters and errors as of `load_mesh`.
     """
     path = Path(path)
-    meshes, left_out = _pieces(path, crease_deg, named=True)
+    meshes, left_out = _pieces(path, crease_deg)
     found: dict[str, list[Mesh]] = {}
     for mesh, material in meshes:
         found.setdefault(material, []).append(mesh)
@@ -70,29 +69,42 @@ def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[s
     return {name: replace(mesh, notes=(*mesh.notes, *left_out)) for name, mesh in whole.items()}
 
 
-def _pieces(path: Path, crease_deg: Number, named: bool = False) -> tuple[list[tuple[Mesh, str]], list[str]]:
-    """What a file holds, piece by piece, each with the name of its material in the file; and notes.
-
-    named : names of materials are asked for, which an OBJ has even where the file of its materials is missing.
-    """
-    import trimesh
-
+def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], list[str]]:
+    """The meshes of a file, piece by piece, each with the name of its material in the file; and notes."""
+    suffix = path.suffix.lower()
     if not path.is_file():
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
-    if path.suffix.lower() not in SUFFIXES:
+    if suffix not in SUFFIXES:
         raise InputError("not a mesh format that is read", file=path, found=path.suffix, expected=", ".join(SUFFIXES))
-    if path.suffix.lower() == ".glb":
+    pieces, notes = obj_pieces(path) if suffix == ".obj" else _by_trimesh(path)
+    pieces = [piece for piece in pieces if len(piece.faces)]
+    if not pieces:
+        found = "; ".join(("no triangles", *notes))
+        raise InputError("the mesh is empty", file=path, field="faces", found=found, expected="at least one")
+
+    meshes = []
+    for piece in pieces:
+        label = f"{path} ({piece.name})" if len(pieces) > 1 else str(path)
+        arrays = (piece.vertices, piece.faces, piece.normals, piece.uv)
+        cleaned = cleaned_mesh(*arrays, source=label, name=piece.name, crease_deg=crease_deg)
+        meshes.append((cleaned.transformed(piece.world_from_piece), piece.material))
+    return meshes, notes
+
+
+def _by_trimesh(path: Path) -> tuple[list[MeshPiece], list[str]]:
+    """What trimesh reads of a PLY, STL, glTF or GLB file."""
+    import trimesh
+
+    suffix = path.suffix.lower()
+    if suffix == ".glb":
         _check_glb_length(path)
-    if path.suffix.lower() == ".ply":
+    if suffix == ".ply":
         _check_ply_lines(path)
-    mended, left_out = readable_gltf(path) if path.suffix.lower() in (".gltf", ".glb") else (None, ())
-    # Buffers and materials beside the file are found from its place.
+    mended, left_out = readable_gltf(path) if suffix in (".gltf", ".glb") else (None, ())
+    # Buffers beside the file are found from its place.
     beside: dict[str, Any] = {} if mended is None else {"resolver": trimesh.resolvers.FilePathResolver(str(path))}
     try:
-        source = _source(path) if mended is None else mended
-        if named and path.suffix.lower() == ".obj":
-            source, beside = _with_names(path)
-        loaded = trimesh.load(source, file_type=path.suffix[1:].lower(), process=False, **beside)
+        loaded = trimesh.load(path if mended is None else mended, file_type=suffix[1:], process=False, **beside)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short",
@@ -101,63 +113,25 @@ def _pieces(path: Path, crease_deg: Number, named: bool = False) -> tuple[list[t
             hint="save or copy it again, and see whether another program opens it",
         ) from reason
 
-    pieces: list[tuple[str, trimesh.Trimesh, np.ndarray]] = []
+    pieces: list[MeshPiece] = []
     notes = list(left_out)
     if isinstance(loaded, trimesh.Scene):
         for name, node in _named_nodes(loaded):
             world_from_node, geometry = loaded.graph[node]
             if isinstance(loaded.geometry[geometry], trimesh.Trimesh):
-                pieces.append((name, loaded.geometry[geometry], np.asarray(world_from_node, dtype=np.float64)))
+                pieces.append(_of_trimesh(name, loaded.geometry[geometry], world_from_node))
             else:
                 notes.append(f"{name}: left out, it holds lines or points and no triangles")
     elif isinstance(loaded, trimesh.Trimesh):
-        pieces.append((path.stem, loaded, np.eye(4)))
-    pieces = [piece for piece in pieces if len(piece[1].faces)]
-    if not pieces:
-        raise InputError("the mesh is empty", file=path, field="faces", found="no triangles", expected="at least one")
-
-    meshes = []
-    for name, piece, world_from_piece in pieces:
-        normals = np.asarray(piece.vertex_normals) if "vertex_normals" in piece._cache else None
-        uv = getattr(piece.visual, "uv", None)
-        label = f"{path} ({name})" if len(pieces) > 1 else str(path)
-        cleaned = cleaned_mesh(piece.vertices, piece.faces, normals, uv, source=label, name=name, crease_deg=crease_deg)
-        material = getattr(getattr(piece.visual, "material", None), "name", None)
-        meshes.append((cleaned.transformed(world_from_piece), str(material or "")))
-    return meshes, notes
+        pieces.append(_of_trimesh(path.stem, loaded, np.eye(4)))
+    return pieces, notes
 
 
-def _source(path: Path) -> Path | io.BytesIO:
-    """What trimesh is given: the file, or an OBJ that is not in UTF-8 as if it were. Its geometry is plain ASCII."""
-    if path.suffix.lower() != ".obj":
-        return path
-    data = path.read_bytes()
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError:
-        return io.BytesIO(data.decode("latin-1").encode("utf-8"))
-    return path
-
-
-class _Names:
-    """Stands in for the file of an OBJ's materials: it has every name that is used, and nothing else."""
-
-    def __init__(self, data: bytes) -> None:
-        names = dict.fromkeys(re.findall(rb"(?m)^\s*usemtl[ \t]+(.*?)\s*$", data))
-        self.text = b"".join(b"newmtl " + name + b"\n" for name in names)
-
-    def get(self, name: str) -> bytes:
-        """The materials, whatever their file is called."""
-        return self.text
-
-    __getitem__ = get
-
-
-def _with_names(path: Path) -> tuple[io.BytesIO, dict[str, Any]]:
-    """An OBJ as trimesh should be given it to keep the names of materials."""
-    source = _source(path)
-    data = source.getvalue() if isinstance(source, io.BytesIO) else source.read_bytes()
-    return io.BytesIO(b"mtllib names\n" + data), {"resolver": _Names(data)}
+def _of_trimesh(name: str, mesh: trimesh.Trimesh, world_from_piece: np.ndarray) -> MeshPiece:
+    normals = np.asarray(mesh.vertex_normals) if "vertex_normals" in mesh._cache else None
+    material = str(getattr(getattr(mesh.visual, "material", None), "name", None) or "")
+    place = np.asarray(world_from_piece, dtype=np.float64)
+    return MeshPiece(name, mesh.vertices, mesh.faces, normals, getattr(mesh.visual, "uv", None), material, place)
 
 
 def _named_nodes(scene: trimesh.Scene) -> list[tuple[str, str]]:
