@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..calibration.text_tables import columns
 from .catalogue_words import print_json, write_text
-from .shared import Added, add_answer_options, answer_of, comma_separated, progress_bar
+from .shared import Added, add_across_option, add_answer_options, answer_of, comma_separated, progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.match.page import MatchReport
@@ -57,6 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--repeated", metavar="FILE", help="readings of one thing, which tell what the instrument's readings scatter by"
     )
     add_answer_options(match)
+    add_across_option(match)
     match.add_argument(
         "--whiteness",
         action="append",
@@ -132,6 +133,7 @@ def _report(args: argparse.Namespace) -> MatchReport:
             catalogue=args.catalogue,
             whites=[*(args.whiteness or ()), *(["yellowness"] if args.yellowness else [])],
             answer=answer_of(args),
+            across=args.across,
             signed={name: getattr(args, name) for name in _FILLED_IN},
             progress=progress,
         )

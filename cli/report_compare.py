@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .report_output import EXIT_CODES, add_output_options, check_outputs, said
 from .report_sides import add_side_options, seen_by, side_at
-from .shared import progress_bar
+from .shared import add_across_option, progress_bar
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -22,6 +22,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         compare.add_argument(side.lower(), metavar=side, type=Path, help="file or folder")
     compare.add_argument("--criteria", type=Path, metavar="FILE", help="TOML with [[criteria]]; docs/regression.md")
     add_side_options(compare)
+    add_across_option(compare)
     add_output_options(compare)
     compare.set_defaults(run=run)
 
@@ -39,5 +40,5 @@ def run(args: argparse.Namespace) -> int:
     if "baseline" in (before.kind, after.kind):
         before, after = as_recorded(before), as_recorded(after)
     with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
-        result = compare(before, after, criteria, progress)
+        result = compare(before, after, criteria, progress, args.across)
     return said(result, before, after, args)

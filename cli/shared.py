@@ -90,6 +90,27 @@ def add_answer_options(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_across_option(command: argparse.ArgumentParser) -> None:
+    """`--across`: what is compared although it was not measured alike."""
+    command.add_argument(
+        "--across",
+        type=_crossings,
+        action=Added,
+        default=(),
+        metavar="X,Y",
+        help="compare readings although their geometry (with the specular component), or their condition (M0 to M3, "
+        "filter, polarisation, backing), is not the same: geometry, condition",
+    )
+
+
+def _crossings(text: str) -> tuple[str, ...]:
+    names = comma_separated(text)
+    for name in names:
+        if name not in ("geometry", "condition"):
+            raise argparse.ArgumentTypeError(f"{name!r} is neither geometry nor condition")
+    return names
+
+
 def answer_of(args: argparse.Namespace) -> Answer:
     """What was said by `add_answer_options`."""
     from ..spectral.formats.answer import Answer

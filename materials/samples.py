@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ..spectral.errors import InputError, UnknownNameError
+from ..spectral.errors import ComparisonError, InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
-from ..spectral.formats.reading import read_spectra
+from ..spectral.formats.reading import details_of_readings, read_spectra
+from ..spectral.measurement import MUST, Measurement, refusal
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import Quantity, Spectrum
 from .catalogue import Catalogue
 from .effect import effect_of
 from .material import Material
+from .records.material import MaterialRecord
 from .records.record import read_record
 
 
@@ -56,6 +58,9 @@ def repeated_readings(path: Path, answer: Answer = NO_ANSWER) -> Sample:
     InputError : a file without spectra.
     """
     found = _of_file(path, answer)
+    for other in found[1:]:
+        if reason := refusal(found[0].side, other.side, ()):
+            raise ComparisonError(reason)
     readings = tuple(reading for one in found for reading in one.readings)
     if not readings:
         raise InputError("no readings with spectra", file=path, expected="spectra of one thing, measured repeatedly")
@@ -70,16 +75,35 @@ def sample_of(material: Material) -> Sample:
     InputError : a light; a spectrum of too little of the visible.
     """
     reading = material.reading()
-    details = {"instrument": "", "geometry": material.provenance.geometry or "45a:0"}
+    details = {"instrument": "", "geometry": _geometry_of(material)}
+    measured = measurement_of(material)
     effect = effect_of(material.brdf()) if material.is_surface and material.model != "lambert" else ""
     if reading.brdf is not None:
-        return Sample(material.id, "catalogue", seen=reading.xyz, effect=effect, details=details)
+        return Sample(material.id, "catalogue", seen=reading.xyz, effect=effect, details=details, measurement=measured)
     values = reading.factor
     quantity: Quantity = "radiance factor" if values.max() > 1.0 or values.min() < 0.0 else "reflectance"
     # A fitted BRDF may be a little below zero: what it is there is the colour that pictures show.
     spectrum = Spectrum.sampled(reading.wavelengths_nm, np.maximum(values, 0.0), quantity)
     check_covers(spectrum, "catalogue", material.id)
-    return Sample(material.id, "catalogue", (spectrum,), effect=effect, details=details)
+    return Sample(material.id, "catalogue", (spectrum,), effect=effect, details=details, measurement=measured)
+
+
+def measurement_of(material: MaterialRecord) -> Measurement:
+    """The conditions that a material's colour is of: those of its file, and of a surface with a BRDF 45a:0."""
+    kept = {key.partition(".")[2]: str(value) for key, value in material.original.items() if key.startswith("details.")}
+    form = str(material.original.get("format", ""))
+    if form and form not in ("CxF3", "CGATS"):
+        kept = {k.partition(".")[2]: str(v) for k, v in material.original.items() if k.startswith("file.")} | kept
+    geometry = {"geometry": stated} if (stated := _geometry_of(material)) else {}
+    quantity: Quantity = "reflectance"
+    if material.quantity in ("transmittance", "radiance factor"):
+        quantity = "transmittance" if material.quantity == "transmittance" else "radiance factor"
+    return Measurement.of(quantity, kept | geometry | {"format": form})
+
+
+def _geometry_of(material: MaterialRecord) -> str:
+    """A surface with a BRDF is read at 45a:0; a spectrum, and a matt surface, count as they were measured."""
+    return "45a:0" if material.is_surface and material.model != "lambert" else material.provenance.geometry
 
 
 def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
@@ -93,20 +117,45 @@ def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
             colours = read_colours(path, answer)
         except InputError:
             raise refusal from None
-        return tuple(Sample(name, str(path), stated=stated) for name, stated in colours)
+        return tuple(
+            Sample(one.name, str(path), stated=one.stated, details=one.details, measurement=one.measurement)
+            for one in colours
+        )
     if not file.entries:
         raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
     by_name: dict[str, list[Sample]] = {}
     for entry in file.entries:
-        by_name.setdefault(entry.name, []).append(Sample.of_entry(entry, str(path)))
+        by_name.setdefault(entry.name, []).append(Sample.of_entry(entry, str(path), details_of_readings(file)))
     details = {key: value for key, value in file.details.items() if isinstance(value, str)}
-    return tuple(_together(name, some, details) for name, some in by_name.items())
+    return tuple(
+        _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
+    )
+
+
+def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
+    """Readings of one name, those together that were measured alike; where there are several kinds, each has a name."""
+    groups: list[list[Sample]] = []
+    for one in some:
+        group = next(
+            (group for group in groups if not any(one.measurement.unlike(two.measurement) for two in group)), None
+        )
+        if group is None:
+            groups.append([one])
+        else:
+            group.append(one)
+    if len(groups) == 1:
+        return [(name, some)]
+    firsts = [group[0].measurement for group in groups]
+    parts = [part for part in MUST if any(part in one.unlike(two) for one in firsts for two in firsts)]
+    labels = [", ".join(one.parts[part].words for part in parts if part in one.parts) for one in firsts]
+    return [(f"{name}, {label}", group) for label, group in zip(labels, groups, strict=True)]
 
 
 def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
     first = some[0]
     readings = tuple(reading for one in some for reading in one.readings)
-    return Sample(name, first.source, readings, first.stated, details=of_file | dict(first.details))
+    details = of_file | dict(first.details)
+    return Sample(name, first.source, readings, first.stated, details=details, measurement=first.measurement)
 
 
 def _of_folder(path: Path, answer: Answer) -> tuple[Sample, ...]:

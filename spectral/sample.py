@@ -13,6 +13,7 @@ from .difference import lab_from_xyz, xyz_from_lab
 from .errors import ComparisonError, InputError
 from .formats.reading import SpectralEntry, StatedColour
 from .illuminants import illuminant
+from .measurement import Measurement, Side
 from .observers import Observer, observer
 from .spectrum import Spectrum
 
@@ -31,7 +32,7 @@ class Sample:
     stated : colours that a file or a person states; used where there are no readings.
     seen : XYZ under a light for an observer, of what fluoresces: no spectrum of reflectance tells it.
     effect : why its colour depends on the angles beyond its gloss, "" where it does not or is not known to.
-    details : instrument, geometry, ..., as the file has them.
+    details : instrument, geometry, ..., as the file has them. measurement : the conditions that they state.
     """
 
     name: str
@@ -41,10 +42,11 @@ class Sample:
     seen: Callable[[Spectrum, Observer], Float[np.ndarray, "3"]] | None = None
     effect: str = ""
     details: Mapping[str, str] = field(default_factory=dict)
+    measurement: Measurement = field(default_factory=Measurement)
 
     @classmethod
-    def of_entry(cls, entry: SpectralEntry, source: str) -> Sample:
-        """One reading of a file.
+    def of_entry(cls, entry: SpectralEntry, source: str, beside: Mapping[str, str] | None = None) -> Sample:
+        """Take one reading of a file; `beside` : what the file says of all its readings.
 
         Raises
         ------
@@ -59,7 +61,14 @@ class Sample:
                 expected="one reading of reflectance, radiance factor or transmittance",
             )
         check_covers(spectrum, source, entry.name)
-        return cls(entry.name, source, (spectrum,), entry.stated, details=entry.details)
+        details = {**(beside or {}), **entry.details}
+        measured = Measurement.of(spectrum.quantity, details, entry.name)
+        return cls(entry.name, source, (spectrum,), entry.stated, details=entry.details, measurement=measured)
+
+    @property
+    def side(self) -> Side:
+        """Name, source and measurement, as comparisons of measurements take them."""
+        return Side(self.name, self.source, self.measurement)
 
     @property
     def spectral(self) -> bool:

@@ -15,6 +15,7 @@ from ..calibration.regression.row import FLOAT32_ROUNDOFF, Layer, LayerKind, Pix
 from ..materials.catalogue import Catalogue
 from ..materials.protocol import sphere_protocol
 from ..materials.records.record import MARKER, read_record
+from ..materials.samples import measurement_of
 from ..spectral.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
@@ -50,13 +51,13 @@ def catalogue_side(folder: Path, seen: Seen) -> Side:
         if not record.is_surface and record.quantity == "emission":
             lights.append(material)
             continue
-        path = catalogue.path(material)
+        path, measured = catalogue.path(material), measurement_of(record)
         for index, light in enumerate(seen.lights):
             layers: dict[LayerKind, Layer] = {"reading": Layer(partial(_reading, path, light, seen.observer), path)}
             if record.is_surface:
                 kinds: tuple[LayerKind, ...] = ("picture", "reference")
                 layers = {kind: Layer(partial(_sphere, path, seen, index, kind), path) for kind in kinds}
-            rows.append(Row(RowName(material, light, eye), layers))
+            rows.append(Row(RowName(material, light, eye), layers, measurement=measured))
     chain = [seen.words, f"Materials: {sphere_protocol(_PIXELS, False).text}; references are their original data."]
     if lights:
         chain.append(f"Lights have no white to be compared under, and are left out: {', '.join(lights)}.")

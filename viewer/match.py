@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -20,6 +21,7 @@ from ..spectral.errors import InputError, UnknownNameError, UsageError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant
+from ..spectral.measurement import CROSSINGS, Crossing
 from ..spectral.metamerism import Conditions
 from ..spectral.observers import observer
 from ..spectral.sample import Sample
@@ -43,6 +45,7 @@ def match(
     whites: Sequence[str] = (),
     catalogue: Catalogue | Path | None = None,
     answer: Answer = NO_ANSWER,
+    across: Collection[Crossing] = (),
     signed: Mapping[str, str] | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> MatchReport:
@@ -58,7 +61,8 @@ def match(
     repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
     whites : whiteness and yellowness of each, by name: "CIE 2004", "ASTM E313", "ASTM E313-73", "yellowness".
     catalogue : where ids are looked up; None: the default one.
-    answer : what files do not say. signed : by `page.SIGNED`, what stands on the page beforehand.
+    answer : what files do not say. across : "geometry", "condition": what is compared although it was not measured
+        alike, which the page says. signed : by `page.SIGNED`, what stands on the page beforehand.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def match(
         found += named(one)
     known = _known(repeatability, repeated, answer)
     conditions = _conditions((first, *found), illuminants, observers)
-    asked = _asked(tolerance, formulas, conditions, known, _scales(whites))
+    asked = replace(_asked(tolerance, formulas, conditions, known, _scales(whites)), across=_crossings(across))
     pairs = matched(first, found, asked)
     batches = [batch([one.differences[at] for one in pairs], asked.judging) for at in range(len(asked.conditions))]
     filled = {name: text for name, text in (signed or {}).items() if text}
@@ -131,6 +135,13 @@ def _scales(names: Sequence[str]) -> tuple[WhiteScale, ...]:
         if name not in known:
             raise UnknownNameError("whiteness", name, known)
     return cast(tuple[WhiteScale, ...], tuple(dict.fromkeys(names)))
+
+
+def _crossings(names: Collection[str]) -> tuple[Crossing, ...]:
+    for name in names:
+        if name not in CROSSINGS:
+            raise UnknownNameError("difference of measurements", name, CROSSINGS)
+    return tuple(one for one in CROSSINGS if one in names)
 
 
 def _known(repeatability: float | None, repeated: str | Path | None, answer: Answer) -> Repeatability | None:

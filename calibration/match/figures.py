@@ -25,6 +25,7 @@ def figures(report: MatchReport) -> dict[str, Any]:
         "standard": _side(report.standard),
         "tolerance": None if asked.tolerance is None else asked.tolerance.words,
         "formulas": [one.words for one in asked.formulas],
+        "across": list(report.crossed),
         "notes": list(report.notes),
         "samples": [_matched(one) for one in report.samples],
         "batches": [_batch(one) for one in report.batches],
@@ -38,6 +39,7 @@ def _side(side: Sample) -> dict[str, Any]:
         "readings": len(side.readings),
         "effect": side.effect,
         "details": dict(side.details),
+        "measurement": side.measurement.words,
     }
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
 from ...spectral.illuminants import illuminant
+from ...spectral.measurement import crossed, remarks
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ..page import html_environment
@@ -73,6 +74,13 @@ class MatchReport:
         return render_match_page(self)
 
     @property
+    def crossed(self) -> tuple[str, ...]:
+        """What was compared although it was not measured alike, a sentence each."""
+        return tuple(
+            dict.fromkeys(words for one in self.samples for words in crossed(self.standard.side, one.sample.side))
+        )
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """How figures came about, a sentence each."""
         formulas = "; ".join(one.words for one in self.asked.formulas)
@@ -86,7 +94,8 @@ class MatchReport:
             found.append(f"Tolerance: {self.asked.tolerance.words}, under every light and for every observer here.")
         sides = (self.standard, *(one.sample for one in self.samples))
         held = dict.fromkeys(f"{side.name}: {side.held}" for side in sides if side.held)
-        return (*found, *(f"{words}." for words in held))
+        told = dict.fromkeys(words for one in self.samples for words in remarks(self.standard.side, one.sample.side))
+        return (*self.crossed, *found, *(f"{words}." for words in held), *told)
 
 
 def render_match_page(report: MatchReport) -> str:

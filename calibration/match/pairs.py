@@ -14,6 +14,7 @@ from ...spectral.difference import Differences, differences, lab_from_xyz
 from ...spectral.errors import ComparisonError, InputError
 from ...spectral.formula import Formula
 from ...spectral.illuminants import illuminant
+from ...spectral.measurement import Crossing, refusal
 from ...spectral.metamerism import Conditions, Correction, colour_inconstancy, metamerism_index
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
@@ -34,7 +35,7 @@ class Asked:
 
     conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
     of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it. whites :
-    whiteness and yellowness, by name.
+    whiteness and yellowness, by name. across : differences of measurements that are compared all the same.
     """
 
     conditions: tuple[Conditions, ...]
@@ -42,6 +43,7 @@ class Asked:
     tolerance: Tolerance | None = None
     repeatability: Repeatability | None = None
     whites: tuple[WhiteScale, ...] = ()
+    across: tuple[Crossing, ...] = ()
 
     @property
     def judging(self) -> Formula:
@@ -100,12 +102,15 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[
 
     Raises
     ------
-    ComparisonError : a sample is the standard itself; or a side has no colour under some of the conditions.
+    ComparisonError : a sample is the standard itself, or was not measured as the standard was; or a side has no colour
+        under some of the conditions.
     InputError : no samples.
     """
     if not samples:
         raise InputError("no sample", expected="one sample or more beside the standard")
     for sample in samples:
+        if reason := refusal(standard.side, sample.side, asked.across):
+            raise ComparisonError(reason)
         check_another(standard, sample)
     return tuple(
         Matched(

@@ -25,6 +25,7 @@ def document(result: Result, version: str) -> dict[str, Any]:
         "identical": result.identical,
         "before": _side(result.before),
         "after": _side(result.after),
+        "across": list(result.across),
         "notes": list(result.notes),
         "self_check": [
             {"what": one.label, "expected": one.expected, "found": _number(one.found), "passed": one.passed}

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ...spectral.errors import ComparisonError
+from ...spectral.measurement import Crossing, crossed, refusal, remarks
+from ...spectral.measurement import Side as Measured
 from ..statistics import SelfCheck
 from .change import Change, change
 from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, default_criteria, statistic
@@ -22,22 +25,32 @@ from .row import Layer, LayerKind, Pixels, Row, Side
 ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02
 # What picture and reference must have come apart by before a row is called better or worse.
 _NEARER = 0.01
+# Sentences on how readings were measured that are told one by one.
+_MOST_SENTENCES = 12
 _94 = "CIE 1994"
 
 Progress = Callable[[int, int, str], None]
 
 
 def compare(
-    before: Side, after: Side, criteria: Criteria, progress: Progress = lambda done, total, what: None
+    before: Side,
+    after: Side,
+    criteria: Criteria,
+    progress: Progress = lambda done, total, what: None,
+    across: Collection[Crossing] = (),
 ) -> Result:
     """Compare two sides; the first is the reference of every ΔE. Of all pictures those of one row are in memory.
 
+    across : differences of measurements that are compared all the same, which the notes say.
+
     Raises
     ------
-    ComparisonError : the sides are the same, have nothing in common, or other whites, observers or sizes.
+    ComparisonError : the sides are the same, have nothing in common, or other whites, observers or sizes; or readings
+        that were not measured alike.
     InputError : a file that cannot be read.
     """
     found = matched(before, after)
+    unlike, remarked = _measurements(before, after, found.pairs, across)
     rows: list[RowResult] = []
     checks: tuple[SelfCheck, ...] = ()
     pools: dict[tuple[int, str], list[tuple[float, float]]] = defaultdict(list)
@@ -51,8 +64,42 @@ def compare(
     rows += [RowResult(row.name, "added", criteria.added, {}, notes=row.notes) for row in found.added]
     pooled = tuple(_pooled(criteria.lines[index], of, values) for (index, of), values in sorted(pools.items()))
     words = [SideWords(one.path, one.kind, one.facts, one.chain) for one in (before, after)]
-    notes = (*found.notes, *_other_facts(before, after), *_unused(criteria, rows, pooled))
-    return Result(words[0], words[1], tuple(rows), pooled, checks, criteria.lines, notes)
+    notes = (*found.notes, *unlike, *remarked, *_other_facts(before, after), *_unused(criteria, rows, pooled))
+    return Result(words[0], words[1], tuple(rows), pooled, checks, criteria.lines, notes, unlike)
+
+
+def _measurements(
+    before: Side, after: Side, pairs: Sequence[tuple[Row, Row]], across: Collection[Crossing]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Sentences on what is not alike in how pairs were measured, and on what one side does not say, each once.
+
+    Raises
+    ------
+    ComparisonError : they were not measured alike, and nobody asked to compare across that.
+    """
+    unlike: dict[str, None] = {}
+    told: dict[str, None] = {}
+    for a, b in pairs:
+        if a.measurement is None or b.measurement is None:
+            continue
+        sides = [
+            Measured(row.name.material or str(row.name), str(_source(row, side)), measurement)
+            for row, side, measurement in ((a, before, a.measurement), (b, after, b.measurement))
+        ]
+        if reason := refusal(sides[0], sides[1], across):
+            raise ComparisonError(reason)
+        unlike |= dict.fromkeys(crossed(sides[0], sides[1]))
+        told |= dict.fromkeys(remarks(sides[0], sides[1]))
+    sentences = tuple(told)
+    more = len(sentences) - _MOST_SENTENCES
+    return tuple(unlike), (
+        *sentences[:_MOST_SENTENCES],
+        f"... and {more} more of that kind.",
+    ) if more > 0 else sentences
+
+
+def _source(row: Row, side: Side) -> Path:
+    return next((layer.file for layer in row.layers.values() if layer.file is not None), side.path)
 
 
 def _compared(

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ...spectral.errors import InputError
-from ...spectral.formats.colours_only import read_colours
-from ...spectral.formats.reading import StatedColour, read_spectra
+from ...spectral.formats.colours_only import Coloured, read_colours
+from ...spectral.formats.reading import details_of_readings, read_spectra
 from ...spectral.illuminants import illuminant
+from ...spectral.measurement import Measurement
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ...spectral.spectrum import Spectrum
@@ -39,7 +40,7 @@ def readings_side(path: Path, seen: Seen) -> Side:
             raise refusal from None
         return _colours_side(path, colours)
     _check_names(path, [entry.name for entry in file.entries])
-    eye = observer(seen.observer)
+    eye, beside = observer(seen.observer), details_of_readings(file)
     rows = []
     for entry in file.entries:
         if entry.spectrum.quantity == "emission":
@@ -50,10 +51,11 @@ def readings_side(path: Path, seen: Seen) -> Side:
                 found="emission",
                 expected="reflectances or transmittances",
             )
+        measured = Measurement.of(entry.spectrum.quantity, {**beside, **entry.details}, entry.name)
         for light in seen.lights:
             load = partial(_pixel, entry.spectrum, light, seen.observer)
             layer = Layer(load, path, spectrum=partial(_spectrum, entry.spectrum))
-            rows.append(Row(RowName(entry.name, light, eye.name), {"reading": layer}))
+            rows.append(Row(RowName(entry.name, light, eye.name), {"reading": layer}, measurement=measured))
     facts = {"format": file.format, **{key: str(value) for key, value in file.details.items()}}
     return Side(path, "readings", tuple(rows), facts, (*file.notes, seen.words))
 
@@ -71,11 +73,12 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
         )
 
 
-def _colours_side(path: Path, colours: Sequence[tuple[str, Sequence[StatedColour]]]) -> Side:
-    _check_names(path, [name for name, _ in colours])
+def _colours_side(path: Path, colours: Sequence[Coloured]) -> Side:
+    _check_names(path, [one.name for one in colours])
     rows = []
-    for name, stated in colours:
-        sample = Sample(name, str(path), stated=tuple(stated))
+    for one in colours:
+        name, stated = one.name, one.stated
+        sample = Sample(name, str(path), stated=stated)
         for colour in stated:
             if colour.illuminant is None or colour.observer is None:
                 raise InputError(
@@ -88,8 +91,9 @@ def _colours_side(path: Path, colours: Sequence[tuple[str, Sequence[StatedColour
                 )
             light, eye = colour.illuminant, colour.observer
             row = RowName(name, light, observer(eye).name)
-            if row not in [one.name for one in rows[-len(stated) :]]:
-                rows.append(Row(row, {"reading": Layer(partial(_stated, sample, light, eye), path)}))
+            if row not in [told.name for told in rows[-len(stated) :]]:
+                layer = Layer(partial(_stated, sample, light, eye), path)
+                rows.append(Row(row, {"reading": layer}, measurement=one.measurement))
     chain = ("Colours without spectra count for the light and observer that their file states.",)
     return Side(path, "readings", tuple(rows), {}, chain)
 

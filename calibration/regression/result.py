@@ -101,6 +101,7 @@ class Result:
     """All of a comparison.
 
     pooled : criteria over all rows. checks : known differences that were put in. notes : what else is to be said.
+    across : what was compared although it was not measured alike; it stands among the notes, too.
     """
 
     before: SideWords
@@ -110,6 +111,7 @@ class Result:
     checks: tuple[SelfCheck, ...]
     criteria: tuple[Criterion, ...]
     notes: tuple[str, ...] = ()
+    across: tuple[str, ...] = ()
 
     def count(self, state: State) -> int:
         """How many rows came out so."""

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...spectral.errors import visible
+from ...spectral.measurement import Measurement
 
 #: Unit roundoff: how far rounding may move a number, as a share of the power of two below it.
 HALF_ROUNDOFF, FLOAT32_ROUNDOFF, FLOAT64_ROUNDOFF = 2.0**-11, 2.0**-24, 2.0**-53
@@ -104,13 +105,15 @@ class Row:
     """One row of a side: its layers by kind.
 
     approximation : how far the picture is from its reference, ΔE94 as "mean", "p95", "p99" and "max"; None where there
-        is no reference. notes : what has to be said of the row.
+        is no reference. notes : what has to be said of the row. measurement : of a reading; None of
+        pictures.
     """
 
     name: RowName
     layers: Mapping[LayerKind, Layer]
     approximation: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
+    measurement: Measurement | None = None
 
 
 @dataclass(frozen=True, eq=False)

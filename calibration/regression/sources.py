@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from ...spectral.errors import InputError
@@ -51,10 +52,7 @@ def _folder_side(folder: Path, seen: Seen, display: str | None) -> Side:
             rows += found
         elif path.suffix.lower() not in _PASSED_OVER and format_of(path) is not None:
             side = readings_side(path, seen)
-            rows += [
-                Row(row.name._replace(material=f"{name}: {row.name.material}"), row.layers, notes=row.notes)
-                for row in side.rows
-            ]
+            rows += [replace(row, name=row.name._replace(material=f"{name}: {row.name.material}")) for row in side.rows]
         else:
             other.append(name)
     if not rows:

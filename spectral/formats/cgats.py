@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..measurement import is_condition
 from .answer import NO_ANSWER, Answer, Scale
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
 from .cgats_quantity import Said, check_agreement, said_quantity, signs_of_table
@@ -41,7 +42,7 @@ _DETAILS = {
     "geometry": ("MEASUREMENT_GEOMETRY",),
     "instrument": ("INSTRUMENTATION", "TARGET_INSTRUMENT", "INSTRUMENT"),
     "filter": ("FILTER", "INSTRUMENT_FILTER", "FILTER_STATUS"),
-    "backing": ("SAMPLE_BACKING",),
+    "backing": ("SAMPLE_BACKING", "BACKING"),
     "display": ("DISPLAY",),
     "units": ("UNITS", "SPECTRAL_UNITS"),
 }
@@ -245,7 +246,13 @@ def _common(table: CgatsTable, place: str) -> dict[str, str]:
             found[name] = shortened(value)
     if condition := condition_in(" ".join(table.keywords.get(key, "") for key in _CONDITION_KEYS)):
         found["condition"] = condition
-    return found
+    return conditions_of(table) | found
+
+
+def conditions_of(table: CgatsTable) -> dict[str, str]:
+    """The keywords that say how the samples of a table were measured."""
+    stated = {key: shortened(value, 200) for key, value in table.keywords.items() if value and is_condition(key)}
+    return stated | {"format": NAME}
 
 
 def illuminant_of(table: CgatsTable) -> str | None:

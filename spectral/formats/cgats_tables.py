@@ -19,6 +19,8 @@ _IDENTIFIER = re.compile(r"CGATS|ISO ?28178|IT8|CTI\d|CCSS|CCMX|SPECT$|CMF$|CAL$
 _BEFORE = re.compile(r"SPECTRAL_?NM|SPECTRAL|SPECTRUM|SPEC|NM|R|LAMBDA|WL", re.I)
 _LENGTH = re.compile(r"\d{3,4}(?:[.,]\d+)?")
 _NUMBER_WITH_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+# Keywords of several lines, each of which adds to those before.
+_REPEATED = ("WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER")
 
 #: Fields in one format, and characters in one line.
 MOST_FIELDS, LONGEST_LINE = 20_000, 4 * 2**20
@@ -95,7 +97,10 @@ def read_tables(path: Path) -> list[CgatsTable]:
         elif len(words) == 1 and not begun and (not tables or _IDENTIFIER.match(words[0])):
             identifier, keywords, fields, begun = words[0], {}, [], True
         else:
-            keywords[key], begun = " ".join(words[1:]), True
+            value = " ".join(words[1:])
+            # A weighting function is stated a line each for the light and the observer.
+            repeated = key in _REPEATED and begun and keywords.get(key)
+            keywords[key], begun = f"{keywords[key]}; {value}" if repeated else value, True
     if not tables:
         raise InputError(
             "no data in this CGATS file",

@@ -5,15 +5,18 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import existing_file
+from ..measurement import Measurement
 from .answer import NO_ANSWER, Answer
-from .cgats import illuminant_of, observer_of, recognises
+from .cgats import conditions_of, illuminant_of, observer_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
 from .cxf import recognises as is_cxf
@@ -24,6 +27,19 @@ from .shared.words import colour_axis, illuminant_in, observer_in, stated_colour
 _WORDS = re.compile(r"(lab|lch|xyz)\s*:\s*([^@]+?)\s*(?:@\s*(\S+?)\s*/\s*(\S+))?$", re.I)
 _NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME", "SAMPLE_LOC")
 _LIKE = "lab:52.1,10.3,-5.6@D65/1964_10"
+
+
+class Coloured(NamedTuple):
+    """A name, the colours stated of it, and what the file says of how they were measured."""
+
+    name: str
+    stated: tuple[StatedColour, ...]
+    details: Mapping[str, str]
+
+    @property
+    def measurement(self) -> Measurement:
+        """The conditions that the details state."""
+        return Measurement.of(None, self.details, self.name)
 
 
 def colour_in(text: str) -> StatedColour | None:
@@ -58,8 +74,8 @@ def colour_in(text: str) -> StatedColour | None:
     return StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
 
 
-def read_colours(path: str | Path, answer: Answer = NO_ANSWER) -> tuple[tuple[str, tuple[StatedColour, ...]], ...]:
-    """Names, and the colours stated of each; what the file leaves open of illuminant and observer is the answer's.
+def read_colours(path: str | Path, answer: Answer = NO_ANSWER) -> tuple[Coloured, ...]:
+    """Read the colours that a file states by name; what it leaves open of illuminant and observer is the answer's.
 
     Raises
     ------
@@ -69,7 +85,7 @@ def read_colours(path: str | Path, answer: Answer = NO_ANSWER) -> tuple[tuple[st
     with path.open("rb") as file:
         head = file.read(HEAD)
     if is_cxf(path, head):
-        found = colours_without_spectra(path)
+        found = [Coloured(*one) for one in colours_without_spectra(path)]
     elif recognises(path, head):
         found = _cgats(path)
     else:
@@ -83,14 +99,19 @@ def read_colours(path: str | Path, answer: Answer = NO_ANSWER) -> tuple[tuple[st
         )
     light, eye = answer.colours_for or (None, None)
     return tuple(
-        (name, tuple(replace(one, illuminant=one.illuminant or light, observer=one.observer or eye) for one in stated))
-        for name, stated in found
+        one._replace(
+            stated=tuple(
+                replace(each, illuminant=each.illuminant or light, observer=each.observer or eye) for each in one.stated
+            )
+        )
+        for one in found
     )
 
 
-def _cgats(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
+def _cgats(path: Path) -> list[Coloured]:
     found = []
     for table in read_tables(path):
+        details = conditions_of(table)
         light, eye = illuminant_of(table), observer_of(table)
         upper = [field.upper() for field in table.fields]
         name_at = next((upper.index(name) for name in _NAMES if name in upper), None)
@@ -99,11 +120,12 @@ def _cgats(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
                 field: table.number(cell) for field, cell in zip(table.fields, row, strict=True) if colour_axis(field)
             }
             if colours := stated_colours(cells, light, eye):
-                found.append((row[name_at] if name_at is not None else f"{path.stem} {place}", colours))
+                name = row[name_at] if name_at is not None else f"{path.stem} {place}"
+                found.append(Coloured(name, colours, details))
     return found
 
 
-def _table(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
+def _table(path: Path) -> list[Coloured]:
     """A header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in it."""
     lines = [line for line in read_lines(path) if line.strip()]
     text = "\n".join(lines)
@@ -115,11 +137,21 @@ def _table(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
             continue
         above = " ".join(" ".join(row) for row in rows[: start + 1])
         light, eye = illuminant_in(above), observer_in(above)
+        details = {"format": "CSV"} | dict(labelled for row in rows[:start] if (labelled := _labelled(row)))
         found = []
         for row in rows[start + 1 :]:
             cells = {h: number(c, decimal) for h, c in zip(header, row, strict=False) if colour_axis(h)}
             names = [c for h, c in zip(header, row, strict=False) if not colour_axis(h) and c.strip()]
             if colours := stated_colours(cells, light, eye):
-                found.append((names[0] if names else f"{path.stem} {len(found) + 1}", colours))
+                found.append(Coloured(names[0] if names else f"{path.stem} {len(found) + 1}", colours, details))
         return found
     return []
+
+
+def _labelled(row: list[str]) -> tuple[str, str] | None:
+    """A label and its words in a line above a table, in two cells or in one; None where it has no label."""
+    words = [cell.strip() for cell in row if cell.strip()]
+    label, mark, rest = (words or [""])[0].partition(":")
+    if mark and rest.strip():
+        return label.strip(), rest.strip()
+    return (label.strip(), words[1]) if len(words) == 2 else None

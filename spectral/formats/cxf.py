@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
-from .cxf_metadata import file_details, object_details, shared_out, stated_values
+from .cxf_metadata import TELLING, Stated, file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
 from .reading import SpectralFile, StatedColour, names_its_file
 from .shared.gathering import Gathering
@@ -108,8 +108,10 @@ def read(path: Path) -> SpectralFile:
 
 
 @names_its_file
-def colours_without_spectra(path: Path) -> list[tuple[str, tuple[StatedColour, ...]]]:
-    """Names of objects that state XYZ or CIELAB, and what they state, whether or not there are spectra.
+def colours_without_spectra(path: Path) -> list[tuple[str, tuple[StatedColour, ...], dict[str, str]]]:
+    """Read the XYZ and CIELAB that objects state, whether or not there are spectra, with their names and details.
+
+    Colours that were measured under several conditions are an entry each, with the condition in its name.
 
     Raises
     ------
@@ -121,8 +123,16 @@ def colours_without_spectra(path: Path) -> list[tuple[str, tuple[StatedColour, .
     for item, name in zip(objects, _names(objects, gathered), strict=True):
         values = [value for group in known.children(item, "ColorValues") for value in known.children(group)]
         beside = [value for value in values if known.name(value) not in _SPECTRA]
-        if stated := stated_values(beside, name, specifications, known, gathered)[0]:
-            found.append((name, tuple(one.colour for one in stated)))
+        by_conditions: dict[tuple[str, ...], list[Stated]] = {}
+        for one in stated_values(beside, name, specifications, known, gathered)[0]:
+            key = tuple(one.specification.details.get(part, "") for part in TELLING)
+            by_conditions.setdefault(key, []).append(one)
+        for key, stated in by_conditions.items():
+            others = [other for other in by_conditions if other != key]
+            told = [word for place, word in enumerate(key) if word and any(other[place] != word for other in others)]
+            called = ", ".join([name, *(word.partition(" ")[0] for word in told)])
+            details = {**stated[0].specification.details, "format": NAME}
+            found.append((called, tuple(one.colour for one in stated), details))
     return found
 
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 
-# Parts of a specification by which a colour is known to be of one spectrum and not of another beside it.
-_TELLING = ("condition", "geometry", "filter", "polarisation", "backing")
+#: Parts of a specification by which a colour is known to be of one spectrum and not of another beside it.
+TELLING = ("condition", "geometry", "filter", "polarisation", "backing")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +66,10 @@ def shared_out(
 def _agreement(one: Specification, other: Specification | None) -> int:
     """How many parts two specifications share, -1 where they contradict each other; most where they are one."""
     if other is one:
-        return len(_TELLING) + 1
+        return len(TELLING) + 1
     if other is None:
         return -1
-    both = [part for part in _TELLING if one.details.get(part) and other.details.get(part)]
+    both = [part for part in TELLING if one.details.get(part) and other.details.get(part)]
     same = [part for part in both if one.details[part] == other.details[part]]
     return len(same) if len(same) == len(both) else -1
 

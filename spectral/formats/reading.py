@@ -110,6 +110,15 @@ class SpectralFile:
     rejected: tuple[tuple[str, InputError], ...] = ()
 
 
+def details_of_readings(file: SpectralFile) -> dict[str, str]:
+    """What a file says of how all its readings were measured: its format, and the header of a text.
+
+    CxF3 and CGATS say it reading by reading, and beside other tables.
+    """
+    header = {} if file.format in ("CxF3", "CGATS") else {key: str(value) for key, value in file.details.items()}
+    return {**header, "format": file.format}
+
+
 def readers() -> tuple[ModuleType, ...]:
     """The readers, in the order in which they are asked."""
     return tuple(import_module(f".{name}", __package__) for name in FORMATS)

@@ -1,0 +1,402 @@
+"""Conditions of a measurement: quantity, geometry, specular component, M condition, filter, polarisation, backing.
+
+They decide whether two readings may be compared at all. They are told from the words of a file, by label: those of CxF3
+and CGATS.17, and of headers of instruments' text. Geometries are compared by their numbers, 0:45 as 45:0 (light and
+detector may be exchanged, by Helmholtz reciprocity), sphere geometries with their specular component (CIE 015:2018, 5).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Literal, NamedTuple, get_args
+
+from .errors import visible
+from .spectrum import Quantity
+
+#: Differences of conditions that a person may ask to compare across.
+Crossing = Literal["geometry", "condition"]
+CROSSINGS: tuple[Crossing, ...] = get_args(Crossing)
+#: Parts of a measurement that must be alike, and what allows them not to be; None: nothing does.
+MUST: dict[str, Crossing | None] = {
+    "quantity": None,
+    "geometry": "geometry",
+    "specular component": "geometry",
+    "measurement condition": "condition",
+    "filter": "condition",
+    "polarisation": "condition",
+    "backing": "condition",
+    "white base": "condition",
+    "film": "condition",
+}
+#: Parts that a note is made of where they are not alike.
+NOTED = ("configuration", "material", "calibration standard", "aperture", "instrument")
+#: Degrees within which two angles are one.
+ALIKE_DEGREES = 0.5
+
+# Labels by which a part is known, as whole labels in lower case with single spaces.
+_LABELS: tuple[tuple[str, re.Pattern[str]], ...] = (
+    ("source", re.compile(r"measurement source|meas(?:urement)? ?parameters?|bieri info \d")),
+    ("specular component", re.compile(r".*\bspecular\b.*|sc[ie] ?/? ?sc[ie]|gloss trap|spin ?/? ?spex")),
+    ("geometry", re.compile(r".*geometr(?:y|i[ea])|(?:std|bat)? ?viewing|measur(?:ing|ement) mode")),
+    ("polarisation", re.compile(r".*\bpolari[sz]ation(?: filter)?|(?:device|instrument) polari[sz]ation|pol(?:ari[sz]ing)? filter")),  # noqa: E501
+    ("measurement condition", re.compile(
+        r"(?:measurement |meas |m )?conditions?|m ?standard|(?:device )?illumination(?: mode| condition)?|iso 13655")),
+    ("filter", re.compile(r"(?:instrument |device |measurement |physical |uv )?filter(?: status| type| name)?|uv|uv mode|uv setting")),  # noqa: E501
+    ("backing", re.compile(r"(?:sample )?(?:backing|background)|(?:sample )?underlay|unterlage")),
+    ("white base", re.compile(r"white ?base")),
+    ("material", re.compile(r"material|substrate|medium")),
+    ("calibration standard", re.compile(r"calibration(?: standard)?")),
+    ("aperture", re.compile(r"(?:measuring )?(?:aperture|area|spot)(?: size)?")),
+    ("instrument", re.compile(r"(?:target )?instrument(?:ation)?|device model")),
+)  # fmt: skip
+# What the parts are called in CxF3.
+_CXF = {
+    "geometry": "GeometryChoice",
+    "condition": "DeviceIllumination",
+    "filter": "DeviceFilter",
+    "polarisation": "DevicePolarization",
+    "backing": "Backing",
+    "calibration": "CalibrationStandard",
+    "aperture": "Aperture",
+    "instrument": "Device",
+    "measurement": "MeasurementType",
+}
+_INSIDE = re.compile(r"([A-Za-z_ ]+?)\s*[=:]\s*([^\s,;]+)")
+_IN_SOURCE = {
+    "whitebase": "white base",
+    "filter": "filter",
+    "measurementcondition": "measurement condition",
+    "condition": "measurement condition",
+    "polarization": "polarisation",
+    "geometry": "geometry",
+    "backing": "backing",
+}
+_NUMBER = r"\d+(?:\.\d+)?"
+_SIGNED = rf"(?:-|_|minus ?|\u2212)?\s*{_NUMBER}"
+_NOTATION = re.compile(
+    rf"(?<![A-Za-z0-9.])(?:r?({_NUMBER})\s*°?\s*[:/]?\s*)?r?as\s*({_SIGNED})(?:\s*°?\s*az\s*({_SIGNED}))?(?![A-Za-z0-9])",
+    re.I,
+)
+_LISTED = re.compile(rf"light (-?{_NUMBER}), aspecular (-?{_NUMBER})(?:, azimuth (-?{_NUMBER}))?(?=;|$)")
+_SPHERE = re.compile(
+    r"(?<![a-z])d[ie]?\s*°?\s*[:/]\s*(\d+)|(?<![\d.])(\d+)\s*°?\s*[:/]\s*d[ie]?(?![a-z])|(?<![a-z])d(?:[ie])?([08])(?!\d)|diffuse\s*[:/]\s*(\d+)",
+    re.I,
+)
+_IS_SPHERE = re.compile(r"sphere|kugel|specular_(?:in|ex)cluded|\bSC[IE]\b|ulbricht|(?<![a-z])diffuse", re.I)
+_ANGLES = re.compile(rf"(?<![\d.])({_NUMBER})\s*°?\s*[acx]?\s*[:/-]\s*({_NUMBER})(?![\d.])", re.I)
+_INCLUDED = re.compile(
+    r"specular[ _]?(?:component )?incl|\bSCI\b|\bSPIN\b|\bRSIN\b|(?<![a-z])di\s*[:/]|[:/]\s*di(?![a-z])", re.I
+)
+_EXCLUDED = re.compile(
+    r"specular[ _]?(?:component )?excl|\bSCE\b|\bSPEX\b|\bRSEX\b|(?<![a-z])de\s*[:/]|[:/]\s*de(?![a-z])", re.I
+)
+_YES = re.compile(r"incl|^(?:yes|true|on|1|in|i|ein|ja|crossed|pol\w*)\b|closed", re.I)
+_NO = re.compile(r"excl|^(?:no|none|false|off|0|out|e|ex|aus|nein|without|unpolari[sz]ed|not)\b|\bnone\b|open", re.I)
+_LETTER = re.compile(r"(?<![A-Za-z0-9])M([0-3])(?![0-9A-Za-z])")
+_UNKNOWN = re.compile(r"(?:|-+|\?|n/?a|unknown|not (?:stated|known)|unspecified|unbekannt)", re.I)
+_FILM = re.compile(r"\b(?:film|foil|transparen\w+|translucent|slide|dia|folie)\b", re.I)
+_BACKINGS = {
+    "white": r"white|wei(?:ss|ß)|blanc",
+    "black": r"black|schwarz|noir",
+    "self": r"self|own|stack\w*|pile",
+    "substrate": r"substrate",
+}
+
+_KINDS = ("directional", "sphere", "multi-angle")
+
+
+class Geometry(NamedTuple):
+    """Angles of light and detector in degrees, as far as they are stated.
+
+    kind : "directional" (45:0), "sphere" (d:8), "multi-angle" (45as15) or, as the file has it, other words.
+    first, second : of directional geometries the larger and the smaller angle; of a sphere that of its one direction;
+    of several angles the light's and the aspecular one. azimuth : of the detector out of plane.
+    """
+
+    kind: str
+    first: float | None = None
+    second: float | None = None
+    azimuth: float = 0.0
+
+    def matches(self, other: Geometry) -> bool:
+        """Whether both are one geometry, to `ALIKE_DEGREES`; an angle that is not stated may be any."""
+        if self.kind != other.kind:
+            return False
+        angles = ((self.first, other.first), (self.second, other.second), (self.azimuth, other.azimuth))
+        return all(one is None or two is None or abs(one - two) <= ALIKE_DEGREES for one, two in angles)
+
+
+class Said(NamedTuple):
+    """One part of a measurement: what is compared, in the words of the file, and the field in which they stand."""
+
+    value: str | bool | Geometry
+    words: str
+    field: str
+
+    def matches(self, other: Said) -> bool:
+        """Whether both say the same."""
+        if isinstance(self.value, Geometry) and isinstance(other.value, Geometry):
+            return self.value.matches(other.value)
+        return self.value == other.value
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Parts of a measurement by their names in `MUST` and `NOTED`; what is not stated is missing."""
+
+    parts: Mapping[str, Said] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, quantity: Quantity | None, details: Mapping[str, str], name: str = "") -> Measurement:
+        """Read what the details of a reading state.
+
+        Parameters
+        ----------
+        quantity : of its spectrum; None where there is only a colour.
+        details : as readers give them; `format` among them tells which labels are those of CxF3.
+        name : of the reading, which may state its specular component or its angle.
+        """
+        parts: dict[str, Said] = {}
+        for label, words in details.items():
+            if isinstance(words, str):
+                for part, said in _parts(label, words, details.get("format") == "CxF3"):
+                    parts.setdefault(part, said)
+        for part, said in _in_name(name):
+            parts.setdefault(part, said)
+        if "polarisation" not in parts and (m := parts.get("measurement condition")) and m.value == "M3":
+            parts["polarisation"] = Said(True, m.words, m.field)
+        kind = quantity or _quantity_of(details)
+        if kind in ("reflectance", "radiance factor", "transmittance"):
+            # A reflectance above 1 is held as a radiance factor: both are what a surface sends back.
+            value = "transmittance" if kind == "transmittance" else "reflectance"
+            stated = details.get("measurement", "")
+            parts["quantity"] = Said(value, stated or kind, "MeasurementType" if stated else "quantity")
+        return cls(parts)
+
+    @property
+    def geometry(self) -> Geometry | None:
+        """The geometry, None where it is not stated."""
+        said = self.parts.get("geometry")
+        return said.value if said is not None and isinstance(said.value, Geometry) else None
+
+    @property
+    def words(self) -> dict[str, str]:
+        """All that is stated, part by part."""
+        return {part: said.words for part, said in self.parts.items()}
+
+    def unlike(self, other: Measurement) -> tuple[str, ...]:
+        """The parts of `MUST` that both state and state differently."""
+        return tuple(part for part in MUST if self._differs(other, part))
+
+    def noted(self, other: Measurement) -> tuple[str, ...]:
+        """The parts of `NOTED` that both state and state differently."""
+        return tuple(part for part in NOTED if self._differs(other, part))
+
+    def silent(self, other: Measurement) -> tuple[str, ...]:
+        """The parts of `MUST` that the other alone states."""
+        return tuple(part for part in MUST if part in other.parts and part not in self.parts and part != "film")
+
+    def _differs(self, other: Measurement, part: str) -> bool:
+        one, two = self.parts.get(part), other.parts.get(part)
+        return one is not None and two is not None and not one.matches(two)
+
+
+class Side(NamedTuple):
+    """One side of a comparison: its name, the file that it is of, and how it was measured."""
+
+    name: str
+    source: str
+    measurement: Measurement
+
+
+def refusal(one: Side, other: Side, across: Collection[Crossing]) -> str:
+    """The reason why two readings cannot be compared, over several lines; "" where they can."""
+    parts = [part for part in one.measurement.unlike(other.measurement) if MUST[part] not in across]
+    if not parts:
+        return ""
+    ask = list(dict.fromkeys(MUST[part] for part in parts))
+    hint = "measure both alike"
+    if None not in ask:
+        hint += f", or compare them all the same with --across {','.join(str(word) for word in ask)}"
+    lines = [f"{one.name} of {one.source} and {other.name} of {other.source} were not measured alike"]
+    lines += [f"  found: {difference(one, other, part)}" for part in parts]
+    lines += [f"  expected: one {' and one '.join(parts)} on both sides", f"  try: {hint}"]
+    return visible("\n".join(lines), lines=True)
+
+
+def difference(one: Side, other: Side, part: str) -> str:
+    """Both sides' words for a part in which they are not alike, each with its field and file."""
+    first, second = (side.measurement.parts[part] for side in (one, other))
+    ends = [f"{said.field} {said.words!r} in {side.source}" for said, side in ((first, one), (second, other))]
+    return f"{part}: {ends[0]}, {ends[1]}"
+
+
+def crossed(one: Side, other: Side) -> tuple[str, ...]:
+    """Sentences on what is compared although it was not measured alike."""
+    return tuple(
+        f"Compared across unlike conditions, as asked: {difference(one, other, part)}."
+        for part in one.measurement.unlike(other.measurement)
+    )
+
+
+def remarks(one: Side, other: Side) -> tuple[str, ...]:
+    """Sentences on what only one side states, and on instruments and settings that are not alike."""
+    found = []
+    for silent, told in ((one, other), (other, one)):
+        if parts := silent.measurement.silent(told.measurement):
+            stated = ", ".join(f"{part} ({told.measurement.parts[part].words})" for part in parts)
+            found.append(
+                f"{silent.name} of {silent.source} does not state what {told.name} of {told.source} does: {stated}."
+            )
+    for part in one.measurement.noted(other.measurement):
+        found.append(f"Not alike, and compared: {difference(one, other, part)}.")
+    return tuple(found)
+
+
+def geometry_in(words: str) -> Geometry | None:
+    """The geometry that words state, such as "45/0", "d:8 SCI" or "45as-15"; None where they state several angles.
+
+    >>> geometry_in("0°:45°a") == geometry_in("45/0"), geometry_in("45as-15").second
+    (True, -15.0)
+    """
+    text = " ".join(words.split())
+    listed = _LISTED.findall(text)
+    if len(listed) == 1:
+        return _several(*listed[0])
+    if len(listed) > 1:
+        return None
+    if found := _NOTATION.search(text):
+        return _several(found[1] or "", found[2], found[3] or "")
+    if found := _SPHERE.search(text):
+        return Geometry("sphere", float(next(group for group in found.groups() if group)))
+    if (found := _ANGLES.search(text)) and not _IS_SPHERE.search(text):
+        one, two = float(found[1]), float(found[2])
+        return Geometry("directional", max(one, two), min(one, two))
+    return Geometry("sphere") if _IS_SPHERE.search(text) else Geometry(text.casefold())
+
+
+def _several(light: str, aspecular: str, azimuth: str) -> Geometry:
+    one, two = (float(light) if light else None), _signed(aspecular)
+    return Geometry("multi-angle", one, two, _signed(azimuth) if azimuth else 0.0)
+
+
+def _signed(text: str) -> float:
+    digits = re.sub(r"^(?:-|_|minus ?|\u2212)\s*", "-", text.strip(), flags=re.I)
+    return float(digits)
+
+
+def is_condition(label: str) -> bool:
+    """Whether a label of a file is that of a part of a measurement."""
+    return _part(label) is not None
+
+
+def _part(label: str) -> str | None:
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", label)
+    plain = " ".join(re.sub(r"[^a-z0-9/]+", " ", apart.casefold()).split())
+    return next((name for name, pattern in _LABELS if pattern.fullmatch(plain)), None)
+
+
+@lru_cache(maxsize=4096)
+def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, Said], ...]:
+    """The parts that a labelled detail states."""
+    text = " ".join(words.split()).strip("\"' ")
+    part = _part(label)
+    if part is None or _UNKNOWN.fullmatch(text):
+        return ()
+    if part == "measurement condition" and not is_cxf and not _LETTER.search(text):
+        # A condition may be anything, such as that of the sample.
+        return ()
+    where = _CXF.get(label, label) if is_cxf else label
+    if part == "source":
+        inside = ((_IN_SOURCE.get(re.sub(r"[ _]", "", key.casefold())), value) for key, value in _INSIDE.findall(text))
+        return tuple(told for name, value in inside if name for told in _told(name, value, where))
+    found = _told(part, text, where)
+    if part == "geometry" and "geometr" not in label.casefold():
+        # A mode may be anything; a geometry has angles, or a sphere.
+        found = [one for one in found if not isinstance(one[1].value, Geometry) or one[1].value.kind in _KINDS]
+    return tuple(found)
+
+
+def _told(part: str, text: str, where: str) -> list[tuple[str, Said]]:
+    if _UNKNOWN.fullmatch(text):
+        return []
+
+    def said(value: str | bool | Geometry) -> Said:
+        return Said(value, text, where)
+
+    if part == "specular component":
+        included = bool(_YES.search(text) or _INCLUDED.search(text))
+        excluded = bool(_NO.search(text) or _EXCLUDED.search(text))
+        # Both, or neither, say nothing of the one reading.
+        return [(part, said("included" if included else "excluded"))] if included != excluded else []
+    if part in ("filter", "measurement condition", "geometry") and (letters := set(_LETTER.findall(text))):
+        return [("measurement condition", said(f"M{letters.pop()}"))] if len(letters) == 1 else []
+    if part == "geometry":
+        return _geometry(text, where)
+    if part == "filter":
+        return _filter(text, where)
+    if part == "polarisation":
+        return [(part, said(not _NO.search(text)))]
+    if part == "backing":
+        named = [name for name, pattern in _BACKINGS.items() if re.search(rf"\b(?:{pattern})", text, re.I)]
+        return [(part, said(named[0] if len(named) == 1 else text.casefold()))]
+    if part == "material":
+        return [(part, said(text.casefold())), ("film", said(bool(_FILM.search(text))))]
+    return [(part, said(text.casefold()))]
+
+
+def _geometry(text: str, where: str) -> list[tuple[str, Said]]:
+    found: list[tuple[str, Said]] = []
+    if _INCLUDED.search(text) and not _EXCLUDED.search(text):
+        found.append(("specular component", Said("included", text, where)))
+    elif _EXCLUDED.search(text) and not _INCLUDED.search(text):
+        found.append(("specular component", Said("excluded", text, where)))
+    geometry = geometry_in(text)
+    if geometry is not None:
+        found.append(("geometry", Said(geometry, text, where)))
+        if geometry.kind == "directional" and (how := _configuration(text)):
+            found.append(("configuration", Said(how, text, where)))
+    return found
+
+
+def _configuration(text: str) -> str:
+    if re.search(r"annular|ring|circumferential|\d\s*°?\s*[ac]\s*(?:[:/]|$|\s)", text, re.I):
+        return "annular"
+    return "uniplanar" if re.search(r"uniplanar|\d\s*°?\s*x\s*(?:[:/]|$|\s)|directional", text, re.I) else ""
+
+
+def _filter(text: str, where: str) -> list[tuple[str, Said]]:
+    if re.match(r"(?:x-?)?pol(?:ar\w*)?\b", text, re.I):
+        return [("polarisation", Said(True, text, where))]
+    if re.search(r"uv\W?_?(?:cut|excl|filter|block|out|-?400|-?420)|excl|^UV$|cut|without uv", text, re.I):
+        value = "uv excluded"
+    elif _NO.search(text) or re.search(r"uv\W?_?(?:incl|in\b)|^incl|full|100", text, re.I):
+        value = "none"
+    else:
+        value = re.sub(r"^filter[_ ]?", "", text.casefold())
+    return [("filter", Said(value, text, where))]
+
+
+def _in_name(name: str) -> list[tuple[str, Said]]:
+    """Parts that the name of a reading states: SCI or SCE as words of their own, an angle in its notation."""
+    found: list[tuple[str, Said]] = []
+    words = re.sub(r"[_\W]+", " ", name)
+    stated = {word.upper() for word in re.findall(r"\b(?:SCI|SCE|SPIN|SPEX|RSIN|RSEX)\b", words)}
+    if len(stated) == 1:
+        word = stated.pop()
+        value = "included" if word in ("SCI", "SPIN", "RSIN") else "excluded"
+        found.append(("specular component", Said(value, word, "the name")))
+    angles = list(_NOTATION.finditer(name))
+    if len(angles) == 1 and angles[0][1]:
+        geometry = geometry_in(angles[0][0])
+        if geometry is not None:
+            found.append(("geometry", Said(geometry, angles[0][0].strip(), "the name")))
+    return found
+
+
+def _quantity_of(details: Mapping[str, str]) -> str | None:
+    words = details.get("measurement", "")
+    return "transmittance" if "Transmittance" in words else "reflectance" if "Reflectance" in words else None

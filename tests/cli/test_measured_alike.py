@@ -1,0 +1,146 @@
+"""What was not measured alike is compared by no command until somebody asks for it."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+NM = np.arange(400, 701, 10)
+RED = 0.062 + 0.57 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
+
+
+def cgats(path, tables, factor=1.0):
+    """Tables of keywords, each with one reading called red; each reading is a percent brighter than that before."""
+    lines = ["CGATS.17"]
+    for place, keywords in enumerate(tables):
+        lines += [f'{key} "{value}"' for key, value in ({"MEAS_TYPE": "REFLECTIVE"} | keywords).items()]
+        lines += [f"NUMBER_OF_FIELDS {NM.size + 1}", "BEGIN_DATA_FORMAT"]
+        lines += [" ".join(["SAMPLE_NAME", *(f"SPECTRAL_NM{one}" for one in NM)]), "END_DATA_FORMAT"]
+        values = " ".join(f"{value:.5f}" for value in factor * RED * 1.01**place)
+        lines += ["NUMBER_OF_SETS 1", "BEGIN_DATA", f"red {values}", "END_DATA"]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return path
+
+
+def table(path, header, factor=1.0):
+    """A CSV with lines above its table and one reading called red."""
+    lines = ["Reflectance, fraction", *header, "nm,red"]
+    lines += [f"{nm},{value:.5f}" for nm, value in zip(NM, factor * RED, strict=True)]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return path
+
+
+GEOMETRIES = {
+    "45:0": "<SingleAngle><SingleAngleConfiguration>Annular</SingleAngleConfiguration>"
+    "<IlluminationAngle>45</IlluminationAngle><MeasurementAngle>0</MeasurementAngle></SingleAngle>",
+    "SCI": "<SphereGeometry>Specular_Included</SphereGeometry>",
+    "SCE": "<SphereGeometry>Specular_Excluded</SphereGeometry>",
+}
+
+
+def cxf(path, geometry="45:0", device="", after="", kind="Reflectance", factor=1.0, name="red"):
+    """A CxF3 file of one spectrum; `device` and `after` are elements of its specification."""
+    values = " ".join(f"{value:.5f}" for value in factor * RED)
+    path.write_text(
+        f'<CxF xmlns="http://colorexchangeformat.com/CxF3-core"><Resources><ObjectCollection>'
+        f'<Object Id="o" Name="{name}" ObjectType="Standard"><ColorValues>'
+        f'<{kind}Spectrum ColorSpecification="s" StartWL="400">{values}</{kind}Spectrum></ColorValues></Object>'
+        f'</ObjectCollection><ColorSpecificationCollection><ColorSpecification Id="s"><MeasurementSpec>'
+        f"<MeasurementType>Spectrum_{kind}</MeasurementType>"
+        f"<GeometryChoice>{GEOMETRIES[geometry]}</GeometryChoice>"
+        f'<WavelengthRange StartWL="400" Increment="10"/>{after}<Device>{device}</Device>'
+        f"</MeasurementSpec></ColorSpecification></ColorSpecificationCollection></Resources></CxF>",
+        encoding="utf-8",
+    )
+    return path
+
+
+M0, M1 = (
+    "<DeviceIllumination>M0_Incandescent</DeviceIllumination>",
+    "<DeviceIllumination>M1_Daylight</DeviceIllumination>",
+)
+BLACK = "<Backing>black</Backing>"
+PAIRS = {
+    "d:8 beside 45:0": (lambda p: cxf(p / "a.cxf"), lambda p: cxf(p / "b.cxf", "SCI", factor=1.02), "geometry"),
+    "SCI beside SCE": (lambda p: cxf(p / "a.cxf", "SCE"), lambda p: cxf(p / "b.cxf", "SCI", factor=1.02), "geometry"),
+    "M0 beside M1": (
+        lambda p: cxf(p / "a.cxf", device=M0),
+        lambda p: cxf(p / "b.cxf", device=M1, factor=1.02),
+        "condition",
+    ),
+    "backings": (
+        lambda p: cxf(p / "a.cxf", after=BLACK),
+        lambda p: cgats(p / "b.txt", [{"SAMPLE_BACKING": "white"}], 1.02),
+        "condition",
+    ),
+    "CxF beside CGATS": (
+        lambda p: cxf(p / "a.cxf", "SCI"),
+        lambda p: cgats(p / "b.txt", [{"MEASUREMENT_GEOMETRY": "0/45"}], 1.02),
+        "geometry",
+    ),
+    "headers of text": (
+        lambda p: table(p / "a.csv", ["Specular component: SCI", "Geometry: d/8"]),
+        lambda p: table(p / "b.csv", ["Specular component,SCE", "Geometry,d/8"], 1.02),
+        "geometry",
+    ),
+    "filters": (
+        lambda p: cgats(p / "a.txt", [{"MEASUREMENT_SOURCE": "Illumination=D50 WhiteBase=Abs Filter=UVcut"}]),
+        lambda p: cgats(p / "b.txt", [{"FILTER": "No"}], 1.02),
+        "condition",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", PAIRS)
+@pytest.mark.parametrize("command", [("match",), ("report", "compare")])
+def test_readings_that_were_not_measured_alike_are_refused(metamer, tmp_path, command, kind):
+    make_one, make_other, crossing = PAIRS[kind]
+    one, other = make_one(tmp_path), make_other(tmp_path)
+    code, _, err = metamer(*command, one, other)
+    assert code == 3 and one.name in err and other.name in err and f"--across {crossing}" in err
+    page, figures = tmp_path / "p.html", tmp_path / "f.json"
+    asked = ("--json", figures) if command == ("match",) else ("--json",)
+    code, out, _ = metamer(*command, one, other, "--across", crossing, "--html", page, *asked)
+    (said,) = json.loads(figures.read_text(encoding="utf-8") if command == ("match",) else out)["across"]
+    assert code in (0, 1, 2) and one.name in said and other.name in said
+    assert "across unlike conditions" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("command", [("match",), ("report", "compare")])
+def test_film_is_never_compared_with_paint(metamer, tmp_path, command):
+    one, other = cxf(tmp_path / "a.cxf"), cxf(tmp_path / "b.cxf", kind="Transmittance")
+    code, _, err = metamer(*command, one, other, "--across", "geometry,condition")
+    assert code == 3 and "Spectrum_Transmittance" in err and "MeasurementType" in err
+
+
+@pytest.mark.parametrize("command", [("match",), ("report", "compare")])
+def test_a_side_that_does_not_say_how_it_was_measured_is_noted(metamer, tmp_path, command):
+    one, other = cxf(tmp_path / "a.cxf", "SCI", device=M1), table(tmp_path / "b.csv", [], 1.02)
+    code, out, _ = metamer(*command, one, other)
+    assert code in (0, 2) and "b.csv does not state" in out and "M1" in out and "Specular_Included" in out
+
+
+def test_readings_of_one_name_under_two_conditions_are_two_samples(metamer, tmp_path):
+    both = cgats(tmp_path / "both.txt", [{"FILTER": "M0"}, {"FILTER": "M1"}])
+    master = cgats(tmp_path / "master.txt", [{"FILTER": "M1"}], 1.02)
+    code, out, _ = metamer("match", master, f"{both}#red, M1", "--json", "-")
+    assert code == 0 and json.loads(out)["samples"][0]["readings"] == 1
+    code, _, err = metamer("match", master, both)
+    assert code == 3 and "red, M0" in err
+    assert metamer("match", master, f"{both}#red, M1", "--repeated", both)[0] == 3
+
+
+def test_light_and_observer_of_two_lines_of_a_weighting_function_are_both_known(metamer, tmp_path):
+    head = [
+        'CGATS.17\nWEIGHTING_FUNCTION "{}"\nWEIGHTING_FUNCTION "{}"\nBEGIN_DATA_FORMAT',
+        "SAMPLE_NAME LAB_L LAB_A LAB_B",
+    ]
+    text = "\n".join([*head, "END_DATA_FORMAT", "BEGIN_DATA", "red {} 40.2 30.3", "END_DATA", ""])
+    one, other = tmp_path / "one.txt", tmp_path / "other.txt"
+    one.write_text(text.format("ILLUMINANT, D50", "OBSERVER, 2 degree", 50.1), encoding="utf-8")
+    other.write_text(text.format("OBSERVER, 2 degree", "ILLUMINANT, D50", 50.6), encoding="utf-8")
+    code, out, _ = metamer("match", one, other, "--json", "-")
+    (told,) = json.loads(out)["samples"][0]["differences"]
+    assert code == 0 and (told["illuminant"], told["observer"]) == ("D50", "1931_2")

@@ -1,0 +1,108 @@
+"""How readings were measured, as files say it, and which may be compared."""
+
+from __future__ import annotations
+
+import pytest
+from metamer.spectral.measurement import Geometry, Measurement, Side, crossed, geometry_in, refusal, remarks
+
+
+def measured(label="", words="", quantity="reflectance", **more):
+    return Measurement.of(quantity, ({label: words} if label else {}) | more)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("45/0", "0:45"),
+        ("45:0 annular", "45°a:0°"),
+        ("45/0", "45.0:0.3"),
+        ("d/8", "d:8°"),
+        ("di:8 (Specular_Included)", "D/8 SCI"),
+        ("Integrating sphere", "8:d"),
+        ("45as-15", "r45as_15"),
+        ("45asminus15", "light 45, aspecular -15"),
+        ("45as25az90", "45as25.4az90"),
+    ],
+)
+def test_geometries_are_compared_by_their_numbers(one, other):
+    assert not measured("geometry", one).unlike(measured("MEASUREMENT_GEOMETRY", other))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "part"),
+    [
+        (("MEASUREMENT_GEOMETRY", "45/0"), ("Geometry", "d/8"), "geometry"),
+        (("MEASUREMENT_GEOMETRY", "0:45"), ("geometry", "sphere, Diffuse"), "geometry"),
+        (("geometry", "45as15"), ("geometry", "45as25"), "geometry"),
+        (("geometry", "45as45"), ("geometry", "45:0"), "geometry"),
+        (("geometry", "45as25"), ("geometry", "45as25az90"), "geometry"),
+        (("geometry", "di:8"), ("geometry", "de:8"), "specular component"),
+        (("Specular component", "SCI"), ("Specular component", "excluded"), "specular component"),
+        (("STD_VIEWING", "SCE"), ("SCI/SCE", "SCI"), "specular component"),
+        (("Gloss trap", "open"), ("geometry", "d:8 SPIN"), "specular component"),
+        (("FILTER", "M1"), ("MEASUREMENT_SOURCE", "MeasurementCondition=M0 Filter=D50"), "measurement condition"),
+        (("condition", "M2 (M2_UVExcluded)"), ("ILLUMINATION_MODE", "M1"), "measurement condition"),
+        (("FILTER", "UVcut"), ("MEASUREMENT_SOURCE", "WhiteBase=Abs\tFilter=No"), "filter"),
+        (("filter", "Filter_UVExcluded"), ("filter", "Filter_None"), "filter"),
+        (("FILTER", "Pol"), ("POLARIZATION", "none"), "polarisation"),
+        (("condition", "M3"), ("DevicePolarization", "false"), "polarisation"),
+        (("SAMPLE_BACKING", "black"), ("Backing", "White tile"), "backing"),
+        (("MEASUREMENT_SOURCE", "WhiteBase=Abs"), ("MEASUREMENT_SOURCE", "WhiteBase=Pap"), "white base"),
+        (("MATERIAL", "Polyester film"), ("MATERIAL", "paint"), "film"),
+    ],
+)
+def test_what_was_not_measured_alike_is_refused_until_somebody_asks(one, other, part):
+    sides = Side("red", "a.cxf", measured(*one)), Side("red", "b.txt", measured(*other))
+    said = refusal(*sides, ())
+    assert all(repr(side.measurement.parts[part].words) in said for side in sides)
+    assert part in said and "a.cxf" in said and "b.txt" in said and "--across" in said
+    asked = "geometry" if part in ("geometry", "specular component") else "condition"
+    assert f"--across {asked}" in said and not refusal(*sides, (asked,)) and crossed(*sides)
+    assert refusal(*sides, ("condition" if asked == "geometry" else "geometry",))
+
+
+@pytest.mark.parametrize("quantity", ["reflectance", "radiance factor"])
+def test_no_wish_compares_reflectance_with_transmittance(quantity):
+    one, other = measured(quantity=quantity), measured(quantity="transmittance")
+    said = refusal(Side("a", "a", one), Side("b", "b", other), ("geometry", "condition"))
+    assert "transmittance" in said and quantity in said and "--across" not in said
+
+
+@pytest.mark.parametrize(
+    ("label", "words"),
+    [
+        ("condition", "as new"),
+        ("Measurement mode", "single"),
+        ("Geometry", "unknown"),
+        ("Specular component", "SCI + SCE"),
+        ("FILTER", "-"),
+        ("ILLUMINATION_NAME", "D50"),
+        ("ORIGINATOR", "45/0 laboratory"),
+    ],
+)
+def test_words_that_say_nothing_of_the_measurement_are_none_of_it(label, words):
+    assert set(measured(label, words).parts) == {"quantity"}
+
+
+def test_what_one_side_alone_states_is_noted_and_refuses_nothing():
+    one, other = Side("red", "a.cxf", measured("geometry", "di:8")), Side("lot", "b.csv", measured())
+    (said,) = remarks(one, other)
+    assert not refusal(one, other, ()) and said.startswith("lot of b.csv does not state")
+    assert "geometry (di:8)" in said and "specular component (di:8)" in said
+    assert remarks(other, other) == ()
+
+
+def test_a_part_is_named_by_its_field_in_the_file():
+    cxf = Measurement.of("reflectance", {"condition": "M0 (M0_Incandescent)", "format": "CxF3"})
+    assert cxf.parts["measurement condition"].field == "DeviceIllumination"
+    assert measured("FILTER", "M1").parts["measurement condition"].field == "FILTER"
+
+
+def test_a_name_states_a_specular_component_and_an_angle_but_no_condition():
+    assert Measurement.of(None, {}, "red SCE").parts["specular component"].value == "excluded"
+    assert Measurement.of(None, {}, "Silver 45as-15").geometry == Geometry("multi-angle", 45.0, -15.0)
+    assert not Measurement.of(None, {}, "M1").parts and not Measurement.of(None, {}, "Texas 15").parts
+
+
+def test_several_angles_are_no_geometry():
+    assert geometry_in("45as15: light 45, aspecular 15; 45as25: light 45, aspecular 25") is None
