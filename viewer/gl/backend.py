@@ -28,12 +28,10 @@ from .passes import MOST_QUADS, MOST_SPECTRA, Passes
 from .resources import (
     MOST_TRIANGLES,
     ROW_LENGTH,
-    TRIANGLE_TEXELS,
-    TRIANGLES_A_ROW,
     Owner,
+    TriangleTables,
     palette_texels,
     release_spares,
-    triangle_texels,
 )
 from .tile import GLTerms, GLTile, framed, places, read
 
@@ -106,15 +104,16 @@ class GLBackend(Backend):
     def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> GLTile:
         """Draw what the window's samples see into textures."""
         scene = view.scene
-        if max(len(triangles.parent), len(scene.corners)) >= MOST_TRIANGLES:
-            raise InputError("too many triangles", found=len(scene.corners), expected=f"below {MOST_TRIANGLES}")
+        if max(len(triangles.parent), len(scene.faces)) >= MOST_TRIANGLES:
+            raise InputError("too many triangles", found=len(scene.faces), expected=f"below {MOST_TRIANGLES}")
         side = view.camera.samples
         owner, scratch = Owner(self.context), Owner(self.context)
         try:
             surface = None if scene.tracer is None else surface_samples(view, window, triangles)
             size = (window.width, window.height)
+            tables = self.passes.triangles(scratch, view, triangles)
             if surface is None:
-                seen = self.passes.visibility(owner, window, triangles)
+                seen = self.passes.visibility(owner, window, tables)
             else:
                 seen = owner.texture(size, 1, seen_texels(surface, window).tobytes())
             free = [
@@ -123,17 +122,16 @@ class GLBackend(Backend):
                 else scratch.texture(size, 1, reaching_texels(view, light, surface, window).tobytes())
                 for light in scene.lights
             ]
-            table = scratch.table(triangle_texels(view, triangles), TRIANGLES_A_ROW, TRIANGLE_TEXELS)
             lights = tuple(
-                self.passes.light(owner, view, light, seen, table, triangles.parent, needs.mipmapped, share)
+                self.passes.light(owner, view, light, seen, tables, needs.mipmapped, share)
                 for light, share in zip(scene.lights, free, strict=True)
             )
-            uv = self.passes.uv(owner, view.uv(triangles), seen, table) if needs.uv else ()
+            uv = self.passes.uv(owner, view.uv(triangles), seen, tables) if needs.uv else ()
             frames: tuple[moderngl.Texture, ...] = ()
             if needs.frames:
                 frames = (
-                    *self.passes.frames(owner, view, seen, table),
-                    *self._standing(owner, view, seen, table, triangles),
+                    *self.passes.frames(owner, view, seen, tables),
+                    *self._standing(owner, view, seen, tables, triangles),
                 )
             covered = self.passes.coverage(owner, seen, side)
         except BaseException:
@@ -145,14 +143,16 @@ class GLBackend(Backend):
         return GLTile(needs, parts, side, covered, seen, uv, frames, lights, owner)
 
     def _standing(
-        self, owner: Owner, view: View, seen: moderngl.Texture, table: moderngl.Texture, triangles: WindowTriangles
+        self, owner: Owner, view: View, seen: moderngl.Texture, tables: TriangleTables, triangles: WindowTriangles
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
         """The weights of the second and third corner at every sample; each triangle's number + 1, negative where its
         back is seen, and its normal on the viewer's side.
         """
         scratch = Owner(self.context)
         try:
-            weights, _ = self.passes.uv(scratch, triangles.weights[:, :, 1:], seen, table)
+            corners = np.tile(np.eye(3)[:, 1:], (len(triangles.parent), 1, 1))
+            corners[triangles.cut] = triangles.weights[:, :, 1:]
+            weights, _ = self.passes.uv(scratch, corners, seen, tables)
             kept = owner.texture(weights.size, 2, weights.read())
         finally:
             scratch.release()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ...materials.fast import TermShader
 from ..render import shadows
@@ -39,6 +39,8 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
     "SUBSTEPS": float(SUBSTEPS),
     "TRIANGLE_TEXELS": resources.TRIANGLE_TEXELS,
     "TRIANGLES_A_ROW": resources.TRIANGLES_A_ROW,
+    "CORNER_TEXELS": resources.CORNER_TEXELS,
+    "CORNERS_A_ROW": resources.CORNERS_A_ROW,
     "OCCLUDERS_A_ROW": resources.OCCLUDERS_A_ROW,
     "ROW_LENGTH": resources.ROW_LENGTH,
     "OUTLINE_RAMP": shadows.OUTLINE_RAMP,
@@ -48,7 +50,7 @@ _GEOMETRY_SIZES: dict[str, int | float] = {
 FOLDED = tuple({"SPECTRA": count} for count in range(1, MOST_SPECTRA + 1))
 KEPT = tuple({"QUADS": count} for count in range(1, MOST_QUADS + 1))
 PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
-    ("visibility.vert", "visibility.frag", {}),
+    ("visibility.vert", "visibility.frag", _GEOMETRY_SIZES),
     *(
         ("fullscreen.vert", "light.frag", {**kind, **mipmapped, **_GEOMETRY_SIZES})
         for mipmapped in ({}, {"MIPMAPPED": 1})
@@ -75,6 +77,8 @@ class Passes:
         self.programs = Programs(context)
         self._own = self.programs
         self._named: set[tuple[Path, tuple[str, ...]]] = set()
+        # Of the last scene that was drawn: its positions, and what is kept of its corners.
+        self._corners: tuple[np.ndarray, resources.Owner, moderngl.Texture] | None = None
         self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
 
     def use_programs_of(self, other: Passes) -> None:
@@ -85,10 +89,31 @@ class Passes:
         """Free the programs, where they are its own."""
         self._own.release()
         self.keep_shadows(())
+        self._release_corners()
         self.owner.release()
 
-    def visibility(self, owner: resources.Owner, window: Window, triangles: WindowTriangles) -> moderngl.Texture:
-        """Number + 1 of the triangle at each sample (R32F), rows from the top; kept by `owner`."""
+    def triangles(self, owner: resources.Owner, view: View, triangles: WindowTriangles) -> resources.TriangleTables:
+        """Put triangles on the GPU, kept by `owner`; what does not change with the view is there already."""
+        scene = view.scene
+        if self._corners is None or self._corners[0] is not scene.positions:
+            self._release_corners()
+            kept = resources.Owner(self.context)
+            table = kept.table(scene.corner_texels, resources.CORNERS_A_ROW, resources.CORNER_TEXELS)
+            self._corners = scene.positions, kept, table
+        texels = resources.triangle_texels(triangles, view.side, view.handedness)
+        return resources.TriangleTables(
+            owner.table(texels, resources.TRIANGLES_A_ROW, resources.TRIANGLE_TEXELS),
+            self._corners[2],
+            owner.table(resources.piece_texels(scene, triangles), resources.CORNERS_A_ROW, resources.CORNER_TEXELS),
+            triangles.parent,
+            triangles.key_base,
+            triangles.key_shift,
+        )
+
+    def visibility(
+        self, owner: resources.Owner, window: Window, triangles: resources.TriangleTables
+    ) -> moderngl.Texture:
+        """Draw the number + 1 of the triangle at each sample (R32F), rows from the top; kept by `owner`."""
         context, size = self.context, (window.width, window.height)
         seen = owner.texture(size, 1)
         scratch = resources.Owner(context)
@@ -96,15 +121,14 @@ class Passes:
             target = scratch.keep(context.framebuffer([seen], scratch.keep(context.depth_renderbuffer(size))))
             self._begin(target, size)
             target.clear(depth=0.0)
-            if len(triangles.parent):
-                made = self._made("visibility.vert", "visibility.frag").program
+            if len(triangles.numbers):
+                made, without_buffers = self._made("visibility.vert", "visibility.frag")
                 context.enable_only(context.DEPTH_TEST)
                 context.depth_func = ">"
-                set_values(made, {"key_base": triangles.key_base, "key_shift": triangles.key_shift})
-                vertices = resources.triangle_vertices(triangles, window)
-                buffer = scratch.keep(context.buffer(vertices.tobytes()))
-                layout = [(buffer, resources.VERTEX_FORMAT, *resources.VERTEX_NAMES)]
-                scratch.keep(context.vertex_array(made, layout)).render(context.TRIANGLES)
+                half_size = tuple(0.5 * SUBSTEPS * side for side in size)
+                values = {"key_base": triangles.key_base, "key_shift": triangles.key_shift, "half_size": half_size}
+                set_values(made, values, {"triangles": triangles.triangles})
+                without_buffers.render(context.TRIANGLES, vertices=3 * len(triangles.numbers))
         finally:
             scratch.release()
         return seen
@@ -130,14 +154,12 @@ class Passes:
         view: View,
         light: LightGeometry,
         seen: moderngl.Texture,
-        triangles: moderngl.Texture,
-        numbers: Int[np.ndarray, " T"],
+        triangles: resources.TriangleTables,
         mipmapped: bool = False,
         free: moderngl.Texture | None = None,
     ) -> tuple[moderngl.Texture, ...]:
         """Angles and irradiance of one light at every sample (io, hd, azimuths), kept by `owner`.
 
-        triangles, numbers : `triangle_texels`, and which of the scene's triangles they are.
         `mipmapped` adds what samples span of the angles (io, hd). `free` : what reaches each sample, where it is known.
         """
         made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
@@ -145,7 +167,7 @@ class Passes:
         scratch = resources.Owner(self.context)
         try:
             tables = {"free": free} if free else self._shadow_tables(light)
-            lit = scratch.table(view.lit(light)[numbers].astype(np.float32), resources.ROW_LENGTH)
+            lit = scratch.table(view.lit(light)[triangles.numbers].astype(np.float32), resources.ROW_LENGTH)
             kind = {"FREE": 1} if free else {"PARALLEL": int(light.shadows.parallel)}
             kind |= {"MIPMAPPED": 1} if mipmapped else {}
             values = {
@@ -159,7 +181,7 @@ class Passes:
                 "light": tuple(light.vector),
                 "irradiance": light.irradiance / view.camera.samples**2,
             }
-            samplers = {"seen": seen, "triangles": triangles, "lit": lit, **tables}
+            samplers = {"seen": seen, "lit": lit, **triangles.samplers, **tables}
             self._fill(outputs, "light.frag", values, samplers, **kind)
         finally:
             scratch.release()
@@ -170,32 +192,32 @@ class Passes:
         owner: resources.Owner,
         corners: Float[np.ndarray, "T 3 2"],
         seen: moderngl.Texture,
-        triangles: moderngl.Texture,
+        triangles: resources.TriangleTables,
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
         """Texture coordinates (RG32F) and what samples span of them (RGBA32F: their change to the next column of
         samples, then to the next row) at every sample, kept by `owner`; 0 where nothing is seen or a part has none.
         For materials that vary with them: no other pass needs it.
 
-        corners : of the window's triangles, whatever is linear on them. triangles : `triangle_texels`.
+        corners : of the window's triangles, whatever is linear on them.
         """
         outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
         scratch = resources.Owner(self.context)
         try:
             uvs = scratch.table(resources.uv_texels(corners), resources.UVS_A_ROW, resources.UV_TEXELS)
-            self._fill(outputs, "uv.frag", {}, {"seen": seen, "triangles": triangles, "uvs": uvs})
+            self._fill(outputs, "uv.frag", {}, {"seen": seen, "uvs": uvs, **triangles.samplers})
         finally:
             scratch.release()
         return outputs
 
     def frames(
-        self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: moderngl.Texture
+        self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: resources.TriangleTables
     ) -> tuple[moderngl.Texture, ...]:
         """Tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to the
         viewer, and its position; kept by `owner`. For lights that spread: no other pass needs it.
         """
         outputs = tuple(owner.texture(seen.size, 4) for _ in range(4))
         values = {"eye": tuple(view.eye), "perspective": view.perspective}
-        self._fill(outputs, "frames.frag", values, {"seen": seen, "triangles": triangles})
+        self._fill(outputs, "frames.frag", values, {"seen": seen, **triangles.samplers})
         return outputs
 
     def gather(
@@ -313,6 +335,11 @@ class Passes:
         target.use()
         target.scissor = None
         target.viewport = (0, 0, *size)
+
+    def _release_corners(self) -> None:
+        if self._corners is not None:
+            self._corners[1].release()
+        self._corners = None
 
     def keep_shadows(self, lights: Sequence[LightGeometry]) -> None:
         """Free the shadow tables of all lights but these."""

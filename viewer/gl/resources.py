@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ...materials.fast import MOST_TEXELS
 from ...spectral.errors import InputError
-from ..render.raster import SUBSTEPS, Window, WindowTriangles
-from ..render.view import View
+from ..render.geometry import SceneGeometry
+from ..render.raster import WindowTriangles
 
 if TYPE_CHECKING:
     import moderngl
 
 # Tables without a shape of their own are laid out in rows of this many texels.
 ROW_LENGTH = 4096
-TRIANGLE_TEXELS = 11
+TRIANGLE_TEXELS = 5
 TRIANGLES_A_ROW = ROW_LENGTH // TRIANGLE_TEXELS
+CORNER_TEXELS = 9
+CORNERS_A_ROW = ROW_LENGTH // CORNER_TEXELS
 UV_TEXELS = 2
 UVS_A_ROW = ROW_LENGTH // UV_TEXELS
 OCCLUDERS_A_ROW = ROW_LENGTH // 3
@@ -141,11 +144,15 @@ class Owner:
         """Items of `texels` texels each, (n, texels, components), laid out in rows of `items_a_row` items."""
         dtype = {"int32": "i4", "float16": "f2"}.get(values.dtype.name, "f4")
         components = values.shape[-1] if values.ndim > 1 else 1
-        values = values.reshape(-1, texels, components)
-        rows = max(1, -(-len(values) // items_a_row))
-        padded = np.zeros((rows * items_a_row, *values.shape[1:]), dtype=values.dtype)
-        padded[: len(values)] = values
-        return self.texture((items_a_row * texels, rows), components, padded.tobytes(), dtype)
+        values = np.ascontiguousarray(values).reshape(-1, texels * components)
+        whole, rest = divmod(len(values), items_a_row)
+        made = self.texture((items_a_row * texels, max(1, whole + (rest > 0))), components, None, dtype)
+        # Texels after the last item stay as they are: nothing reads them.
+        if whole:
+            made.write(values[: whole * items_a_row], viewport=(0, 0, items_a_row * texels, whole))
+        if rest:
+            made.write(values[whole * items_a_row :], viewport=(0, whole, rest * texels, 1))
+        return made
 
 
 def release_target(target: moderngl.Framebuffer) -> None:
@@ -167,25 +174,57 @@ def _bind_another(context: moderngl.Context) -> None:
     context.extra.use()
 
 
-def triangle_texels(view: View, triangles: WindowTriangles) -> Float[np.ndarray, "T 11 4"]:
-    """Per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene and handedness; three times position and 1/w;
-    three normals; three tangents. Float32; corners in 1/256 sample, exact below 2^24.
+@dataclass(frozen=True, eq=False)
+class TriangleTables:
+    """Triangles of a window on the GPU.
+
+    triangles : `triangle_texels`. corners : `SceneGeometry.corner_texels`. pieces : the same of clipped triangles.
+    numbers (T,), key_base, key_shift : `parent` and the depth keys of `WindowTriangles`.
+    """
+
+    triangles: moderngl.Texture
+    corners: moderngl.Texture
+    pieces: moderngl.Texture
+    numbers: Int[np.ndarray, " T"]
+    key_base: int
+    key_shift: int
+
+    @property
+    def samplers(self) -> dict[str, moderngl.Texture]:
+        """Textures by their names in `surface.glsl`."""
+        return {"triangles": self.triangles, "corners": self.corners, "pieces": self.pieces}
+
+
+def triangle_texels(
+    triangles: WindowTriangles, side: Float[np.ndarray, " F"], handedness: Float[np.ndarray, " F"]
+) -> Float[np.ndarray, "T 5 4"]:
+    """Return what changes with the view, per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene, and where the
+    rest is: that number, or -1 less the number of a piece; 1/w of the corners, and handedness, times 2 where the back
+    is seen; plane of nearness: its slopes, its value, and the column and row of the sample where it has it, its lowest
+    and highest value. Float32; corners in 1/256 sample, exact below 2^24.
+
+    side, handedness : of the scene's triangles, as of `View`.
     """
     texels = np.empty((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
-    texels[:, 2:] = view.scene.corner_texels[triangles.parent]
-    texels[:, 5:8, :3] *= view.side[triangles.parent].astype(np.float32)[:, None, None]
+    reference, planes = triangles.depth_planes()
     texels[:, 0] = triangles.corners[:, :2].reshape(-1, 4)
     texels[:, 1, :2] = triangles.corners[:, 2]
-    texels[:, 1, 2] = triangles.parent
-    texels[:, 1, 3] = view.handedness[triangles.parent]
-    # No weight is negative, and each row adds up to 1: triangles that are whole have a diagonal of ones.
-    kept = triangles.weights[:, range(3), range(3)] == 1.0
-    cut = np.flatnonzero(~(kept[:, 0] & kept[:, 1] & kept[:, 2]))
-    for start, corners in ((2, view.scene.positions), (5, view.normals), (8, view.scene.tangents)):
-        texels[cut, start : start + 3, :3] = np.einsum(
-            "tkj,tji->tki", triangles.weights[cut], corners[triangles.parent[cut]]
-        )
-    texels[:, 2:5, 3] = triangles.inverse_w
+    texels[:, 1, 2:] = triangles.parent[:, None]
+    texels[triangles.cut, 1, 3] = -1.0 - np.arange(len(triangles.cut))
+    texels[:, 2, :3] = triangles.inverse_w
+    texels[:, 2, 3] = np.where(side < 0.0, 2.0 * handedness, handedness)[triangles.parent]
+    texels[:, 3, :3], texels[:, 3:, 3] = planes[:, :3], reference
+    texels[:, 4, :2] = planes[:, 3:]
+    texels[:, 4, 2] = 0.0
+    return texels
+
+
+def piece_texels(scene: SceneGeometry, triangles: WindowTriangles) -> Float[np.ndarray, "C 9 4"]:
+    """Return positions, normals and tangents at the corners of clipped triangles, as `SceneGeometry.corner_texels`."""
+    texels = np.zeros((len(triangles.cut), CORNER_TEXELS, 4), dtype=np.float32)
+    parent = triangles.parent[triangles.cut]
+    for start, corners in ((0, scene.positions), (3, scene.normals), (6, scene.tangents)):
+        texels[:, start : start + 3, :3] = triangles.weights @ corners[parent]
     return texels
 
 
@@ -194,23 +233,6 @@ def uv_texels(corners: Float[np.ndarray, "T 3 2"]) -> Float[np.ndarray, "T 2 4"]
     texels = np.zeros((len(corners), UV_TEXELS, 4), dtype=np.float32)
     texels.reshape(-1, 8)[:, :6] = corners.reshape(-1, 6)
     return texels
-
-
-_VERTEX = np.dtype([("corner", "f4", 2), ("reference", "i4", 2), ("plane", "f4", 3), ("range", "f4", 2), ("n", "f4")])
-VERTEX_FORMAT = "2f4 2i4 3f4 2f4 1f4"
-VERTEX_NAMES = ("corner", "reference", "depth_plane", "depth_range", "number")
-
-
-def triangle_vertices(triangles: WindowTriangles, window: Window) -> np.ndarray:
-    """Vertex records for `visibility.vert`, three a triangle."""
-    vertices = np.zeros((len(triangles.parent), 3), dtype=_VERTEX)
-    reference, planes = triangles.depth_planes()
-    # The target's rows are the picture's rows: row 0 on top, so y runs down in clip space too.
-    vertices["corner"] = 2.0 * triangles.corners / (SUBSTEPS * np.array([window.width, window.height])) - 1.0
-    vertices["reference"] = reference[:, None]
-    vertices["plane"], vertices["range"] = planes[:, None, :3], planes[:, None, 3:]
-    vertices["n"] = np.arange(1, len(vertices) + 1)[:, None]
-    return vertices
 
 
 def palette_texels(colours: Float[np.ndarray, "P R M3"]) -> tuple[Float[np.ndarray, "h w 4"], tuple[int, int]]:

@@ -45,7 +45,8 @@ class LightGeometry:
 class SceneGeometry:
     """Triangles by their corners, and lights; good for all cameras, materials and spectra.
 
-    centre (3,), radius : world, of what is seen; scale of all that follows but `corners` (F, 3, 3), world.
+    centre (3,), radius : world, of what is seen; scale of all that follows but `points`.
+    points (V, 3) : vertices, world. faces (F, 3) : which of them are a triangle's corners.
     face_normals (F, 3) : unit. positions, normals, tangents (F, 3, 3) : rounded to float32.
     handedness (F,) : 1 or -1, of the tangents (`lighting.tangents`).
     first_face (parts + 1,) : where each part's triangles begin.
@@ -55,7 +56,8 @@ class SceneGeometry:
     meshes: tuple[Mesh, ...]
     centre: Float[np.ndarray, "3"]
     radius: float
-    corners: Float[np.ndarray, "F 3 3"]
+    points: Float[np.ndarray, "V 3"]
+    faces: Int[np.ndarray, "F 3"]
     face_normals: Float[np.ndarray, "F 3"]
     positions: Float[np.ndarray, "F 3 3"]
     normals: Float[np.ndarray, "F 3 3"]
@@ -77,7 +79,7 @@ class SceneGeometry:
         """Positions, normals and tangents as GPUs take them, float32 with a fourth number that is 0; put together when
         first asked for.
         """
-        texels = np.zeros((len(self.corners), 9, 4), dtype=np.float32)
+        texels = np.zeros((len(self.faces), 9, 4), dtype=np.float32)
         for start, corners in ((0, self.positions), (3, self.normals), (6, self.tangents)):
             texels[:, start : start + 3, :3] = corners
         return texels
@@ -143,19 +145,23 @@ def _triangles(scene: Scene) -> SceneGeometry:
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     meshes = tuple(part.mesh for part in scene.parts)
-    corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
+    points = np.concatenate([mesh.vertices for mesh in meshes])
+    first_vertex = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = np.concatenate([mesh.faces + first for mesh, first in zip(meshes, first_vertex, strict=False)])
+    scaled = ((points - centre) / radius)[faces]
     return SceneGeometry(
         meshes=meshes,
         centre=centre,
         radius=radius,
-        corners=corners,
+        points=points,
+        faces=faces,
         face_normals=np.concatenate([mesh.face_normals for mesh in meshes]),
-        positions=_float32((corners - centre) / radius),
+        positions=_float32(scaled),
         normals=_float32(np.concatenate([mesh.normals[mesh.faces] for mesh in meshes])),
         tangents=_float32(np.concatenate([mesh.tangents.directions[mesh.tangents.faces] for mesh in meshes])),
         handedness=np.concatenate([mesh.tangents.handedness for mesh in meshes]),
         first_face=np.cumsum([0, *(len(mesh.faces) for mesh in meshes)]),
-        occluders=sorted_triangles((corners - centre) / radius),
+        occluders=sorted_triangles(scaled),
         cutouts=scene.cutouts,
         tracer=Tracer(scene) if any(scene.cutouts) else None,
     )
@@ -166,7 +172,7 @@ def _light(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> LightGeometr
     for one in bare.lights:
         if _is_of(one, vector, irradiance):
             return one
-    above = dot(bare.face_normals, light.arrivals(bare.corners[:, 0]).directions)
+    above = dot(bare.face_normals, light.arrivals(bare.points[bare.faces[:, 0]]).directions)
     return LightGeometry(vector, irradiance, above, shadow_grid(bare.occluders, vector))
 
 

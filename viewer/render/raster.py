@@ -42,7 +42,8 @@ class WindowTriangles:
     nearness : (T, 3) in (0, 1], affine in the window and larger nearer; 1/w up to a factor in a perspective view.
     inverse_w : (T, 3) weights for perspective-correct interpolation, largest 1.
     parent : (T,) number of the triangle that each one was cut from; non-decreasing.
-    weights : (T, 3, 3) corners as barycentric coordinates of the parent: the identity unless it was clipped.
+    cut : (C,) which of them are pieces of clipped triangles; increasing.
+    weights : (C, 3, 3) corners of these pieces as barycentric coordinates of the parent.
     key_base, key_shift : how float32 nearness becomes a depth key (`depth_keys`).
     """
 
@@ -50,9 +51,26 @@ class WindowTriangles:
     nearness: Float[np.ndarray, "T 3"]
     inverse_w: Float[np.ndarray, "T 3"]
     parent: Int[np.ndarray, " T"]
-    weights: Float[np.ndarray, "T 3 3"]
+    cut: Int[np.ndarray, " C"]
+    weights: Float[np.ndarray, "C 3 3"]
     key_base: int
     key_shift: int
+
+    def at_corners(self, values: Float[np.ndarray, "F 3 c"]) -> Float[np.ndarray, "T 3 c"]:
+        """Return what is linear on the scene's triangles at the corners of these."""
+        found = values[self.parent]
+        found[self.cut] = self.weights @ found[self.cut]
+        return found
+
+    def of_parents(self, number: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Turn barycentric coordinates of triangles `number` into those of their parents."""
+        if not len(self.cut):
+            return weights
+        at = np.minimum(np.searchsorted(self.cut, number), len(self.cut) - 1)
+        pieces = self.cut[at] == number
+        weights = weights.copy()
+        weights[pieces] = np.einsum("nk,nkj->nj", weights[pieces], self.weights[at[pieces]])
+        return weights
 
     def depth_planes(self) -> tuple[Int[np.ndarray, "T 2"], Float[np.ndarray, "T 5"]]:
         """Reference sample (x, y) and float32 (d/dx, d/dy, value, lowest, highest) of every triangle's nearness.
@@ -88,8 +106,9 @@ def depth_keys(nearness: Float[np.ndarray, " n"], key_base: int, key_shift: int)
 
 
 def window_triangles(
-    clip: Float[np.ndarray, "F 3 3"],
-    depth: Float[np.ndarray, "F 3"],
+    clip: Float[np.ndarray, "V 3"],
+    depth: Float[np.ndarray, " V"],
+    faces: Int[np.ndarray, "F 3"],
     perspective: bool,
     size: tuple[int, int],
     window: Window,
@@ -99,17 +118,18 @@ def window_triangles(
 
     Parameters
     ----------
-    clip : (F, 3, 3) x, y and w of every corner in clip space, y up.
-    depth : (F, 3) distances along the view; what is nearer than 1e-5 of the farthest is cut away (perspective), or what
+    clip : (V, 3) x, y and w of every vertex in clip space, y up.
+    depth : (V,) distances along the view; what is nearer than 1e-5 of the farthest is cut away (perspective), or what
         is behind the camera (orthographic).
+    faces : (F, 3) which vertices are a triangle's corners.
     size : width and height of the whole picture in samples.
-    farthest : the largest `depth` of the scene, where these are only some of its triangles.
+    farthest : the largest `depth` of the scene, where these are only some of its vertices.
 
     Triangles that have no area left on the grid are dropped: they cover no sample.
     """
     farthest = float(depth.max(initial=0.0)) if farthest is None else farthest
     least = 1e-5 * max(farthest, 1e-30) if perspective else 0.0
-    x, y, w = clip[..., 0], clip[..., 1], clip[..., 2]
+    x, y, w = clip.T
     # Homogeneous window coordinates, so that cutting is linear: x/w and y/w are in samples from the window's corner.
     across = (0.5 * (x + w)) * size[0] - window.left * w
     down = (0.5 * (w - y)) * size[1] - window.top * w
@@ -121,13 +141,26 @@ def window_triangles(
         lambda p: p[..., 1],
         lambda p: window.height * p[..., 2] - p[..., 1],
     )
-    points, weights, parent = cut_triangles(points, planes)
-    corners = np.rint(points[..., :2] / points[..., 2:3] * SUBSTEPS).astype(np.int64)
+    beyond = _beyond(points, planes)
+    whole, cut = _whole_and_cut(beyond[faces])
+    # Once a vertex, and not once a corner; vertices that are beyond a plane are corners of no whole triangle.
+    places = _on_grid(np.where((beyond == 0)[:, None], points, 1.0))
+    ends = faces if len(whole) == len(faces) else faces[whole]
+    corners, depth, parent = places[ends], depth[ends], whole
+    pieces, weights, which = _cut_by_all(points[faces[cut]], planes)
+    # Pieces stand where their triangles would.
+    order = np.argsort(which, kind="stable")
+    pieces, weights, which = pieces[order], weights[order], cut[which[order]]
+    at = np.searchsorted(whole, which)
+    if len(at):
+        corners, depth = np.insert(corners, at, _on_grid(pieces), axis=0), np.insert(depth, at, pieces[..., 3], axis=0)
+        parent = np.insert(parent, at, which)
+    cut = at + np.arange(len(at))
     edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    solid = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0] != 0
+    solid = edge1[:, 0] * edge2[:, 1] != edge1[:, 1] * edge2[:, 0]
     if not solid.all():
-        points, weights, parent, corners = points[solid], weights[solid], parent[solid], corners[solid]
-    depth = points[..., 3]
+        corners, depth, parent, weights = corners[solid], depth[solid], parent[solid], weights[solid[cut]]
+        cut = (np.cumsum(solid) - 1)[cut[solid[cut]]]
     if perspective:
         nearest = depth.min(initial=np.inf)
         nearness = nearest / depth
@@ -139,35 +172,60 @@ def window_triangles(
         inverse_w = np.ones_like(depth)
     base = int(np.float32(nearness.min(initial=1.0)).view(np.int32))
     span = int(np.float32(1.0).view(np.int32)) - base
-    return WindowTriangles(corners, nearness, inverse_w, parent, weights, base, max(0, span.bit_length() - DEPTH_BITS))
+    shift = max(0, span.bit_length() - DEPTH_BITS)
+    return WindowTriangles(corners, nearness, inverse_w, parent, cut, weights, base, shift)
+
+
+def _on_grid(points: Float[np.ndarray, "*n 4"]) -> Int[np.ndarray, "*n 2"]:
+    """Round homogeneous window coordinates to steps of the vertex grid."""
+    return np.rint(points[..., :2] / points[..., 2:3] * SUBSTEPS).astype(np.int64)
+
+
+_Planes = Sequence[Callable[[np.ndarray], np.ndarray]]
 
 
 def cut_triangles(
-    points: Float[np.ndarray, "F 3 c"], planes: Sequence[Callable[[np.ndarray], np.ndarray]]
+    points: Float[np.ndarray, "F 3 c"], planes: _Planes
 ) -> tuple[Float[np.ndarray, "T 3 c"], Float[np.ndarray, "T 3 3"], Int[np.ndarray, " T"]]:
     """Keep what lies where the signed distance from every plane, linear in the c coordinates, is not negative.
 
     Returns the pieces, their corners as barycentric coordinates of the triangle they were cut from, and its number,
     non-decreasing. Triangles that no plane cuts stay as they are.
     """
-    # A bit of each corner for each plane that it is beyond.
-    beyond = np.zeros(points.shape[:2], dtype=np.uint32)
+    whole, cut = _whole_and_cut(_beyond(points, planes))
+    eye = np.broadcast_to(np.eye(3), (len(whole), 3, 3))
+    if not len(cut):
+        return points if len(whole) == len(points) else points[whole], eye, whole
+    pieces, weights, which = _cut_by_all(points[cut], planes)
+    parent = np.concatenate([whole, cut[which]])
+    order = np.argsort(parent, kind="stable")
+    points, weights = np.concatenate([points[whole], pieces]), np.concatenate([eye, weights])
+    return points[order], weights[order], parent[order]
+
+
+def _beyond(points: Float[np.ndarray, "*n c"], planes: _Planes) -> Int[np.ndarray, "*n"]:
+    """Return a bit of each point for each plane that it is beyond."""
+    found = np.zeros(points.shape[:-1], dtype=np.uint32)
     for number, plane in enumerate(planes):
-        beyond |= (plane(points) < 0.0).astype(np.uint32) << np.uint32(number)
+        found |= (plane(points) < 0.0).astype(np.uint32) << np.uint32(number)
+    return found
+
+
+def _whole_and_cut(beyond: Int[np.ndarray, "F 3"]) -> tuple[Int[np.ndarray, " W"], Int[np.ndarray, " C"]]:
+    """Tell triangles that no plane cuts from those that some do, and leave out what is beyond one."""
     first, second, third = beyond.T
     crossing, outside = (first | second | third) != 0, (first & second & third) != 0
-    whole = np.flatnonzero(~crossing)
-    cut = np.flatnonzero(crossing & ~outside)
-    eye = np.broadcast_to(np.eye(3), (len(points), 3, 3))
-    if not len(cut):
-        return points if len(whole) == len(points) else points[whole], eye[: len(whole)], whole
-    pieces, weights, parent = points[cut], eye[cut], cut
+    return np.flatnonzero(~crossing), np.flatnonzero(crossing & ~outside)
+
+
+def _cut_by_all(
+    points: Float[np.ndarray, "C 3 c"], planes: _Planes
+) -> tuple[Float[np.ndarray, "T 3 c"], Float[np.ndarray, "T 3 3"], Int[np.ndarray, " T"]]:
+    """Cut triangles by one plane after another; see `cut_triangles`."""
+    weights, parent = np.broadcast_to(np.eye(3), (len(points), 3, 3)), np.arange(len(points))
     for plane in planes:
-        pieces, weights, parent = _cut(pieces, weights, parent, plane)
-    points, weights = np.concatenate([points[whole], pieces]), np.concatenate([eye[whole], weights])
-    parent = np.concatenate([whole, parent])
-    order = np.argsort(parent, kind="stable")
-    return points[order], weights[order], parent[order]
+        points, weights, parent = _cut(points, weights, parent, plane)
+    return points, weights, parent
 
 
 def _cut(points, weights, parent, plane):

@@ -107,9 +107,7 @@ def _corner_weights(
     weights = _areas(triangles, number, point) * triangles.inverse_w[number]
     whole = weights.sum(axis=1, keepdims=True)
     weights /= np.where(whole == 0.0, 1.0, whole)
-    if (triangles.weights != np.eye(3)).any():
-        weights = np.einsum("nk,nkj->nj", weights, triangles.weights[number])
-    return weights, whole[:, 0]
+    return triangles.of_parents(number, weights), whole[:, 0]
 
 
 def uv_at(

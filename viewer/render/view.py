@@ -23,29 +23,32 @@ TILE_SAMPLES = 2048
 class View:
     """A camera's view of a scene; good for all materials and all spectra.
 
-    normals (F, 3, 3) : those of the scene's corners, turned to the viewer's side of their triangle.
     side (F,) : 1 or -1, whether a triangle's own normal is on the viewer's side.
     handedness (F,) : 1 or -1, of the shading frames on that side (`lighting.tangents.seen_handedness`).
     perspective, eye (3,) : the pin-hole, or the unit direction to the viewer of an orthographic camera.
-    clip (F, 3, 3), depth (F, 3) : corners in clip space without its third coordinate, and how far off they are.
+    clip (V, 3), depth (V,) : vertices in clip space without its third coordinate, and how far off they are.
     left_out (F,) : triangles that are not drawn; None draws all.
     """
 
     scene: SceneGeometry
     camera: Camera
-    normals: Float[np.ndarray, "F 3 3"]
     side: Float[np.ndarray, " F"]
     handedness: Float[np.ndarray, " F"]
     perspective: bool
     eye: Float[np.ndarray, "3"]
-    clip: Float[np.ndarray, "F 3 3"]
-    depth: Float[np.ndarray, "F 3"]
+    clip: Float[np.ndarray, "V 3"]
+    depth: Float[np.ndarray, " V"]
     left_out: Bool[np.ndarray, " F"] | None = None
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the picture in samples."""
         return self.camera.width * self.camera.samples, self.camera.height_px * self.camera.samples
+
+    @cached_property
+    def normals(self) -> Float[np.ndarray, "F 3 3"]:
+        """Normals of the scene's corners, turned to the viewer's side of their triangle."""
+        return self.scene.normals * self.side[:, None, None]
 
     def lit(self, light: LightGeometry) -> Bool[np.ndarray, " F"]:
         """Where a light stands above the triangle's horizon, on the viewer's side."""
@@ -68,19 +71,22 @@ class View:
 
     def triangles(self, window: Window) -> WindowTriangles:
         """The triangles in one of the windows."""
-        whole = (window.width, window.height) == self.size
-        if whole and self.left_out is None:
-            return window_triangles(self.clip, self.depth, self.perspective, self.size, window)
-        if whole:
-            near = np.flatnonzero(~self.left_out)  # pyright: ignore[reportOptionalOperand]
+        faces, farthest = self.scene.faces, float(self.depth.max(initial=0.0))
+        if (window.width, window.height) == self.size:
+            near = None if self.left_out is None else np.flatnonzero(~self.left_out)
         else:
             low, high = self.boxes
             ends = window.left + window.width, window.top + window.height
             near = (high[:, 0] >= window.left) & (low[:, 0] <= ends[0])
             near &= (high[:, 1] >= window.top) & (low[:, 1] <= ends[1])
             near = np.flatnonzero(near if self.left_out is None else near & ~self.left_out)
-        farthest = float(self.depth.max(initial=0.0))
-        found = window_triangles(self.clip[near], self.depth[near], self.perspective, self.size, window, farthest)
+        if near is None:
+            return window_triangles(self.clip, self.depth, faces, self.perspective, self.size, window, farthest)
+        # Vertices of these alone, once for each corner.
+        corners = faces[near].ravel()
+        alone = np.arange(len(corners)).reshape(-1, 3)
+        own = self.clip[corners], self.depth[corners]
+        found = window_triangles(*own, alone, self.perspective, self.size, window, farthest)
         return replace(found, parent=near[found.parent])
 
     @cached_property
@@ -88,42 +94,40 @@ class View:
         """Lowest and highest column and row of samples that each triangle may touch, and a sample more either way;
         all of the picture where a corner is not in front of the camera.
         """
-        w = self.clip[..., 2]
-        ahead = least_of(w) > 0.0
-        flat = self.clip[..., :2] / np.where(ahead[:, None], w, 1.0)[..., None]
-        at = 0.5 * (1.0 + flat * (1.0, -1.0)) * self.size
+        ahead = self.clip[:, 2] > 0.0
+        flat = self.clip[:, :2] / np.where(ahead, self.clip[:, 2], 1.0)[:, None]
+        at = (0.5 * (1.0 + flat * (1.0, -1.0)) * self.size)[self.scene.faces]
+        behind = ~least_of(ahead[self.scene.faces])
         low, high = least_of(at) - 1.0, most_of(at) + 1.0
-        low[~ahead], high[~ahead] = -np.inf, np.inf
+        low[behind], high[behind] = -np.inf, np.inf
         return low, high
 
     def uv(self, triangles: WindowTriangles) -> Float[np.ndarray, "T 3 2"]:
         """Texture coordinates at the corners of a window's triangles, 0 on parts without."""
         if self.scene.uv is None:
             return np.zeros((len(triangles.parent), 3, 2))
-        return np.einsum("tkj,tjc->tkc", triangles.weights, self.scene.uv[triangles.parent])
+        return triangles.at_corners(self.scene.uv)
 
 
 def view_of(scene: SceneGeometry, camera: Camera) -> View:
     """Prepare a scene for rasterising from a camera."""
-    corners = scene.corners
     perspective = camera.projection == "perspective"
-    to_viewer = camera.position - corners[:, 0] if perspective else np.broadcast_to(camera.axes[2], corners[:, 0].shape)
+    first = scene.points[scene.faces[:, 0]]
+    to_viewer = camera.position - first if perspective else np.broadcast_to(camera.axes[2], first.shape)
     side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
-    # One product of two matrices: numpy would multiply triangle by triangle.
-    points = corners.reshape(-1, 3)
-    clip = points @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
+    # One product of two matrices: numpy would multiply vertex by vertex.
+    clip = scene.points @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
     view = camera.view_from_world()
     has_uv = np.repeat(scene.has_uv, np.diff(scene.first_face))
     return View(
         scene=scene,
         camera=camera,
-        normals=scene.normals * side[:, None, None],
         side=side,
         handedness=seen_handedness(scene.handedness, has_uv, side),
         perspective=perspective,
         eye=(camera.position - scene.centre) / scene.radius if perspective else camera.axes[2],
-        clip=clip.reshape(corners.shape),
-        depth=-(points @ view[2, :3] + view[2, 3]).reshape(corners.shape[:2]),
+        clip=clip,
+        depth=-(scene.points @ view[2, :3] + view[2, 3]),
     )
 
 

@@ -29,6 +29,7 @@ from ..render.geometry import same_geometry
 from ..render.light_cache import LightCache
 from ..render.scene_layers import VISIBILITY, RenderSettings
 from .background import Background
+from .coarseness import SLOW, Coarseness
 from .first_picture import FirstPicture, first_pictures, seen_points
 from .showing import Whites
 from .sides import Sources
@@ -41,11 +42,6 @@ if TYPE_CHECKING:
     import moderngl
 
 Clock = Callable[[], float]
-#: Seconds that a moving picture may take before it gets coarser, and those that a finer one would have to stay below,
-#: were all of its time spent on pixels.
-SLOW, QUICK = 0.08, 0.06
-#: Pixels of the picture along a side of one of a moving picture, at most.
-COARSEST = 4
 # Seconds that a window of a still picture should take, and the sides of such windows in samples.
 _SLICE, _SIDES = 0.04, (192, 2048)
 # Windows after which larger ones are tried, where as many times more are left, and how much longer sides must be.
@@ -99,7 +95,7 @@ class Drawing:
         self._renderers: dict[tuple[Quality, int], LiveSession] = {}
         self._session: Session | None = None
         self._size = (0, 0)
-        self._coarse, self._side = 2, {Quality.STILL: 256, Quality.EXACT: 256}
+        self._coarseness, self._side = Coarseness(), {Quality.STILL: 256, Quality.EXACT: 256}
         self._settling: Iterator[float] | None = None
         self._working: threading.Thread | None = None
         # Meshes whose light is worked out, and those that are shown: work on others breaks off.
@@ -176,6 +172,8 @@ class Drawing:
     def _begin(self, asked: Work, moving: bool) -> None:
         """Draw at once what can be, and leave the rest to steps."""
         self._stop()
+        if not moving:
+            self._coarseness.rest()
         begun = self._clock()
         self._supply()
         self._shown = self._meshes
@@ -215,7 +213,7 @@ class Drawing:
 
     def _draw_moving(self) -> None:
         begun = self._clock()
-        width, height = (max(1, side // self._coarse) for side in self._size)
+        width, height = (max(1, side // self._coarseness.pixels) for side in self._size)
         assert self._session is not None
         camera = self._session.view.camera(width, height)
         scratch = Owner(self._context)
@@ -231,11 +229,7 @@ class Drawing:
             self._context.finish()
         finally:
             scratch.release()
-        took = self._clock() - begun
-        if took > SLOW:
-            self._coarse = min(COARSEST, self._coarse + 1)
-        elif self._coarse > 1 and took * (self._coarse / (self._coarse - 1)) ** 2 < QUICK:
-            self._coarse -= 1
+        self._coarseness.took(self._clock() - begun)
 
     def _draw(self, quality: Quality) -> None:
         for renderer, prepared, onto in self._prepared(quality):

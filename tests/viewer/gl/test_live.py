@@ -140,8 +140,8 @@ def test_a_window_of_a_view_has_the_triangles_that_are_cut_out_of_all(scenes, na
     view = view_of(geometry.scene_geometry(scene), scene.camera())
     for window in view.windows(36):
         some = view.triangles(window)
-        every = window_triangles(view.clip, view.depth, view.perspective, view.size, window)
-        for field in ("corners", "nearness", "inverse_w", "parent", "weights"):
+        every = window_triangles(view.clip, view.depth, view.scene.faces, view.perspective, view.size, window)
+        for field in ("corners", "nearness", "inverse_w", "parent", "cut", "weights"):
             np.testing.assert_array_equal(getattr(some, field), getattr(every, field))
         assert (some.key_base, some.key_shift) == (every.key_base, every.key_shift)
 
@@ -218,7 +218,7 @@ def test_triangles_beside_and_behind_the_eye_are_in_the_windows_that_show_them(s
     near = replace(scene.camera(), position=(0.5, -0.8, 2.0), target=(0.0, -0.7, 0.0))
     view = view_of(geometry.scene_geometry(scene), near)
     for window in view.windows(8):
-        every = window_triangles(view.clip, view.depth, view.perspective, view.size, window)
+        every = window_triangles(view.clip, view.depth, view.scene.faces, view.perspective, view.size, window)
         np.testing.assert_array_equal(view.triangles(window).parent, every.parent)
 
 

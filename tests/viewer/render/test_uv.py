@@ -102,10 +102,9 @@ def test_numpy_agrees_with_rays(scenes, name):
 def test_gl_agrees_with_numpy(scenes, gl, name):
     view, window, triangles, surface = samples_of(SCENES[name](scenes))
     passes, owner = Passes(gl), resources.Owner(gl)
-    seen = passes.visibility(owner, window, triangles)
-    texels = resources.triangle_texels(view, triangles)
-    table = owner.table(texels, resources.TRIANGLES_A_ROW, resources.TRIANGLE_TEXELS)
-    textures = passes.uv(owner, view.uv(triangles), seen, table)
+    tables = passes.triangles(owner, view, triangles)
+    seen = passes.visibility(owner, window, tables)
+    textures = passes.uv(owner, view.uv(triangles), seen, tables)
     read = [
         np.frombuffer(texture.read(), dtype=np.float32).reshape(window.height, window.width, -1) for texture in textures
     ]

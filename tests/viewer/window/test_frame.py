@@ -14,6 +14,7 @@ from metamer.viewer.gl.tile import read
 from metamer.viewer.render import geometry
 from metamer.viewer.window import drawing
 from metamer.viewer.window.choices import opened
+from metamer.viewer.window.coarseness import Coarseness
 from metamer.viewer.window.drawing import Quality
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.light_choice import LightChoice
@@ -234,9 +235,9 @@ def test_lights_turned_apart_give_each_side_its_own_shadows(gl, frame, session):
 def test_a_moving_picture_is_near_the_exact_one(gl, scene, scenes, session, monkeypatch):
     """Of fewer triangles, at one sample a pixel and as many pixels."""
     monkeypatch.setattr("metamer.viewer.window.sides.MOVING_TRIANGLES", 4000)
-    monkeypatch.setattr(drawing, "COARSEST", 1)
+    monkeypatch.setattr(Coarseness, "took", lambda self, seconds: None)
     frame = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)))
-    frame._coarse = 1
+    frame._coarseness.pixels = 1
     try:
         frame.show(replace(session, samples=1), SIZE, moving=True)
         frame.step()

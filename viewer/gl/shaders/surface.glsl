@@ -1,7 +1,10 @@
 // What a sample sees: position, shading frame and direction to the viewer; twin of surfaces.py.
 
+#include "triangles.glsl"
+
 uniform sampler2D seen;         // triangle number + 1 at every sample, 0 where there is none
-uniform sampler2D triangles;    // see resources.triangle_texels
+uniform sampler2D corners;      // of the scene's triangles: three positions, normals and tangents
+uniform sampler2D pieces;       // the same of triangles that were clipped
 uniform vec3 eye;               // pin-hole, or direction to the viewer of a parallel view
 uniform bool perspective;
 
@@ -15,8 +18,16 @@ struct Surface {
     float whole;        // a depth's inverse, up to a factor of the triangle
 };
 
-vec4 triangle_texel(int number, int index) {
-    return texelFetch(triangles, ivec2((number % TRIANGLES_A_ROW) * TRIANGLE_TEXELS + index, number / TRIANGLES_A_ROW), 0);
+vec3 corner_texel(int row, int index) {
+    int number = row < 0 ? -1 - row : row;
+    ivec2 place = ivec2((number % CORNERS_A_ROW) * CORNER_TEXELS + index, number / CORNERS_A_ROW);
+    return row < 0 ? texelFetch(pieces, place, 0).xyz : texelFetch(corners, place, 0).xyz;
+}
+
+// Of something at the corners of a triangle, three texels from `first`, its mean with these weights.
+vec3 mixed(int row, int first, vec3 weights) {
+    return weights.x * corner_texel(row, first) + weights.y * corner_texel(row, first + 1)
+        + weights.z * corner_texel(row, first + 2);
 }
 
 // a.x b.y - a.y b.x without cancellation, also for thin triangles (Kahan's use of the fused multiply-add).
@@ -42,21 +53,18 @@ vec3 areas(vec2 a, vec2 b, vec2 c) {
 
 // At a point of the picture, in 1/256 sample; the plane of a triangle goes on beyond its edges.
 Surface surface_at(int number, vec2 point) {
-    vec4 corners = triangle_texel(number, 0);
-    vec4 rest = triangle_texel(number, 1);
-    vec4 p0 = triangle_texel(number, 2), p1 = triangle_texel(number, 3), p2 = triangle_texel(number, 4);
-    vec3 weights = areas(corners.xy - point, corners.zw - point, rest.xy - point) * vec3(p0.w, p1.w, p2.w);
+    vec4 first = triangle_texel(number, 0), rest = triangle_texel(number, 1), turn = triangle_texel(number, 2);
+    vec3 weights = areas(first.xy - point, first.zw - point, rest.xy - point) * turn.xyz;
     Surface at;
     at.whole = weights.x + weights.y + weights.z;
     weights /= at.whole == 0.0 ? 1.0 : at.whole;
     at.face = int(rest.z);
-    at.position = weights.x * p0.xyz + weights.y * p1.xyz + weights.z * p2.xyz;
+    int row = int(rest.w);
+    at.position = mixed(row, 0, weights);
     at.to_viewer = perspective ? normalize(eye - at.position) : eye;
-    vec3 normal = normalize(weights.x * triangle_texel(number, 5).xyz + weights.y * triangle_texel(number, 6).xyz
-        + weights.z * triangle_texel(number, 7).xyz);
+    vec3 normal = normalize(mixed(row, 3, abs(turn.w) > 1.5 ? -weights : weights));
     normal = normalize(normal + max(LEAST_COSINE - dot(normal, at.to_viewer), 0.0) * at.to_viewer);
-    vec3 tangent = weights.x * triangle_texel(number, 8).xyz + weights.y * triangle_texel(number, 9).xyz
-        + weights.z * triangle_texel(number, 10).xyz;
+    vec3 tangent = mixed(row, 6, weights);
     tangent = level(tangent, normal);
     if (dot(tangent, tangent) < 1e-12) {
         tangent = length(normal.xz) < 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(normal.z, 0.0, -normal.x);
@@ -66,6 +74,6 @@ Surface surface_at(int number, vec2 point) {
     tangent = normalize(level(normalize(tangent), normal));
     at.normal = normal;
     at.tangent = tangent;
-    at.bitangent = rest.w * cross(normal, tangent);
+    at.bitangent = sign(turn.w) * cross(normal, tangent);
     return at;
 }

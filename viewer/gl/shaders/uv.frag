@@ -22,9 +22,9 @@ void main() {
     int number = int(texelFetch(seen, ivec2(gl_FragCoord.xy), 0).x) - 1;
     if (number < 0) return;
     vec2 point = gl_FragCoord.xy * SUBSTEPS;
-    vec4 corners = triangle_texel(number, 0);
-    vec2 a = corners.xy, b = corners.zw, c = triangle_texel(number, 1).xy;
-    vec3 inverse_w = vec3(triangle_texel(number, 2).w, triangle_texel(number, 3).w, triangle_texel(number, 4).w);
+    vec4 ends = triangle_texel(number, 0);
+    vec2 a = ends.xy, b = ends.zw, c = triangle_texel(number, 1).xy;
+    vec3 inverse_w = triangle_texel(number, 2).xyz;
     vec3 weights = areas(a - point, b - point, c - point) * inverse_w;
     float whole = weights.x + weights.y + weights.z;
     if (whole == 0.0) whole = 1.0;

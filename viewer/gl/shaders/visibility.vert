@@ -1,10 +1,8 @@
 // Triangles that are clipped and snapped already: positions land on the grid of 1/256 sample that they were put on.
 
-in vec2 corner;          // clip space
-in ivec2 reference;      // the sample at which the depth plane has its value
-in vec3 depth_plane;     // d/dx, d/dy, value
-in vec2 depth_range;     // lowest and highest nearness of the triangle
-in float number;         // triangle number + 1; exact up to 2^24
+#include "triangles.glsl"
+
+uniform vec2 half_size;         // of the target, in 1/256 sample
 
 flat out ivec2 plane_reference;
 flat out vec3 plane;
@@ -12,9 +10,13 @@ flat out vec2 plane_range;
 flat out float triangle;
 
 void main() {
-    plane_reference = reference;
-    plane = depth_plane;
-    plane_range = depth_range;
-    triangle = number;
-    gl_Position = vec4(corner, 0.0, 1.0);
+    int number = gl_VertexID / 3, corner = gl_VertexID % 3;
+    vec4 first = triangle_texel(number, 0), place = triangle_texel(number, 3), range = triangle_texel(number, 4);
+    vec2 at = corner == 0 ? first.xy : corner == 1 ? first.zw : triangle_texel(number, 1).xy;
+    plane_reference = ivec2(place.w, range.w);
+    plane = place.xyz;
+    plane_range = range.xy;
+    triangle = float(number + 1);
+    // The target's rows are the picture's rows: row 0 on top, so y runs down in clip space too.
+    gl_Position = vec4(at / half_size - 1.0, 0.0, 1.0);
 }

@@ -1,0 +1,73 @@
+"""Resolution of a moving picture: as many pixels as leave it fluent, by what pictures have taken."""
+
+from __future__ import annotations
+
+#: Seconds a moving picture may take: where it is fluent, those of a finer one that is worth a try, and at most.
+FLUENT, QUICK, SLOW = 1.0 / 60.0, 0.06, 0.08
+#: Pixels of the picture along a side of one of a moving picture, at most.
+COARSEST = 4
+# Pictures of a resolution before another is chosen: the first one makes textures.
+_PICTURES = 2
+
+
+class Coarseness:
+    """Pixels of the window along a side of one of a moving picture.
+
+    The finest resolution that is fluent; where none is, the finest that is not slow. Resolutions not tried yet are
+    judged by those that were: a picture's time falls at most with its pixels.
+
+    >>> coarseness = Coarseness()
+    >>> for seconds in (0.015, 0.015, 0.03, 0.03, 0.015, 0.015):
+    ...     coarseness.took(seconds)
+    >>> coarseness.pixels
+    2
+    """
+
+    def __init__(self) -> None:
+        self.pixels = 2
+        self._shortest: dict[int, float] = {}
+        self._count = 0
+
+    def rest(self) -> None:
+        """Forget what pictures took: another scene, another size, or the machine was busy."""
+        self._shortest.clear()
+        self._count = 0
+
+    def took(self, seconds: float) -> None:
+        """Choose the resolution of the next picture, after one of the present resolution."""
+        now = self.pixels
+        self._shortest[now] = min(seconds, self._shortest.get(now, seconds))
+        self._count += 1
+        if self._count >= _PICTURES or seconds > SLOW:
+            self.pixels = self._chosen(seconds)
+        if self.pixels != now:
+            self._count = 0
+
+    def _chosen(self, seconds: float) -> int:
+        now, finer = self.pixels, self.pixels - 1
+        here = self._shortest[now]
+        fluent_if_coarser = any(self._at_least(pixels) <= FLUENT for pixels in range(now + 1, COARSEST + 1))
+        if seconds > SLOW or (here > FLUENT and fluent_if_coarser):
+            return min(COARSEST, now + 1)
+        if not finer:
+            return now
+        tried = self._shortest.get(finer)
+        if tried is None:
+            return finer if self._expected(finer) <= QUICK else now
+        return finer if tried <= FLUENT or (here > FLUENT and tried <= QUICK) else now
+
+    def _expected(self, finer: int) -> float:
+        """Return what a picture of the next finer resolution takes, in seconds, as if all of the time went into pixels
+        unless a coarser one tells which share.
+        """
+        here, coarser = self._shortest[finer + 1], self._shortest.get(finer + 2)
+        shares = [1.0 / pixels**2 for pixels in (finer, finer + 1, finer + 2)]
+        if coarser is None:
+            return here * shares[0] / shares[1]
+        return here + max(here - coarser, 0.0) * (shares[0] - shares[1]) / (shares[1] - shares[2])
+
+    def _at_least(self, pixels: int) -> float:
+        """Return what a picture of that resolution takes at least, in seconds."""
+        if pixels in self._shortest:
+            return self._shortest[pixels]
+        return max((taken * (one / pixels) ** 2 for one, taken in self._shortest.items() if one < pixels), default=0.0)
