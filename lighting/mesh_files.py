@@ -1,25 +1,19 @@
-"""Meshes from files: OBJ, and PLY, STL, glTF and GLB through trimesh, checked and cleaned where that can be said."""
+"""Meshes from files: OBJ, glTF and GLB, and PLY and STL through trimesh, checked and cleaned where that can be said."""
 
 from __future__ import annotations
 
-import re
-import struct
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..spectral.errors import InputError
 from .creases import creased_normals
-from .gltf_uv import readable_gltf
 from .mesh import Mesh, check_arrays, degenerate_faces
+from .mesh_gltf import gltf_pieces
 from .mesh_obj import obj_pieces
 from .mesh_piece import MeshPiece
 from .vectors import Number, dot, unit
-
-if TYPE_CHECKING:
-    import trimesh
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 
@@ -76,7 +70,7 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
     if suffix not in SUFFIXES:
         raise InputError("not a mesh format that is read", file=path, found=path.suffix, expected=", ".join(SUFFIXES))
-    pieces, notes = obj_pieces(path) if suffix == ".obj" else _by_trimesh(path)
+    pieces, notes = _READERS.get(suffix, _by_trimesh)(path)
     pieces = [piece for piece in pieces if len(piece.faces)]
     if not pieces:
         found = "; ".join(("no triangles", *notes))
@@ -92,19 +86,14 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
 
 
 def _by_trimesh(path: Path) -> tuple[list[MeshPiece], list[str]]:
-    """What trimesh reads of a PLY, STL, glTF or GLB file."""
+    """What trimesh reads of a PLY or STL file."""
     import trimesh
 
     suffix = path.suffix.lower()
-    if suffix == ".glb":
-        _check_glb_length(path)
     if suffix == ".ply":
         _check_ply_lines(path)
-    mended, left_out = readable_gltf(path) if suffix in (".gltf", ".glb") else (None, ())
-    # Buffers beside the file are found from its place.
-    beside: dict[str, Any] = {} if mended is None else {"resolver": trimesh.resolvers.FilePathResolver(str(path))}
     try:
-        loaded = trimesh.load(path if mended is None else mended, file_type=suffix[1:], process=False, **beside)
+        loaded = trimesh.load(path, file_type=suffix[1:], process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short",
@@ -113,42 +102,15 @@ def _by_trimesh(path: Path) -> tuple[list[MeshPiece], list[str]]:
             hint="save or copy it again, and see whether another program opens it",
         ) from reason
 
-    pieces: list[MeshPiece] = []
-    notes = list(left_out)
-    if isinstance(loaded, trimesh.Scene):
-        for name, node in _named_nodes(loaded):
-            world_from_node, geometry = loaded.graph[node]
-            if isinstance(loaded.geometry[geometry], trimesh.Trimesh):
-                pieces.append(_of_trimesh(name, loaded.geometry[geometry], world_from_node))
-            else:
-                notes.append(f"{name}: left out, it holds lines or points and no triangles")
-    elif isinstance(loaded, trimesh.Trimesh):
-        pieces.append(_of_trimesh(path.stem, loaded, np.eye(4)))
-    return pieces, notes
-
-
-def _of_trimesh(name: str, mesh: trimesh.Trimesh, world_from_piece: np.ndarray) -> MeshPiece:
-    normals = np.asarray(mesh.vertex_normals) if "vertex_normals" in mesh._cache else None
-    material = str(getattr(getattr(mesh.visual, "material", None), "name", None) or "")
-    place = np.asarray(world_from_piece, dtype=np.float64)
-    return MeshPiece(name, mesh.vertices, mesh.faces, normals, getattr(mesh.visual, "uv", None), material, place)
-
-
-def _named_nodes(scene: trimesh.Scene) -> list[tuple[str, str]]:
-    """(name, node) of the nodes that hold something, by name. The primitives of one glTF mesh, whose nodes get random
-    names, are called by their parent: "door/1", "door/2", ... in the order of the file.
-    """
-    order = {geometry: number for number, geometry in enumerate(scene.geometry)}
-    parents = scene.graph.transforms.parents
-    made: dict[str, int] = {}
-    named = []
-    for node in sorted(scene.graph.nodes_geometry, key=lambda node: order[scene.graph[node][1]]):
-        name, parent = str(node), str(parents.get(node, ""))
-        if re.fullmatch(re.escape(parent) + "_[0-9a-f]{6}", name):
-            made[parent] = made.get(parent, 0) + 1
-            name = f"{parent}/{made[parent]}"
-        named.append((name, node))
-    return sorted(named)
+    # The solids of one text STL are several meshes.
+    meshes = loaded.geometry if isinstance(loaded, trimesh.Scene) else {path.stem: loaded}
+    pieces = []
+    for name in sorted(meshes):
+        mesh = meshes[name]
+        if isinstance(mesh, trimesh.Trimesh):
+            normals = np.asarray(mesh.vertex_normals) if "vertex_normals" in mesh._cache else None
+            pieces.append(MeshPiece(name, mesh.vertices, mesh.faces, normals, getattr(mesh.visual, "uv", None)))
+    return pieces, []
 
 
 def cleaned_mesh(
@@ -234,16 +196,6 @@ def joined(meshes: list[Mesh], name: str) -> Mesh:
     )
 
 
-def _check_glb_length(path: Path) -> None:
-    head = path.read_bytes()[:12]
-    size = path.stat().st_size
-    if len(head) < 12 or head[:4] != b"glTF":
-        raise InputError("not a GLB file", file=path, found=repr(head[:4]), expected="a file that starts with b'glTF'")
-    declared = struct.unpack("<I", head[8:12])[0]
-    if size < declared:
-        raise InputError("the mesh file is cut short", file=path, found=f"{size} bytes", expected=f"{declared} bytes")
-
-
 def _check_ply_lines(path: Path) -> None:
     """trimesh notices a binary PLY that ends early; of a text one it would return what is there."""
     header, end, body = path.read_bytes().partition(b"end_header")
@@ -254,3 +206,6 @@ def _check_ply_lines(path: Path) -> None:
     lines = sum(1 for line in body.splitlines() if line.strip())
     if lines < declared:
         raise InputError("the mesh file is cut short", file=path, found=f"{lines} lines", expected=f"{declared} lines")
+
+
+_READERS = {".obj": obj_pieces, ".gltf": gltf_pieces, ".glb": gltf_pieces}

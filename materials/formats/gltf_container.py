@@ -67,14 +67,24 @@ class GltfFile:
         offset, length = view.whole("byteOffset", 0), view.whole("byteLength")
         return EncodedPicture(name or image.place, self._bytes(buffers[number], number, offset, length), image.place)
 
-    def _bytes(self, buffer: Node, number: int, offset: int, length: int) -> bytes:
+    def has_buffer(self, number: int) -> bool:
+        """Whether one of `buffers` has bytes; those of an extension may have none."""
+        buffer = self.root.children("buffers")[number]
+        return buffer.has("uri") or (self.binary is not None and number == 0)
+
+    def buffer(self, number: int) -> bytes:
+        """All bytes of one of `buffers`, however many; raises `InputError` where they are missing or elsewhere."""
+        buffer = self.root.children("buffers")[number]
+        return self._bytes(buffer, number, 0, buffer.whole("byteLength"), most=None)
+
+    def _bytes(self, buffer: Node, number: int, offset: int, length: int, most: int | None = MOST_PICTURE) -> bytes:
         if buffer.has("uri"):
             if buffer.text("uri").startswith("data:"):
                 return _inlined(buffer)[offset : offset + length]
-            return _slice(local_path(buffer, self.path.parent), offset, length, buffer, "uri")
+            return _slice(local_path(buffer, self.path.parent), offset, length, buffer, "uri", most)
         if self.binary is None or number:
             buffer.refuse("uri", "a buffer without content", "no uri", "a uri, or the binary chunk of a .glb", _AGAIN)
-        return _slice(self.path, self.binary[0] + offset, length, buffer, "byteLength")
+        return _slice(self.path, self.binary[0] + offset, length, buffer, "byteLength", most)
 
 
 def open_gltf(path: Path) -> GltfFile:
@@ -250,12 +260,14 @@ def _inlined(node: Node) -> bytes:
         node.refuse("uri", "not valid base64", str(reason), "base64", _AGAIN)
 
 
-def _slice(path: Path, offset: int, length: int | None, node: Node, name: str) -> bytes:
+def _slice(
+    path: Path, offset: int, length: int | None, node: Node, name: str, most: int | None = MOST_PICTURE
+) -> bytes:
     try:
         length = path.stat().st_size if length is None else length
-        if length > MOST_PICTURE:
+        if most is not None and length > most:
             hint = "save the picture smaller, or compressed"
-            node.refuse(name, "too large a picture", f"{length} bytes", f"at most {MOST_PICTURE}", hint)
+            node.refuse(name, "too large a picture", f"{length} bytes", f"at most {most}", hint)
         with path.open("rb") as file:
             file.seek(offset)
             return file.read(length)

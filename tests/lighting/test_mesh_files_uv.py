@@ -130,13 +130,11 @@ def test_uv_that_another_program_wrote_come_back(suffix, tmp_path):
     assert by_place == sorted(map(tuple, expected.tolist()))
 
 
-def test_gltf_uv_in_whole_numbers_are_left_out_and_said(tmp_path):
+def test_gltf_uv_in_whole_numbers_are_fractions(tmp_path):
     write_squares_gltf(tmp_path / "packed.gltf", uv_type="<u2")
     mesh = load_mesh(tmp_path / "packed.gltf")
-    assert mesh.uv is None and len(mesh.faces) == 4
-    assert mesh.notes == (
-        "texture coordinates of 1 primitives are whole numbers, which are not read, and are left out",
-    )
+    np.testing.assert_allclose(mesh.uv, SQUARE_UV, atol=1 / 65535)
+    assert mesh.notes == ()
 
 
 def test_an_obj_with_uv_on_some_corners_only_says_that_they_are_left_out(tmp_path):
