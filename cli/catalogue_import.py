@@ -68,6 +68,12 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "--scale", choices=("percent", "fraction"), help="the scale of values, of all files that do not say it"
     )
     bring.add_argument(
+        "--angles",
+        choices=("matt",),
+        help="make a matt material of each reading of a paint at several angles, which are refused otherwise; --as "
+        "radiance-factor keeps them as readings",
+    )
+    bring.add_argument(
         "--maps",
         choices=("texels", "mended", "mean"),
         help="how texture maps are drawn: every texel (default), that with bad normals laid level, or their mean",
@@ -163,7 +169,7 @@ def _answer(args: argparse.Namespace) -> Answer:
     quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
     cosine = {"yes": True, "no": False}.get(args.includes_cosine)
     of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill, args.btf_form)
-    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs)
+    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, angles=args.angles)
 
 
 def _white(text: str) -> tuple[float, ...]:

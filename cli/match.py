@@ -48,6 +48,14 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument("--observers", type=comma_separated, action=Added, metavar="X,Y", help="default: 1964_10")
     match.add_argument(
+        "--angles",
+        type=comma_separated,
+        action=Added,
+        default=(),
+        metavar="X,Y",
+        help="of paint read at several angles, those to judge, such as 15,45,110 (default: all that both sides have)",
+    )
+    match.add_argument(
         "--repeatability",
         type=float,
         metavar="D",
@@ -134,6 +142,7 @@ def _report(args: argparse.Namespace) -> MatchReport:
             whites=[*(args.whiteness or ()), *(["yellowness"] if args.yellowness else [])],
             answer=answer_of(args),
             across=args.across,
+            angles=args.angles,
             signed={name: getattr(args, name) for name in _FILLED_IN},
             progress=progress,
         )
@@ -160,6 +169,7 @@ def _print(report: MatchReport) -> None:
     print(columns(headings, rows, left=2, words=True))
     if several:
         _print_indices(report)
+    _print_angles(report)
     _print_whites(report)
     _print_batches(report)
     for words in report.notes:
@@ -183,6 +193,23 @@ def _print_indices(report: MatchReport) -> None:
     print(columns(["sample", *map(str, range(1, len(heads) + 1))], rows, left=1))
     for words in dict.fromkeys(i.words for one in report.samples for i in one.indices if i.words):
         print(f"No index: {words}")
+
+
+def _print_angles(report: MatchReport) -> None:
+    """A row a sample that was read at several angles."""
+    rows = []
+    for one in report.samples:
+        if one.angles is not None:
+            flop = (one.angles.standard_flop, one.angles.sample_flop, one.angles.flop_difference)
+            numbers = [f"{one.angles.largest:.2f}", f"{one.angles.mean:.2f}"]
+            rows.append(
+                [one.sample.name, one.angles.worst, *numbers, *("-" if v is None else f"{v:.2f}" for v in flop)]
+            )
+    if rows:
+        name = next(iter(report.samples[0].differences[0].delta_e))
+        print(f"\nOver the angles, {name}, of each the worst light; flop index (D65, 1964_10):")
+        headings = ["sample", "worst angle", "largest", "mean", "flop, standard", "flop, sample", "difference"]
+        print(columns(headings, rows, left=2))
 
 
 def _print_whites(report: MatchReport) -> None:

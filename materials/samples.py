@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from ..spectral.angles import Reading, Thing, things
 from ..spectral.errors import ComparisonError, InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
 from ..spectral.formats.reading import details_of_readings, read_spectra
-from ..spectral.measurement import MUST, Measurement, refusal
+from ..spectral.measurement import MUST, Geometry, Measurement, refusal
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import Quantity, Spectrum
 from .catalogue import Catalogue
@@ -85,7 +88,31 @@ def sample_of(material: Material) -> Sample:
     # A fitted BRDF may be a little below zero: what it is there is the colour that pictures show.
     spectrum = Spectrum.sampled(reading.wavelengths_nm, np.maximum(values, 0.0), quantity)
     check_covers(spectrum, "catalogue", material.id)
-    return Sample(material.id, "catalogue", (spectrum,), effect=effect, details=details, measurement=measured)
+    angled = partial(_read_at, material) if material.is_surface and material.model != "lambert" else None
+    return Sample(
+        material.id, "catalogue", (spectrum,), effect=effect, details=details, measurement=measured, angled=angled
+    )
+
+
+def _read_at(material: Material, geometry: Geometry) -> Sample:
+    """A material as an instrument reads it at one angle, by its BRDF.
+
+    The detector is turned about the mirror direction s: wo = cos(as) s + sin(as) (cos(az) e + sin(az) y), with e the
+    direction in which s leans away from the normal, and y that of the plane's normal.
+    """
+    brdf = material.brdf()
+    light, away, turned = (np.radians(one or 0.0) for one in (geometry.first, geometry.second, geometry.azimuth))
+    wi = np.array([np.sin(light), 0.0, np.cos(light)])
+    mirror = np.array([-np.sin(light), 0.0, np.cos(light)])
+    beyond = np.array([-np.cos(light), 0.0, -np.sin(light)])
+    side = np.array([0.0, 1.0, 0.0])
+    wo = np.cos(away) * mirror + np.sin(away) * (np.cos(turned) * beyond + np.sin(turned) * side)
+    if geometry.first is None or not wo[2] > 0.0:
+        raise ComparisonError(f"{material.id}: no detector above the surface at {geometry.notation}")
+    values = np.pi * np.asarray(brdf.eval(wi[None], wo[None]), dtype=np.float64)[0]
+    spectrum = Spectrum.sampled(brdf.wavelengths_nm, np.maximum(values, 0.0), "radiance factor")
+    measured = Measurement.of("radiance factor", {"geometry": geometry.notation})
+    return Sample(f"{material.id}, {geometry.notation}", "catalogue", (spectrum,), measurement=measured)
 
 
 def measurement_of(material: MaterialRecord) -> Measurement:
@@ -123,12 +150,43 @@ def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
         )
     if not file.entries:
         raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
-    by_name: dict[str, list[Sample]] = {}
-    for entry in file.entries:
-        by_name.setdefault(entry.name, []).append(Sample.of_entry(entry, str(path), details_of_readings(file)))
+    found = [Sample.of_entry(entry, str(path), details_of_readings(file)) for entry in file.entries]
     details = {key: value for key, value in file.details.items() if isinstance(value, str)}
-    return tuple(
+    by_name: dict[str, list[Sample]] = {}
+    at_angles: list[Sample] = []
+    for thing in things(Reading(one, one.name, one.details.get("object", ""), one.measurement) for one in found):
+        if thing.angles:
+            at_angles.append(_at_angles(thing, path, details))
+        else:
+            by_name.setdefault(thing.name, []).append(thing.readings[0].item)
+    single = [
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
+    ]
+    return (*single, *at_angles)
+
+
+def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sample:
+    """One sample of readings at several angles; those at one angle count by their mean."""
+    parts = []
+    for angle in thing.angles:
+        some = [one.item for one in thing.readings if one.angle is not None and one.angle.matches(angle)]
+        parts.append(replace(_together(some[0].name, some, details), details=some[0].details))
+    first = parts[0]
+    common = {part: said for part, said in first.measurement.parts.items() if part not in ("geometry", "configuration")}
+    notes = ()
+    if thing.by_name:
+        names = ", ".join(one.name for one in thing.readings)
+        notes = (
+            f"Taken as readings of one thing, {thing.name}, for their names differ by their angle alone: {names}.",
+        )
+    return Sample(
+        thing.name or path.stem,
+        first.source,
+        effect=first.effect,
+        details={**details, **first.details, "geometry": ", ".join(one.notation for one in thing.angles)},
+        measurement=Measurement(common),
+        angles=tuple(parts),
+        notes=notes,
     )
 
 
@@ -176,6 +234,8 @@ def _of_folder(path: Path, answer: Answer) -> tuple[Sample, ...]:
 
 def _named(found: tuple[Sample, ...], name: str, path: Path) -> Sample:
     chosen = [one for one in found if one.name == name]
+    # One angle of several is a sample that was read at that angle alone.
+    chosen = chosen or [replace(one, angles=(at,)) for one in found for at in one.angles if at.name == name]
     if not chosen:
         raise UnknownNameError("reading", name, [one.name for one in found]).at(file=path)
     return chosen[0]

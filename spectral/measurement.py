@@ -80,6 +80,11 @@ _NOTATION = re.compile(
     rf"(?<![A-Za-z0-9.])(?:r?({_NUMBER})\s*°?\s*[:/]?\s*)?r?as\s*({_SIGNED})(?:\s*°?\s*az\s*({_SIGNED}))?(?![A-Za-z0-9])",
     re.I,
 )
+#: An angle in a name: unlike in a field of geometries, that of the light has to be there.
+ANGLE_NOTATION = re.compile(
+    rf"(?<![A-Za-z0-9.])r?({_NUMBER})\s*°?\s*[:/]?\s*as\s*({_SIGNED})(?:\s*°?\s*az\s*({_SIGNED}))?(?![A-Za-z0-9])",
+    re.I,
+)
 _LISTED = re.compile(rf"light (-?{_NUMBER}), aspecular (-?{_NUMBER})(?:, azimuth (-?{_NUMBER}))?(?=;|$)")
 _SPHERE = re.compile(
     r"(?<![a-z])d[ie]?\s*°?\s*[:/]\s*(\d+)|(?<![\d.])(\d+)\s*°?\s*[:/]\s*d[ie]?(?![a-z])|(?<![a-z])d(?:[ie])?([08])(?!\d)|diffuse\s*[:/]\s*(\d+)",
@@ -113,13 +118,22 @@ class Geometry(NamedTuple):
 
     kind : "directional" (45:0), "sphere" (d:8), "multi-angle" (45as15) or, as the file has it, other words.
     first, second : of directional geometries the larger and the smaller angle; of a sphere that of its one direction;
-    of several angles the light's and the aspecular one. azimuth : of the detector out of plane.
+    of several angles the light's and the aspecular one. azimuth : of the detector, turned about the mirror direction: 0
+    in the plane of incidence beyond it, 180 in it towards the light, as where none is stated.
     """
 
     kind: str
     first: float | None = None
     second: float | None = None
-    azimuth: float = 0.0
+    azimuth: float = 180.0
+
+    @property
+    def notation(self) -> str:
+        """The notation of a multi-angle geometry, such as "45as-15"; the kind of any other."""
+        if self.kind != "multi-angle" or self.second is None:
+            return self.kind
+        turned = "" if self.azimuth == 180.0 else f"az{self.azimuth:g}"
+        return f"{'' if self.first is None else f'{self.first:g}'}as{self.second:g}{turned}"
 
     def matches(self, other: Geometry) -> bool:
         """Whether both are one geometry, to `ALIKE_DEGREES`; an angle that is not stated may be any."""
@@ -165,7 +179,10 @@ class Measurement:
                 for part, said in _parts(label, words, details.get("format") == "CxF3"):
                     parts.setdefault(part, said)
         for part, said in _in_name(name):
-            parts.setdefault(part, said)
+            stated = parts.get(part)
+            # Words such as "multi-angle" leave the angle to the name.
+            if stated is None or (isinstance(stated.value, Geometry) and stated.value.kind not in _KINDS):
+                parts[part] = said
         if "polarisation" not in parts and (m := parts.get("measurement condition")) and m.value == "M3":
             parts["polarisation"] = Said(True, m.words, m.field)
         kind = quantity or _quantity_of(details)
@@ -280,7 +297,9 @@ def geometry_in(words: str) -> Geometry | None:
 
 def _several(light: str, aspecular: str, azimuth: str) -> Geometry:
     one, two = (float(light) if light else None), _signed(aspecular)
-    return Geometry("multi-angle", one, two, _signed(azimuth) if azimuth else 0.0)
+    turned = _signed(azimuth) % 360.0 if azimuth else 180.0
+    # In the plane beyond the mirror direction: a negative angle from it.
+    return Geometry("multi-angle", one, -two) if turned == 0.0 else Geometry("multi-angle", one, two, turned)
 
 
 def _signed(text: str) -> float:
@@ -389,8 +408,8 @@ def _in_name(name: str) -> list[tuple[str, Said]]:
         word = stated.pop()
         value = "included" if word in ("SCI", "SPIN", "RSIN") else "excluded"
         found.append(("specular component", Said(value, word, "the name")))
-    angles = list(_NOTATION.finditer(name))
-    if len(angles) == 1 and angles[0][1]:
+    angles = list(ANGLE_NOTATION.finditer(name))
+    if len(angles) == 1:
         geometry = geometry_in(angles[0][0])
         if geometry is not None:
             found.append(("geometry", Said(geometry, angles[0][0].strip(), "the name")))

@@ -30,15 +30,16 @@ _GRID = np.arange(380.0, 781.0, 5.0)
 
 @dataclass(frozen=True)
 class Conditions:
-    """An illuminant and an observer, by name."""
+    """An illuminant and an observer, by name; and an angle in its notation, "" where there is one geometry only."""
 
     illuminant: str
     observer: str
+    geometry: str = ""
 
     @property
     def words(self) -> str:
-        """Both names."""
-        return f"{self.illuminant}, {self.observer}"
+        """All names."""
+        return ", ".join(one for one in (self.geometry, self.illuminant, self.observer) if one)
 
 
 def metamerism_index(

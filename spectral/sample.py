@@ -13,7 +13,7 @@ from .difference import lab_from_xyz, xyz_from_lab
 from .errors import ComparisonError, InputError
 from .formats.reading import SpectralEntry, StatedColour
 from .illuminants import illuminant
-from .measurement import Measurement, Side
+from .measurement import Geometry, Measurement, Side, geometry_in
 from .observers import Observer, observer
 from .spectrum import Spectrum
 
@@ -33,6 +33,8 @@ class Sample:
     seen : XYZ under a light for an observer, of what fluoresces: no spectrum of reflectance tells it.
     effect : why its colour depends on the angles beyond its gloss, "" where it does not or is not known to.
     details : instrument, geometry, ..., as the file has them. measurement : the conditions that they state.
+    angles : of one thing that was read at several angles, a sample each, and no readings of its own. angled : its
+        sample at any multi-angle geometry, of a surface whose BRDF is known. notes : what was assumed, a sentence each.
     """
 
     name: str
@@ -43,6 +45,9 @@ class Sample:
     effect: str = ""
     details: Mapping[str, str] = field(default_factory=dict)
     measurement: Measurement = field(default_factory=Measurement)
+    angles: tuple[Sample, ...] = ()
+    angled: Callable[[Geometry], Sample] | None = None
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of_entry(cls, entry: SpectralEntry, source: str, beside: Mapping[str, str] | None = None) -> Sample:
@@ -73,11 +78,41 @@ class Sample:
     @property
     def spectral(self) -> bool:
         """Whether its colour is known under every light."""
-        return bool(self.readings) or self.seen is not None
+        return bool(self.readings or self.angles) or self.seen is not None
+
+    @property
+    def count(self) -> int:
+        """How many readings it is of, at all angles."""
+        return len(self.readings) + sum(len(one.readings) for one in self.angles)
+
+    @property
+    def geometries(self) -> tuple[Geometry, ...]:
+        """The angles at which it was read, of one thing that was read at several."""
+        return tuple(geometry for one in self.angles if (geometry := one.measurement.geometry) is not None)
+
+    def at(self, notation: str) -> Sample:
+        """Give the sample at one angle, such as "45as15"; itself for "".
+
+        Raises
+        ------
+        ComparisonError : it was not read at that angle.
+        """
+        if not notation:
+            return self
+        wanted = geometry_in(notation)
+        for one in self.angles:
+            geometry = one.measurement.geometry
+            if geometry is not None and wanted is not None and geometry.matches(wanted):
+                return one
+        if self.angled is not None and wanted is not None:
+            return self.angled(wanted)
+        raise ComparisonError(f"{self.name} of {self.source} was not read at {notation}")
 
     @property
     def held(self) -> str:
         """What of the observer's range no reading covers, in words; "" where all of it is covered."""
+        if self.angles:
+            return self.angles[0].held
         if not self.readings:
             return ""
         low = max(one.wavelengths_nm[0] for one in self.readings)
@@ -125,6 +160,8 @@ class Sample:
 
     def _not_known(self, light: str, eye: str) -> str:
         """Why there is no colour under a light for an observer, and what to do."""
+        if self.angles:
+            return f"{self.name} of {self.source} was read at {len(self.angles)} angles, and has no colour but at one"
         head = f"{self.name} of {self.source} has no spectrum: "
         pairs = dict.fromkeys((one.illuminant, one.observer) for one in self.stated)
         if pairs and not all(pair[0] and pair[1] for pair in pairs):

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import cast, get_args
 
+from ..calibration.match.angles import shared_angles
 from ..calibration.match.batch import batch
 from ..calibration.match.page import MatchReport
 from ..calibration.match.pairs import Asked, matched
@@ -46,6 +47,7 @@ def match(
     catalogue: Catalogue | Path | None = None,
     answer: Answer = NO_ANSWER,
     across: Collection[Crossing] = (),
+    angles: Sequence[str] = (),
     signed: Mapping[str, str] | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> MatchReport:
@@ -62,7 +64,8 @@ def match(
     whites : whiteness and yellowness of each, by name: "CIE 2004", "ASTM E313", "ASTM E313-73", "yellowness".
     catalogue : where ids are looked up; None: the default one.
     answer : what files do not say. across : "geometry", "condition": what is compared although it was not measured
-        alike, which the page says. signed : by `page.SIGNED`, what stands on the page beforehand.
+        alike, which the page says. angles : of what was read at several, those to judge, as aspecular angles such as
+        "15" or notations; all that the sides share. signed : by `page.SIGNED`, what stands on the page beforehand.
 
     Raises
     ------
@@ -87,7 +90,12 @@ def match(
         found += named(one)
     known = _known(repeatability, repeated, answer)
     conditions = _conditions((first, *found), illuminants, observers)
-    asked = replace(_asked(tolerance, formulas, conditions, known, _scales(whites)), across=_crossings(across))
+    shared, notes = shared_angles(first, found, angles)
+    if shared:
+        conditions = tuple(replace(where, geometry=angle.notation) for angle in shared for where in conditions)
+    asked = replace(
+        _asked(tolerance, formulas, conditions, known, _scales(whites)), across=_crossings(across), notes=notes
+    )
     pairs = matched(first, found, asked)
     batches = [batch([one.differences[at] for one in pairs], asked.judging) for at in range(len(asked.conditions))]
     filled = {name: text for name, text in (signed or {}).items() if text}

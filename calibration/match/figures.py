@@ -36,7 +36,7 @@ def _side(side: Sample) -> dict[str, Any]:
     return {
         "name": side.name,
         "source": side.source,
-        "readings": len(side.readings),
+        "readings": side.count,
         "effect": side.effect,
         "details": dict(side.details),
         "measurement": side.measurement.words,
@@ -49,6 +49,7 @@ def _matched(one: Matched) -> dict[str, Any]:
         "differences": [_difference(found) for found in one.differences],
         "indices": [asdict(index) for index in one.indices],
         "whites": [asdict(index) for index in one.whites],
+        "angles": None if one.angles is None else asdict(one.angles) | {"flop_difference": one.angles.flop_difference},
     }
 
 

@@ -95,7 +95,8 @@ class MatchReport:
         sides = (self.standard, *(one.sample for one in self.samples))
         held = dict.fromkeys(f"{side.name}: {side.held}" for side in sides if side.held)
         told = dict.fromkeys(words for one in self.samples for words in remarks(self.standard.side, one.sample.side))
-        return (*self.crossed, *found, *(f"{words}." for words in held), *told)
+        said = dict.fromkeys(words for side in sides for words in side.notes)
+        return (*self.crossed, *found, *(f"{words}." for words in held), *told, *said, *self.asked.notes)
 
 
 def render_match_page(report: MatchReport) -> str:
@@ -146,7 +147,8 @@ def _shown(report: MatchReport, worst_first: Sequence[Matched]) -> list[dict[str
     for number, one in enumerate(worst_first, 1):
         told = [index for index in one.indices if index.name.endswith("multiplicative") and index.value is not None]
         index = max(told, key=lambda index: index.value or 0.0, default=None)
-        curves = [side.factor(_DRAWN_NM) for side in (report.standard, one.sample) if side.readings]
+        at = report.asked.conditions[0].geometry
+        curves = [side.factor(_DRAWN_NM) for side in (report.standard.at(at), one.sample.at(at)) if side.readings]
         found.append(
             {
                 "matched": one,

@@ -18,6 +18,7 @@ from ...spectral.measurement import Crossing, refusal
 from ...spectral.metamerism import Conditions, Correction, colour_inconstancy, metamerism_index
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
+from .angles import OverAngles, over_angles
 from .direction import direction
 from .tolerance import Tolerance, Verdict
 from .uncertainty import Repeatability, Spread, scatter, spread
@@ -35,7 +36,8 @@ class Asked:
 
     conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
     of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it. whites :
-    whiteness and yellowness, by name. across : differences of measurements that are compared all the same.
+    whiteness and yellowness, by name. across : differences of measurements that are compared all the same. notes : on
+    the conditions.
     """
 
     conditions: tuple[Conditions, ...]
@@ -44,6 +46,7 @@ class Asked:
     repeatability: Repeatability | None = None
     whites: tuple[WhiteScale, ...] = ()
     across: tuple[Crossing, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def judging(self) -> Formula:
@@ -78,12 +81,15 @@ class Index:
 
 @dataclass(frozen=True, eq=False)
 class Matched:
-    """One sample: its differences, what changes of conditions do, and whiteness and yellowness that were asked for."""
+    """One sample: its differences, what changes of conditions do, and whiteness and yellowness that were asked for;
+    angles : where it was read at several.
+    """
 
     sample: Sample
     differences: tuple[Difference, ...]
     indices: tuple[Index, ...] = field(default=())
     whites: tuple[WhiteIndex, ...] = ()
+    angles: OverAngles | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -112,26 +118,35 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[
         if reason := refusal(standard.side, sample.side, asked.across):
             raise ComparisonError(reason)
         check_another(standard, sample)
-    return tuple(
-        Matched(
-            sample,
-            tuple(_difference(standard, sample, where, asked) for where in asked.conditions),
-            _indices(standard, sample, asked),
-            white_indices(standard, sample, asked.whites, asked.conditions, asked.repeatability),
+    found = []
+    for sample in samples:
+        told = tuple(
+            _difference(standard.at(where.geometry), sample.at(where.geometry), where, asked)
+            for where in asked.conditions
         )
-        for sample in samples
-    )
+        white = white_indices(standard, sample, asked.whites, asked.conditions, asked.repeatability)
+        by_angle = [
+            (where.geometry, next(iter(one.delta_e.values())))
+            for where, one in zip(asked.conditions, told, strict=True)
+        ]
+        found.append(
+            Matched(sample, told, _indices(standard, sample, asked), white, over_angles(standard, sample, by_angle))
+        )
+    return tuple(found)
 
 
 def check_another(standard: Sample, sample: Sample) -> None:
     """Raise `ComparisonError` where both are one and the same: that says nothing of a batch."""
     if (standard.source, standard.name) == (sample.source, sample.name):
         raise ComparisonError(f"{sample.name} is its own standard: name another sample")
-    same = len(standard.readings) == len(sample.readings) > 0 and all(
+    ours, theirs = (
+        [reading for part in (side, *side.angles) for reading in part.readings] for side in (standard, sample)
+    )
+    same = len(ours) == len(theirs) > 0 and all(
         one.wavelengths_nm.shape == other.wavelengths_nm.shape
         and (one.wavelengths_nm == other.wavelengths_nm).all()
         and (one.samples == other.samples).all()
-        for one, other in zip(standard.readings, sample.readings, strict=True)
+        for one, other in zip(ours, theirs, strict=True)
     )
     if same:
         raise ComparisonError(
@@ -164,9 +179,18 @@ def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Aske
 
 
 def _indices(standard: Sample, sample: Sample, asked: Asked) -> tuple[Index, ...]:
-    reference, formula = asked.conditions[0], asked.judging
     found = []
-    for test in asked.conditions[1:]:
+    for geometry in dict.fromkeys(one.geometry for one in asked.conditions):
+        # No index tells of a change of angle.
+        alike = tuple(one for one in asked.conditions if one.geometry == geometry)
+        found += _indices_at(standard.at(geometry), sample.at(geometry), alike, asked.judging)
+    return tuple(found)
+
+
+def _indices_at(standard: Sample, sample: Sample, conditions: tuple[Conditions, ...], formula: Formula) -> list[Index]:
+    reference, *tests = conditions
+    found = []
+    for test in tests:
         light, eye = test.illuminant != reference.illuminant, test.observer != reference.observer
         # Of both at once, no index is defined.
         if light and eye:
@@ -179,7 +203,7 @@ def _indices(standard: Sample, sample: Sample, asked: Asked) -> tuple[Index, ...
             if light:
                 told = partial(colour_inconstancy, side, reference, test, formula)
                 found.append(_told(f"colour inconstancy of the {who}", test, told))
-    return tuple(found)
+    return found
 
 
 def _told(name: str, test: Conditions, value: Callable[[], float]) -> Index:

@@ -13,7 +13,7 @@ from .page import MatchReport
 from .pairs import Difference, Matched
 
 _AXES = ("ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*")
-_FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "illuminant", "observer", "verdict")
+_FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "angle", "illuminant", "observer", "verdict")
 
 
 def headings(report: MatchReport) -> list[str]:
@@ -58,8 +58,8 @@ def _whites(report: MatchReport) -> list[str]:
 def _line(report: MatchReport, one: Matched, found: Difference) -> list[Cell]:
     where, sample = found.conditions, one.sample
     names = [formula.name for formula in report.asked.formulas]
-    cells: list[Cell] = [report.standard.name, sample.name, sample.source, len(sample.readings), one.verdict]
-    cells += [where.illuminant, where.observer, found.verdict]
+    cells: list[Cell] = [report.standard.name, sample.name, sample.source, sample.count, one.verdict]
+    cells += [where.geometry or None, where.illuminant, where.observer, found.verdict]
     cells += np.concatenate([found.standard_lab, found.sample_lab]).tolist()
     off = found.off
     cells += [float(value) for value in (off.lightness, off.a, off.b, off.chroma, off.hue)]

@@ -58,7 +58,9 @@ def white_indices(
         method = _method(scale)
         meant = [one for one in conditions if defined_for(one, method)]
         # Under any other, the refusal says what it is for.
-        found += [_index(standard, sample, scale, where, known) for where in meant or conditions[:1]]
+        for where in meant or conditions[:1]:
+            sides = standard.at(where.geometry), sample.at(where.geometry)
+            found.append(_index(*sides, scale, where, known))
     return tuple(found)
 
 

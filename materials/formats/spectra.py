@@ -8,6 +8,7 @@ else the file says) is in the record's `original`, so that nothing is lost to th
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -15,12 +16,22 @@ from typing import Any
 
 import numpy as np
 
+from ...spectral.angles import Reading, things
 from ...spectral.errors import InputError
 from ...spectral.formats import csv, spectral_exr
 from ...spectral.formats.answer import NO_ANSWER, Answer
-from ...spectral.formats.reading import HEAD, SpectralEntry, SpectralFile, format_of, read_with, readers
+from ...spectral.formats.reading import (
+    HEAD,
+    SpectralEntry,
+    SpectralFile,
+    details_of_readings,
+    format_of,
+    read_with,
+    readers,
+)
 from ...spectral.formats.tables.foreign import is_of_something_else
 from ...spectral.illuminants import illuminant
+from ...spectral.measurement import Measurement
 from ...spectral.observers import observer
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
@@ -40,6 +51,7 @@ _MOST_MISSED = 0.15
 # A light that has fallen below this part of its peak where its samples end is taken to be dark beyond.
 _DARK_END = 0.02
 _DIFFUSE = "taken to be perfectly diffuse"
+_AS_MATT = "read at one of several angles and taken for a matt surface, as asked: elsewhere it looks otherwise"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -80,15 +92,59 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     for name, reason in file.rejected:
         yield Rejected(f"{family}/{name}", reason)
     taken: set[str] = set()
+    refused, aspecular = _at_angles(file, path, family, answer)
+    yield from refused
     for number, entry in enumerate(file.entries, 1):
+        if entry.name in aspecular and aspecular[entry.name] is None:
+            continue
         word = id_word(entry.name) if entry.name.strip() else f"sample-{number}"
         name = _free(word, taken)
         taken.add(name)
         notes = [f"named {entry.name!r} in the file, as another sample is"] if name != word else []
         try:
-            yield _source(path, family, name, entry, file, [*notes, f"{path.name}: SHA-256 {content}"])
+            notes = [*notes, f"{path.name}: SHA-256 {content}"]
+            yield _source(path, family, name, entry, file, notes, aspecular.get(entry.name))
         except InputError as reason:
             yield Rejected(f"{family}/{name}", reason)
+
+
+def _at_angles(
+    file: SpectralFile, path: Path, family: str, answer: Answer
+) -> tuple[list[Rejected], dict[str, str | None]]:
+    """Refusals of paints that were read at several angles, one a paint, and what is made of their readings by name:
+    "lambert" or "radiance factor" as the answer says, else None. What is beside a mirror direction is no matt surface.
+    """
+    beside = details_of_readings(file)
+    readings = [
+        Reading(
+            one,
+            one.name,
+            one.details.get("object", ""),
+            Measurement.of(one.spectrum.quantity, {**beside, **one.details}, one.name),
+        )
+        for one in file.entries
+        if one.spectrum.quantity != "emission"
+    ]
+    made = "radiance factor" if answer.quantity == "radiance factor" else "lambert" if answer.angles else None
+    refused, found = [], {}
+    for thing in things(readings):
+        if not thing.angles:
+            continue
+        found |= {one.name: made for one in thing.readings}
+        if made is None:
+            name = thing.name or path.stem
+            several = f"read at {len(thing.angles)} angles" if len(thing.angles) > 1 else "read at an aspecular angle"
+            reason = InputError(
+                f"one paint, {several}, is no matt surface",
+                file=path,
+                field=name,
+                found=", ".join(one.notation for one in thing.angles),
+                expected="readings at one geometry such as 45:0 or d:8, or a measured BRDF",
+                hint="--as radiance-factor keeps each reading as it is, without a surface; --angles matt makes a matt "
+                "material of each, and the record says so",
+            )
+            refused.append(Rejected(f"{family}/{id_word(name)}", reason))
+    return refused, found
 
 
 def _free(word: str, taken: set[str]) -> str:
@@ -115,9 +171,22 @@ def _reader_of(path: Path, mtime_ns: int, size: int) -> ModuleType:
 
 
 def _source(
-    path: Path, family: str, name: str, entry: SpectralEntry, file: SpectralFile, notes: list[str]
+    path: Path,
+    family: str,
+    name: str,
+    entry: SpectralEntry,
+    file: SpectralFile,
+    notes: list[str],
+    aspecular: str | None = None,
 ) -> MaterialSource:
+    """Make one material; `aspecular` : what is made of a reading at one of several angles, None of any other."""
     spectrum = entry.spectrum
+    if aspecular == "radiance factor":
+        # A reflectance at such an angle is a radiance factor, whatever its file calls it.
+        spectrum = Spectrum.sampled(spectrum.wavelengths_nm, spectrum.samples, "radiance factor")
+        entry = replace(entry, spectrum=spectrum)
+    elif aspecular == "lambert":
+        notes = [_AS_MATT, *notes]
     _check_visible(spectrum, path, entry.name)
     notes = [entry.taken, *file.notes, *notes] if entry.taken else [*file.notes, *notes]
     if spectrum.quantity == "reflectance":

@@ -12,6 +12,8 @@ from ..spectrum import Quantity
 Scale = Literal["percent", "fraction"]
 #: How texture maps are drawn: texel by texel; that, with normals that are none taken as level; by their mean.
 MapsDrawn = Literal["texels", "mended", "mean"]
+#: How readings at several angles are drawn: each as a matt surface.
+AnglesDrawn = Literal["matt"]
 #: Which way green points in a normal map: upwards in the picture, or downwards.
 NormalMap = Literal["opengl", "directx"]
 #: What a specular map holds: F at the normal, the colour of facets, encoded as sRGB or linear.
@@ -43,6 +45,8 @@ class Answer:
     scale, one or one a colour; includes_cosine, whether values fall with the cosine of the light; texel_mm; fill, the
     share of images that may be made of their neighbours; btf_form, the fast form that it gets.
 
+    angles : "matt": each reading of a paint at several angles is a matt material of its own; None refuses them.
+
     Raises
     ------
     InputError
@@ -61,10 +65,12 @@ class Answer:
     fill: float | None = None
     btf_form: BtfFormName | None = None
     colours_for: tuple[str, str] | None = None
+    angles: AnglesDrawn | None = None
 
     def __post_init__(self) -> None:
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
+        said += (("angles", self.angles, AnglesDrawn),)
         said += (("specular-map", self.specular_map, SpecularMap),)
         said += (("encoding", self.encoding, ImageEncoding), ("btf-form", self.btf_form, BtfFormName))
         for field, words, known in said:

@@ -9,7 +9,7 @@ leaves it to MeasurementType what it measures.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
+from .cxf_angles import angles_of
 from .cxf_metadata import TELLING, Stated, file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
 from .reading import SpectralFile, StatedColour, names_its_file
@@ -74,10 +75,13 @@ def read(path: Path) -> SpectralFile:
         colours, other = stated_values(beside, name, specifications, known, gathered)
         own = [_named_by(value, specifications) for value in spectra]
         shares = shared_out(colours, spectra, own, name, gathered)
-        labels = _labels(spectra, specifications)
-        for value, label, told, (stated, left) in zip(spectra, labels, own, shares, strict=True):
+        angles = angles_of(spectra, own, name, gathered)
+        labels = _labels(spectra, specifications, angles)
+        for value, label, told, angle, (stated, left) in zip(spectra, labels, own, angles, shares, strict=True):
             called = f"{name}, {label}" if label else name
             try:
+                if isinstance(angle, InputError):
+                    raise angle
                 if told is None:
                     raise _without_specification(value, specifications, called)
                 if value.get("ColorSpecification") is None:
@@ -92,7 +96,9 @@ def read(path: Path) -> SpectralFile:
                 percent = percent or _percent(called, f"{samples.max():g}")
                 gathered.rejected.append((called, _percent(called, f"{samples.max():g}")))
                 continue
-            details = object_details(item, value, told, known) | other | left
+            details = object_details(item, value, told, known, angle) | other | left
+            if angle is not None:
+                details["object"] = name
             if quantity == "emission":
                 details["units"] = "W/(sr m^2 nm)"
             gathered.add(called, grid, samples, quantity, stated=stated, details=details)
@@ -272,8 +278,12 @@ def _even_grid(value: Element, told: Specification, count: int, field: str, gath
     return first + apart * np.arange(count)
 
 
-def _labels(spectra: list[Element], specifications: Mapping[str, Specification | None]) -> list[str]:
-    """What tells the spectra of one object apart: the first of their own names, conditions, specifications, kinds."""
+def _labels(
+    spectra: list[Element],
+    specifications: Mapping[str, Specification | None],
+    angles: Sequence[tuple[str, str] | InputError | None],
+) -> list[str]:
+    """Find what tells the spectra of an object apart: angles, else their names, conditions, specifications or kinds."""
     if len(spectra) < 2:
         return [""] * len(spectra)
 
@@ -282,6 +292,7 @@ def _labels(spectra: list[Element], specifications: Mapping[str, Specification |
         return "" if told is None else told.details.get("condition", "").partition(" ")[0]
 
     ways = (
+        [angle[0] if isinstance(angle, tuple) else "" for angle in angles],
         [value.get("Name", "") for value in spectra],
         [condition(value) for value in spectra],
         [value.get("ColorSpecification", "") for value in spectra],

@@ -125,12 +125,20 @@ def _colour(
     return StatedColour(space, np.array([a, b, c], dtype=np.float64), specification.illuminant, specification.observer)
 
 
-def object_details(item: Element, value: Element, specification: Specification, known: Vocabulary) -> dict[str, str]:
-    """What is said of one spectrum, from the object, from the value and from its specification."""
+def object_details(
+    item: Element,
+    value: Element,
+    specification: Specification,
+    known: Vocabulary,
+    angle: tuple[str, str] | None = None,
+) -> dict[str, str]:
+    """What is said of one spectrum, from the object, from the value and from its specification; `angle` : notation and
+    angles of a multi-angle geometry.
+    """
     details = dict(specification.details)
     label = value.get("Name", "")
-    if specification.angles and label in specification.angles:
-        details["geometry"] = f"{label}: {specification.angles[label]}"
+    if angle is not None:
+        details["geometry"] = f"{angle[0]}: {angle[1]}"
     said = {"kind": "ObjectType", "id": "Id", "GUID": "GUID"}
     details |= {ours: item.get(theirs, "") for ours, theirs in said.items()}
     details |= {"spectrum": label, "measured": value.get("MeasureDate", "")}

@@ -35,7 +35,7 @@ class Specification:
     quantity : of spectra that do not say it by their own name; None where this does not say it either.
     assumed : how `quantity` was inferred, where MeasurementType leaves it open; None otherwise.
     illuminant, observer : of tristimulus values, as `StatedColour` has them.
-    angles : of a multi-angle geometry, by notation.
+    angles : of a multi-angle geometry: notation and angles of each, in the order of the file.
     details : everything as text, under the names that all readers use where there is one.
     """
 
@@ -45,7 +45,7 @@ class Specification:
     assumed: str | None = None
     illuminant: str | None = None
     observer: str | None = None
-    angles: Mapping[str, str] | None = None
+    angles: tuple[tuple[str, str], ...] | None = None
     details: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -109,8 +109,8 @@ def _condition(light: Element) -> str:
     return f"{text}: {custom}" if custom else text
 
 
-def _geometry(choice: Element | None, known: Vocabulary) -> tuple[str, dict[str, str] | None]:
-    """Text such as "45:0 annular" or "di:8", and what a multi-angle specification lists, by notation."""
+def _geometry(choice: Element | None, known: Vocabulary) -> tuple[str, tuple[tuple[str, str], ...] | None]:
+    """Text such as "45:0 annular" or "di:8", and the notations and angles that a multi-angle specification lists."""
     for element in known.children(choice):
         name, text = known.name(element), (element.text or "").strip()
         if name == "SingleAngle":
@@ -121,14 +121,13 @@ def _geometry(choice: Element | None, known: Vocabulary) -> tuple[str, dict[str,
             told = text or " ".join(words(element).split())
             return (f"{_SPHERES[told]} ({told})" if told in _SPHERES else f"sphere, {told}"), None
         if name == "MultiAngle":
-            angles = {}
+            angles: list[tuple[str, str]] = []
             for number, angle in enumerate(known.children(element, "BRDFAngle"), 1):
                 light, away, turned = (known.text(angle, n) for n in ("IlluminationAngle", "Aspecular", "Azimuth"))
                 line = f"light {_degrees(light)}, aspecular {_degrees(away)}"
-                angles[angle.get("Notation") or str(number)] = line + (
-                    f", azimuth {_degrees(turned)}" if turned else ""
-                )
-            return "; ".join(f"{notation}: {line}" for notation, line in angles.items()), angles
+                line += f", azimuth {_degrees(turned)}" if turned else ""
+                angles.append((angle.get("Notation") or str(number), line))
+            return "; ".join(f"{notation}: {line}" for notation, line in angles), tuple(angles)
         if name == "EmissiveMode":
             return f"emissive, {text}", None
         return text or words(element), None

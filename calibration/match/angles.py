@@ -1,0 +1,129 @@
+"""Samples that were read at several angles: which angles all sides have, and figures over them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...spectral.angles import FLOP_ANGLES, FLOP_CONDITIONS, common, flop_index
+from ...spectral.errors import ComparisonError, UsageError
+from ...spectral.measurement import Geometry, geometry_in
+from ...spectral.sample import Sample
+
+#: Angles that all sides must have: fewer do not tell of an effect.
+FEWEST = 3
+
+
+@dataclass(frozen=True)
+class OverAngles:
+    """Figures of one sample over its angles, by the first formula, of each angle the worst light.
+
+    worst : the angle at which it is farthest off. mean, largest : ΔE over the angles. standard_flop, sample_flop : flop
+    index of each; None where 45as15, 45as45 or 45as110 is missing.
+    """
+
+    worst: str
+    mean: float
+    largest: float
+    standard_flop: float | None
+    sample_flop: float | None
+
+    @property
+    def flop_difference(self) -> float | None:
+        """Sample minus standard."""
+        if self.standard_flop is None or self.sample_flop is None:
+            return None
+        return self.sample_flop - self.standard_flop
+
+
+def shared_angles(
+    standard: Sample, samples: Sequence[Sample], wanted: Sequence[str] = ()
+) -> tuple[tuple[Geometry, ...], tuple[str, ...]]:
+    """Pair angles by their numbers: those to compare at, and notes on what some side lacks; none of single geometries.
+
+    Parameters
+    ----------
+    wanted : aspecular angles of light at 45 degrees, such as "15", or notations; none: all that the sides share.
+
+    Raises
+    ------
+    ComparisonError : a side has one angle or another geometry only, or too few are shared. UsageError : not an angle,
+        or nothing was read at angles.
+    """
+    sides = (standard, *samples)
+    if not any(side.angles for side in sides):
+        if wanted:
+            raise UsageError("no side was read at several angles, so there are none to choose from")
+        return (), ()
+    for side in sides:
+        others = next((other for other in sides if other.angles and other is not side), side)
+        if len(side.angles) == 1 or not (side.angles or side.angled):
+            has = side.geometries[0].notation if side.angles else side.details.get("geometry") or "one geometry"
+            raise ComparisonError(
+                f"{side.name} of {side.source} has {has} alone\n"
+                f"  found: {has} in {side.source}, {_listed(others.geometries)} in {others.source}\n"
+                f"  expected: {FEWEST} angles or more that both sides have\n"
+                "  try: measure both at the same angles"
+            )
+    measured = [side for side in sides if side.angles]
+    shared = common([side.geometries for side in measured])
+    every = dict.fromkeys(one.notation for side in measured for one in side.geometries)
+    if wanted:
+        shared = tuple(_chosen(text, shared) for text in wanted)
+    elif len(shared) < FEWEST:
+        raise ComparisonError(
+            f"{len(shared)} angles are shared, too few to tell of an effect\n"
+            + "\n".join(f"  found: {_listed(side.geometries)} in {side.source} ({side.name})" for side in measured[:4])
+            + f"\n  expected: {FEWEST} angles or more that all sides have"
+            + ("\n  try: name them with --angles to judge these alone" if shared else "")
+        )
+    notes: list[str] = []
+    for side in measured:
+        lacking = [name for name in every if not _has(side, name)]
+        if lacking and not wanted:
+            notes.append(f"Not judged: {', '.join(lacking)}, which {side.name} of {side.source} does not have.")
+    return shared, tuple(notes)
+
+
+def over_angles(standard: Sample, sample: Sample, by_angle: Sequence[tuple[str, float]]) -> OverAngles | None:
+    """Figures over angles of pairs of a notation and a ΔE; None where there are none."""
+    worst: dict[str, float] = {}
+    for angle, delta_e in by_angle:
+        worst[angle] = max(worst.get(angle, 0.0), delta_e)
+    if "" in worst:
+        return None
+    name = max(worst, key=lambda angle: worst[angle])
+    return OverAngles(name, float(np.mean(list(worst.values()))), worst[name], _flop(standard), _flop(sample))
+
+
+def _flop(side: Sample) -> float | None:
+    lightness = {}
+    for angle in FLOP_ANGLES:
+        notation = f"45as{angle:g}"
+        if side.angled is not None or _has(side, notation):
+            lightness[angle] = float(side.at(notation).lab(*FLOP_CONDITIONS)[0])
+    return flop_index(lightness)
+
+
+def _has(side: Sample, notation: str) -> bool:
+    wanted = geometry_in(notation)
+    return wanted is not None and any(one.matches(wanted) for one in side.geometries)
+
+
+def _chosen(text: str, shared: Sequence[Geometry]) -> Geometry:
+    try:
+        wanted = geometry_in(f"45as{float(text):g}")
+    except ValueError:
+        wanted = geometry_in(text)
+    if wanted is None or wanted.kind != "multi-angle":
+        raise UsageError(f"{text!r} is no angle: name aspecular angles such as 15,45,110, or notations such as 45as15")
+    found = next((one for one in shared if one.matches(wanted)), None)
+    if found is None:
+        raise ComparisonError(f"not every side was read at {wanted.notation}; all have {_listed(shared) or 'none'}")
+    return found
+
+
+def _listed(angles: Sequence[Geometry]) -> str:
+    return ", ".join(one.notation for one in angles)

@@ -1,0 +1,212 @@
+"""One paint that was read at several angles: one sample, a verdict an angle, and no matt material."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+NM = np.arange(400, 701, 10)
+#: Aspecular angles, and how bright a flake paint is there.
+FLOP = {-15: 0.9, 15: 0.8, 25: 0.5, 45: 0.2, 75: 0.1, 110: 0.07}
+
+
+def values(away, factor=1.0):
+    """A paint whose hue wanders with the angle."""
+    curve = FLOP[away] * factor * (0.3 + 0.7 / (1.0 + np.exp(-(NM - 520.0 - away) / 25.0)))
+    return " ".join(f"{value:.5f}" for value in curve)
+
+
+def angle(away, notation=None, aspecular=None):
+    return (
+        f'<c:BRDFAngle Notation="{notation or f"45as{away}"}"><c:IlluminationAngle>45</c:IlluminationAngle>'
+        f"<c:Aspecular>{away if aspecular is None else aspecular}</c:Aspecular></c:BRDFAngle>"
+    )
+
+
+def specification(ident, angles):
+    return (
+        f'<c:ColorSpecification Id="{ident}"><c:MeasurementSpec><c:MeasurementType>Spectrum_Reflectance'
+        f"</c:MeasurementType><c:GeometryChoice><c:MultiAngle>{angles}</c:MultiAngle></c:GeometryChoice>"
+        f'<c:WavelengthRange StartWL="400" Increment="10"/></c:MeasurementSpec></c:ColorSpecification>'
+    )
+
+
+def spectrum(away, spec, factor, name=""):
+    named = f' Name="{name}"' if name else ""
+    return f'<c:ReflectanceSpectrum ColorSpecification="{spec}"{named}>{values(away, factor)}</c:ReflectanceSpectrum>'
+
+
+def cxf(path, form="names", angles=tuple(FLOP), factor=1.0, prefix="c", listed=None, name="Silver"):
+    """The same paint in each of the ways in which a file may have it; `listed` : the angles of its specification."""
+    listed = listed or "".join(angle(one) for one in angles)
+    each = "".join(specification(f"s{one}", angle(one)) for one in angles)
+    if form in ("names", "order", "shuffled"):
+        order = angles[::-1] if form == "shuffled" else angles
+        label = "" if form == "order" else "45as{}"
+        objects = {name: "".join(spectrum(one, "all", factor, label.format(one)) for one in order)}
+        specs = specification("all", listed)
+    elif form == "specifications":
+        objects, specs = {name: "".join(spectrum(one, f"s{one}", factor) for one in angles)}, each
+    else:
+        named = {"objects": "{} 45as{}", "before": "r45as{1}_{0}"}[form]
+        objects = {named.format(name, one): spectrum(one, f"s{one}", factor) for one in angles}
+        specs = each
+    items = "".join(
+        f'<c:Object Id="o{place}" Name="{called}" ObjectType="Standard">'
+        f"<c:ColorValues>{read}</c:ColorValues></c:Object>"
+        for place, (called, read) in enumerate(objects.items())
+    )
+    text = (
+        f'<c:CxF xmlns:c="http://colorexchangeformat.com/CxF3-core"><c:Resources><c:ObjectCollection>{items}'
+        f"</c:ObjectCollection><c:ColorSpecificationCollection>{specs}</c:ColorSpecificationCollection>"
+        f"</c:Resources></c:CxF>"
+    )
+    text = re.sub(r"(?<=[</])c:", f"{prefix}:" if prefix else "", text)
+    path.write_text(text.replace("xmlns:c=", f"xmlns:{prefix}=" if prefix else "xmlns="), encoding="utf-8")
+    return path
+
+
+def table(path, names, factor=1.0):
+    rows = [values(int(re.search(r"as(-?\d+)", name)[1]), factor).split() for name in names]
+    lines = ["Reflectance, fraction", "nm," + ",".join(names)]
+    lines += [f"{nm}," + ",".join(row[at] for row in rows) for at, nm in enumerate(NM)]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return path
+
+
+FORMS = ("names", "order", "shuffled", "specifications", "objects", "before")
+ONE_LIGHT = ("--illuminants", "D65", "--formulas", "CIE 2000")
+
+
+def told(metamer, *words):
+    code, out, err = metamer("match", *words, *ONE_LIGHT, "--json", "-")
+    assert code in (0, 2), err
+    return json.loads(out)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_file_of_several_angles_is_one_sample_in_every_form(metamer, tmp_path, form):
+    master = cxf(tmp_path / "master.cxf")
+    said = told(metamer, master, cxf(tmp_path / "lot.cxf", form, factor=1.03))
+    (lot,) = said["samples"]
+    assert said["standard"]["name"] == "Silver" and lot["readings"] == 6
+    assert sorted(one["geometry"] for one in lot["differences"]) == sorted(f"45as{one}" for one in FLOP)
+    by_form = told(metamer, cxf(tmp_path / "again.cxf", form), cxf(tmp_path / "other.cxf", factor=1.03))
+    again = {one["geometry"]: one["delta_e"] for one in by_form["samples"][0]["differences"]}
+    assert again == {one["geometry"]: one["delta_e"] for one in lot["differences"]}
+
+
+def test_a_table_names_its_angles_in_its_headings(metamer, tmp_path):
+    names = [f"Silver 45as{one}" for one in FLOP]
+    said = told(metamer, table(tmp_path / "a.csv", names), table(tmp_path / "b.csv", names[::-1], 1.05))
+    assert len(said["samples"]) == 1 and len(said["samples"][0]["differences"]) == 6
+    assert any("differ by their angle alone" in note for note in said["notes"])
+
+
+@pytest.mark.parametrize("prefix", ["c", "cc", ""])
+def test_the_prefix_of_the_namespace_does_not_matter(metamer, tmp_path, prefix):
+    lot = cxf(tmp_path / "lot.cxf", factor=1.03, prefix=prefix)
+    assert len(told(metamer, cxf(tmp_path / "m.cxf"), lot)["samples"][0]["differences"]) == 6
+
+
+def test_figures_over_the_angles_are_those_of_a_spreadsheet(metamer, tmp_path):
+    said = told(metamer, cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.1))
+    (lot,) = said["samples"]
+    by_angle = {one["geometry"]: one for one in lot["differences"]}
+    delta_e = {name: one["delta_e"]["CIE 2000"] for name, one in by_angle.items()}
+    over = lot["angles"]
+    assert over["worst"] == max(delta_e, key=delta_e.get) and over["largest"] == max(delta_e.values())
+    assert over["mean"] == pytest.approx(np.mean(list(delta_e.values())))
+    for side in ("standard", "sample"):
+        near, face, far = (by_angle[f"45as{one}"][f"{side}_lab"][0] for one in (15, 45, 110))
+        assert over[f"{side}_flop"] == pytest.approx(2.69 * (near - far) ** 1.11 / face**0.86)
+    assert over["flop_difference"] == pytest.approx(over["sample_flop"] - over["standard_flop"])
+
+
+def test_every_angle_has_to_pass(metamer, tmp_path):
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.1)
+    over = told(metamer, master, lot)["samples"][0]["angles"]
+    limit = 0.5 * (over["mean"] + over["largest"])
+    code, out, _ = metamer("match", master, lot, *ONE_LIGHT, "--tolerance", f"CIE 2000 {limit:.4f}")
+    assert code == 2 and "Worst angle" not in out and over["worst"] in out and "pass" in out
+
+
+def test_an_angle_that_one_side_lacks_is_named_and_not_judged(metamer, tmp_path):
+    lot = cxf(tmp_path / "lot.cxf", angles=tuple(FLOP)[1:], factor=1.03)
+    said = told(metamer, cxf(tmp_path / "m.cxf"), lot)
+    assert [one["geometry"] for one in said["samples"][0]["differences"]] == [f"45as{one}" for one in tuple(FLOP)[1:]]
+    assert any("Not judged: 45as-15" in note for note in said["notes"])
+
+
+def test_angles_are_paired_by_their_numbers(metamer, tmp_path):
+    listed = "".join(angle(one, notation=f"r45as{one}".replace("-", "_"), aspecular=one + 0.3) for one in FLOP)
+    lot = cxf(tmp_path / "lot.cxf", "order", factor=1.03, listed=listed)
+    assert len(told(metamer, cxf(tmp_path / "m.cxf"), lot)["samples"][0]["differences"]) == 6
+    said = told(metamer, cxf(tmp_path / "m.cxf"), lot, "--angles", "110,15")
+    assert [one["geometry"] for one in said["samples"][0]["differences"]] == ["45as110", "45as15"]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "said"),
+    [
+        ("#Silver, 45as15", "#Silver, 45as25", "45as15 alone"),
+        ("", "#Silver, 45as45", "45as45 alone"),
+        ("#Silver, 45as45", "", "45as45 alone"),
+    ],
+)
+def test_one_angle_is_judged_against_nothing(metamer, tmp_path, one, other, said):
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.03)
+    code, _, err = metamer("match", f"{master}{one}", f"{lot}{other}")
+    assert code == 3 and said in err
+
+
+def test_too_few_shared_angles_are_refused(metamer, tmp_path):
+    master, lot = cxf(tmp_path / "m.cxf", angles=(-15, 15, 25)), cxf(tmp_path / "lot.cxf", angles=(25, 45, 110))
+    code, _, err = metamer("match", master, lot)
+    assert code == 3 and "1 angles are shared" in err and "45as110" in err and "45as-15" in err
+    assert metamer("match", master, lot, "--angles", "45")[0] == 3
+
+
+@pytest.mark.parametrize(
+    ("listed", "form", "said"),
+    [
+        ([angle(15), angle(15), *map(angle, (25, 45, 75, 110))], "names", "stands twice"),
+        ([angle(-15, aspecular="x"), *map(angle, (15, 25, 45, 75, 110))], "names", "not"),
+        ([*map(angle, (-15, 15, 25, 45, 75))], "order", "at which angle"),
+        ([angle(-15, aspecular=20), *map(angle, (15, 25, 45, 75, 110))], "names", "are not the same"),
+        ([re.sub("<c:Aspecular>.*?</c:Aspecular>", "", angle(-15)), *map(angle, (15, 25, 45))], "names", "missing"),
+    ],
+)
+def test_a_file_that_does_not_tell_its_angles_is_refused(metamer, tmp_path, listed, form, said):
+    path = cxf(tmp_path / "lot.cxf", form, listed="".join(listed))
+    code, _, err = metamer("match", cxf(tmp_path / "m.cxf"), path)
+    assert code == 4 and said in err
+
+
+@pytest.mark.parametrize("form", ["names", "specifications", "objects"])
+def test_no_reading_at_an_angle_becomes_a_matt_material_unless_somebody_says_so(metamer, tmp_path, form):
+    path = cxf(tmp_path / "silver.cxf", form)
+    code, out, _ = metamer("catalogue", "import", path, "--into", tmp_path / "none", "--jobs", 1)
+    assert code == 4 and "is no matt surface" in out and "45as110" in out and "1 failed" in out
+    matt = tmp_path / "matt"
+    assert metamer("catalogue", "import", path, "--into", matt, "--jobs", 1, "--angles", "matt")[0] == 0
+    _, out, _ = metamer("catalogue", "show", "silver/silver-45as15", matt)
+    assert "taken for a matt surface, as asked" in " ".join(out.split())
+    kept = tmp_path / "kept"
+    assert metamer("catalogue", "import", path, "--into", kept, "--jobs", 1, "--as", "radiance-factor")[0] == 0
+    _, out, _ = metamer("catalogue", "list", kept)
+    assert "lambert" not in out and out.count("silver/silver-45as") == 6
+
+
+def test_a_surface_of_the_catalogue_is_read_at_the_angles_of_the_file(metamer, tmp_path, tiny_catalogue):
+    """At 45 degrees from the mirror the detector looks along the normal; glosses shine near the mirror."""
+    lot = cxf(tmp_path / "lot.cxf")
+    code, out, err = metamer("match", "tiny/satin-green", lot, "--catalogue", tiny_catalogue, *ONE_LIGHT, "--json", "-")
+    assert code == 0, err
+    seen = {one["geometry"]: one["standard_lab"][0] for one in json.loads(out)["samples"][0]["differences"]}
+    assert len(seen) == 6 and seen["45as15"] > seen["45as25"] > seen["45as45"]
+    face = cxf(tmp_path / "one.cxf", angles=(45,))
+    assert metamer("match", "tiny/matt-red", face, "--catalogue", tiny_catalogue)[0] == 3
