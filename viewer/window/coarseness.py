@@ -41,6 +41,9 @@ class Coarseness:
         if self._count >= _PICTURES or seconds > SLOW:
             self.pixels = self._chosen(seconds)
         if self.pixels != now:
+            if self._count < _PICTURES:
+                # One picture that compiled shaders says nothing of the others.
+                del self._shortest[now]
             self._count = 0
 
     def _chosen(self, seconds: float) -> int:

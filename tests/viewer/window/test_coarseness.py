@@ -34,6 +34,11 @@ def test_a_picture_that_the_machine_was_busy_in_changes_nothing_for_long(fixed, 
     assert after(fixed, pixels, 60, spikes=(20, 31))[-1] == after(fixed, pixels)[-1]
 
 
+def test_a_first_picture_that_compiles_shaders_is_not_held_against_its_resolution():
+    assert after(0.012, 0.002, spikes=(0,))[-1] == 1
+    assert after(0.010, 0.016, spikes=(0, 1))[-1] == 2
+
+
 def test_a_finer_resolution_is_tried_only_where_it_cannot_be_slow():
     for pixels in (0.05, 0.1, 0.2, 0.4, 0.8):
         taken = [0.005 + pixels / one**2 for one in after(0.005, pixels)]
