@@ -18,7 +18,7 @@ GLSL_VERSION = "#version 410 core"
 TERMS = "terms.glsl"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa: `2:17(5): error`; Nvidia: `2(17) : error`; AMD and macOS: `ERROR: 2:17:`. The first number is the source string.
-_PLACE = re.compile(r"(?m)^(\s*(?:ERROR:\s*|WARNING:\s*)?)(\d+)([:(])(\d+)")
+_PLACE = re.compile(r"(?m)^(\s*(?:ERROR:\s*|WARNING:\s*)?)(\d+)(?::(\d+)|\((\d+)\) ?)")
 
 
 class ShaderError(MetamerError):
@@ -102,6 +102,6 @@ def with_file_names(message: str, names: tuple[str, ...]) -> str:
 
     def replaced(match: re.Match[str]) -> str:
         number = int(match[2])
-        return f"{match[1]}{names[number]}:{match[4]}" if number < len(names) else match[0]
+        return f"{match[1]}{names[number]}:{match[3] or match[4]}" if number < len(names) else match[0]
 
     return _PLACE.sub(replaced, message)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-#: Seconds a moving picture may take: where it is fluent, those of a finer one that is worth a try, and at most.
-FLUENT, QUICK, SLOW = 1.0 / 60.0, 0.06, 0.08
-#: Pixels of the picture along a side of one of a moving picture, at most.
+import math
+
+#: Pixels of the window along a side of one of a moving picture, at most.
 COARSEST = 4
+#: Seconds that a moving picture may take at most, and one of an untried finer resolution.
+SLOW, QUICK = 0.08, 0.06
+# Seconds a picture, as few as there are, and the pixels along a side that they are worth at most.
+_RATES = ((1.0 / 60.0, 2), (1.0 / 30.0, 3), (SLOW, COARSEST))
 # Pictures of a resolution before another is chosen: the first one makes textures.
 _PICTURES = 2
 
@@ -13,8 +17,9 @@ _PICTURES = 2
 class Coarseness:
     """Pixels of the window along a side of one of a moving picture.
 
-    The finest resolution that is fluent; where none is, the finest that is not slow. Resolutions not tried yet are
-    judged by those that were: a picture's time falls at most with its pixels.
+    The finest resolution of 60 pictures a second, down to half of the window's; where none is, of 30, down to a third;
+    else one that is not slow. Resolutions not tried yet are judged by those that were: a picture's time falls at most
+    with its pixels.
 
     >>> coarseness = Coarseness()
     >>> for seconds in (0.015, 0.015, 0.03, 0.03, 0.015, 0.015):
@@ -48,16 +53,15 @@ class Coarseness:
 
     def _chosen(self, seconds: float) -> int:
         now, finer = self.pixels, self.pixels - 1
-        here = self._shortest[now]
-        fluent_if_coarser = any(self._at_least(pixels) <= FLUENT for pixels in range(now + 1, COARSEST + 1))
-        if seconds > SLOW or (here > FLUENT and fluent_if_coarser):
+        if seconds > SLOW:
             return min(COARSEST, now + 1)
-        if not finer:
-            return now
-        tried = self._shortest.get(finer)
-        if tried is None:
-            return finer if self._expected(finer) <= QUICK else now
-        return finer if tried <= FLUENT or (here > FLUENT and tried <= QUICK) else now
+        if finer and finer not in self._shortest and self._expected(finer) <= QUICK:
+            return finer
+        for limit, coarsest in _RATES:
+            for pixels in range(1, coarsest + 1):
+                if self._at_least(pixels) <= limit:
+                    return now + (pixels > now) - (pixels < now)
+        return now
 
     def _expected(self, finer: int) -> float:
         """Return what a picture of the next finer resolution takes, in seconds, as if all of the time went into pixels
@@ -70,7 +74,8 @@ class Coarseness:
         return here + max(here - coarser, 0.0) * (shares[0] - shares[1]) / (shares[1] - shares[2])
 
     def _at_least(self, pixels: int) -> float:
-        """Return what a picture of that resolution takes at least, in seconds."""
+        """Return what a picture of that resolution takes at least, in seconds; infinite for one too fine to try."""
         if pixels in self._shortest:
             return self._shortest[pixels]
-        return max((taken * (one / pixels) ** 2 for one, taken in self._shortest.items() if one < pixels), default=0.0)
+        finer = [taken * (one / pixels) ** 2 for one, taken in self._shortest.items() if one < pixels]
+        return max(finer, default=math.inf)

@@ -112,7 +112,7 @@ def test_an_error_in_a_forms_own_file_names_it_in_every_pass(gl, tmp_path, fragm
     text = form.read_text("utf-8")
     (tmp_path / "wrong.glsl").write_text(f"{text}{line}\n")
     sizes = {**LIGHT, **HIDDEN, "AXES": 3, "MIXED": 1, "LOBES": 12, "POLAR": 24, "AZIMUTHS": 1}
-    place = rf"\nwrong\.glsl:{len(text.splitlines()) + 1}\("
+    place = rf"\nwrong\.glsl:{len(text.splitlines()) + 1}[(:]"
     with pytest.raises(shaders.ShaderError, match=place) as refused:
         shaders.program(gl, "fullscreen.vert", fragment, sizes, tmp_path / "wrong.glsl")
     assert str(refused.value).startswith(f"fullscreen.vert + {fragment}: ")
@@ -132,7 +132,7 @@ def test_an_error_in_a_pass_names_that_pass(gl, monkeypatch, tmp_path, fragment)
     ("message", "expected"),
     [
         ("1:17(5): error: no", "b.glsl:17(5): error: no"),
-        ("1(17) : error C0000", "b.glsl:17) : error C0000"),
+        ("1(17) : error C0000", "b.glsl:17: error C0000"),
         ("ERROR: 0:3: no", "ERROR: a.frag:3: no"),
         ("9:3: no such source", "9:3: no such source"),
     ],
