@@ -74,6 +74,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "radiance-factor keeps them as readings",
     )
     bring.add_argument(
+        "--decimal", choices=("comma", "point"), help="the decimal mark, of tables whose rows can be read in two ways"
+    )
+    bring.add_argument(
         "--maps",
         choices=("texels", "mended", "mean"),
         help="how texture maps are drawn: every texel (default), that with bad normals laid level, or their mean",
@@ -169,7 +172,8 @@ def _answer(args: argparse.Namespace) -> Answer:
     quantity = "radiance factor" if args.quantity == "radiance-factor" else args.quantity
     cosine = {"yes": True, "no": False}.get(args.includes_cosine)
     of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill, args.btf_form)
-    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, angles=args.angles)
+    of_tables = {"angles": args.angles, "decimal": args.decimal}
+    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, **of_tables)
 
 
 def _white(text: str) -> tuple[float, ...]:

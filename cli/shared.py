@@ -74,7 +74,7 @@ def counted(number: int, what: str) -> str:
 
 
 def add_answer_options(command: argparse.ArgumentParser) -> None:
-    """What readings do not say of themselves: `--as`, `--scale`, `--colours-for`."""
+    """What readings do not say of themselves: `--as`, `--scale`, `--decimal`, `--colours-for`."""
     command.add_argument(
         "--as",
         dest="quantity",
@@ -82,6 +82,9 @@ def add_answer_options(command: argparse.ArgumentParser) -> None:
         help="what files hold that do not say it",
     )
     command.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")
+    command.add_argument(
+        "--decimal", choices=("comma", "point"), help="the decimal mark of tables whose rows can be read in two ways"
+    )
     command.add_argument(
         "--colours-for",
         type=_conditions,
@@ -115,7 +118,8 @@ def answer_of(args: argparse.Namespace) -> Answer:
     """What was said by `add_answer_options`."""
     from ..spectral.formats.answer import Answer
 
-    return Answer(args.quantity and args.quantity.replace("-", " "), args.scale, colours_for=args.colours_for)
+    quantity = args.quantity and args.quantity.replace("-", " ")
+    return Answer(quantity, args.scale, colours_for=args.colours_for, decimal=args.decimal)
 
 
 def _conditions(text: str) -> tuple[str, str]:

@@ -10,6 +10,8 @@ from ..errors import InputError, UnknownNameError
 from ..spectrum import Quantity
 
 Scale = Literal["percent", "fraction"]
+#: What stands before the decimals of a number in a table.
+Decimal = Literal["comma", "point"]
 #: How texture maps are drawn: texel by texel; that, with normals that are none taken as level; by their mean.
 MapsDrawn = Literal["texels", "mended", "mean"]
 #: How readings at several angles are drawn: each as a matt surface.
@@ -37,6 +39,8 @@ class Answer:
 
     colours_for : illuminant and observer of XYZ and CIELAB that a file states without them; of one of the two, what
     it leaves open.
+
+    decimal : the decimal mark of tables whose rows can be read in two ways.
 
     maps : None is "texels". normal_map : for normal maps that do not say it and do not prove it themselves.
     specular_map : without it specular maps are kept and not rendered.
@@ -66,12 +70,14 @@ class Answer:
     btf_form: BtfFormName | None = None
     colours_for: tuple[str, str] | None = None
     angles: AnglesDrawn | None = None
+    decimal: Decimal | None = None
 
     def __post_init__(self) -> None:
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
         said += (("angles", self.angles, AnglesDrawn),)
         said += (("specular-map", self.specular_map, SpecularMap),)
+        said += (("decimal", self.decimal, Decimal),)
         said += (("encoding", self.encoding, ImageEncoding), ("btf-form", self.btf_form, BtfFormName))
         for field, words, known in said:
             if words is not None and words not in get_args(known):

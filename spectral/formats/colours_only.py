@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,8 +19,11 @@ from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
 from .cxf import recognises as is_cxf
 from .reading import HEAD, StatedColour
-from .shared.text import number, read_lines
+from .shared.text import read_lines
 from .shared.words import colour_axis, illuminant_in, observer_in, stated_colours
+from .tables.dialect import Dialect, dialects_of
+from .tables.one_reading import check_whole
+from .tables.section import ragged, trimmed
 
 _WORDS = re.compile(r"(lab|lch|xyz)\s*:\s*([^@]+?)\s*(?:@\s*(\S+?)\s*/\s*(\S+))?$", re.I)
 _NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME", "SAMPLE_LOC")
@@ -127,20 +128,23 @@ def _cgats(path: Path) -> list[Coloured]:
 
 def _table(path: Path) -> list[Coloured]:
     """A header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in it."""
-    lines = [line for line in read_lines(path) if line.strip()]
-    text = "\n".join(lines)
-    delimiter = max("\t;,", key=text.count)
-    rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
-    decimal = "," if delimiter != "," and re.search(r"\d,\d", text) and not re.search(r"\d\.\d", text) else "."
-    for start, header in enumerate(rows):
+    lines = [(at, line) for at, line in enumerate(read_lines(path), 1) if line.strip()]
+    # White space is in names, too.
+    dialect = next((one for one in dialects_of([line for _, line in lines]) if one.delimiter), Dialect(",", "."))
+    rows = [(at, trimmed(dialect.cells(line))) for at, line in lines]
+    for start, (_, header) in enumerate(rows):
         if sum(colour_axis(cell) is not None for cell in header) < 3:
             continue
-        above = " ".join(" ".join(row) for row in rows[: start + 1])
+        above = " ".join(" ".join(row) for _, row in rows[: start + 1])
         light, eye = illuminant_in(above), observer_in(above)
-        details = {"format": "CSV"} | dict(labelled for row in rows[:start] if (labelled := _labelled(row)))
+        details = {"format": "CSV"} | dict(labelled for _, row in rows[:start] if (labelled := _labelled(row)))
         found = []
-        for row in rows[start + 1 :]:
-            cells = {h: number(c, decimal) for h, c in zip(header, row, strict=False) if colour_axis(h)}
+        for at, row in rows[start + 1 :]:
+            if len(row) > len(header):
+                raise ragged(at, len(row), len(header), row)
+            of_colours = {head: cell for head, cell in zip(header, row, strict=False) if colour_axis(head)}
+            check_whole(list(of_colours.values()), dialect, at)
+            cells = {head: dialect.number(cell) for head, cell in of_colours.items()}
             names = [c for h, c in zip(header, row, strict=False) if not colour_axis(h) and c.strip()]
             if colours := stated_colours(cells, light, eye):
                 found.append(Coloured(names[0] if names else f"{path.stem} {len(found) + 1}", colours, details))

@@ -67,7 +67,7 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     InputError
         No table of wavelengths and numbers, or none of its spectra can be used.
     """
-    return gathered(parse_table(path), path, NAME, answer)
+    return gathered(parse_table(path, answer), path, NAME, answer)
 
 
 @names_its_file

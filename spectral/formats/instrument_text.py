@@ -58,7 +58,7 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     InputError
         No wavelengths with values, or values that the quantity cannot take.
     """
-    table = _finest(parse_table(path))
+    table = _finest(parse_table(path, answer))
     key = _LIGHT_METER.search(table.words)
     said = f"the key {key[0].strip()!r} of a light meter" if key else ""
     return gathered(table, path, NAME, answer, [Sign("format", "emission", said, True)] if key else [])

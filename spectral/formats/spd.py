@@ -52,7 +52,7 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
             expected="spectral power, reflectance or transmittance",
             hint="describe the conductor with tables of n and k instead",
         )
-    table = parse_table(path)
+    table = parse_table(path, answer)
     with path.open("rb") as file:
         head = head_text(file.read(HEAD))
     columns = table.blocks[0] if table.blocks else []

@@ -104,7 +104,7 @@ def read_lines(path: str | Path) -> list[str]:
 def number(cell: str, decimal: str = ".") -> float:
     """The number in a cell that has `decimal` for its decimal mark; NaN if it is none, or not finite."""
     if decimal == ",":
-        if "." in cell:
+        if "." in cell or cell.endswith(","):
             return math.nan
         cell = cell.replace(",", ".")
     try:

@@ -44,8 +44,26 @@ def two_numbers(line: str) -> bool:
     return _TWO_NUMBERS.search(line) is not None
 
 
+# Digits, signs, decimal marks and what parts cells, and nothing else: not one word.
+_DIGITS_AND_MARKS = re.compile(r"[-+\d.,;\s%eE]*\d[-+\d.,;\s%eE]*")
+_PARTED = {".": re.compile(r"[,;\s]"), ",": re.compile(r"[.;\s]|,\D*$|,\d*,")}
+
+
 def _number(cell: str, decimal: str) -> float:
     return number(cell.rstrip("% ") if cell.endswith("%") else cell, decimal)
+
+
+def is_torn(cell: str, decimal: str) -> bool:
+    """Whether a cell holds a number, or several, of another way to read the table: no number itself, and no word.
+
+    >>> is_torn("0 7", "."), is_torn("7,09", "."), is_torn("7,09", ","), is_torn("n/a", ".")
+    (True, True, False, False)
+    """
+    return _number(cell, decimal) != _number(cell, decimal) and _is_of_pieces(cell, decimal)
+
+
+def _is_of_pieces(cell: str, decimal: str) -> bool:
+    return bool(_DIGITS_AND_MARKS.fullmatch(cell) and _PARTED[decimal].search(cell.rstrip("% ")))
 
 
 @lru_cache(maxsize=1 << 14)  # who looks for a table asks for each cell in many ways
@@ -73,7 +91,11 @@ class Dialect:
 
     def cells(self, line: str) -> list[str]:
         """Stripped cells of one line."""
+        if not self.delimiter and '"' not in line:
+            return line.split()
         if not self.delimiter:
+            with suppress(csv.Error, StopIteration):
+                return next(csv.reader([" ".join(line.split())], delimiter=" "))
             return line.split()
         if '"' in line:
             with suppress(csv.Error, StopIteration):
@@ -106,21 +128,41 @@ _CANDIDATES = (("\t", ".,"), (";", ".,"), (",", ".,"), ("", ".,"))
 
 def dialect_of(lines: Sequence[str]) -> Dialect:
     """The dialect in which most cells of a sample of lines are numbers, in rows of two numbers or more."""
+    return dialects_of(lines)[0]
+
+
+def dialects_of(lines: Sequence[str]) -> list[Dialect]:
+    """Dialects in which a sample of lines has rows of two numbers or more, that of most numbers first.
+
+    A cell that holds pieces of numbers counts against a dialect. There is always one.
+    """
     middle = len(lines) // 2
     sample = [*lines[:150], *lines[max(150, middle - 100) : middle + 100], *lines[max(150, len(lines) - 50) :]]
     sample = [line for line in (line[:20_000] for line in sample) if two_numbers(line)]
-    best: list[tuple[int, Dialect]] = []
+    scored: list[tuple[int, Dialect]] = []
+    quoted = any('"' in line for line in sample)
     for delimiter, marks in _CANDIDATES:
+        if delimiter == "," and not quoted:
+            marks = "."  # the other one parts cells
         dialects = [Dialect(delimiter, mark) for mark in marks]
         rows = [dialects[0].cells(line)[:300] for line in sample if delimiter in line]
-        best.append(max(((_score(dialect, rows), dialect) for dialect in dialects), key=lambda pair: pair[0]))
-    most = max(score for score, _ in best)
-    return next(dialect for score, dialect in best if score >= 0.6 * most)
+        # Of two marks that make the same of all cells, the first.
+        of_each = sorted(((_score(dialect, rows), dialect) for dialect in dialects), key=lambda pair: -pair[0])
+        scored += of_each[: 1 if of_each[0][0] == of_each[-1][0] else 2]
+    most = max(score for score, _ in scored)
+    best = next(dialect for score, dialect in scored if score >= 0.6 * most)
+    return [best, *(dialect for score, dialect in scored if score > 0 and dialect != best)]
 
 
 def _score(dialect: Dialect, rows: Sequence[Sequence[str]]) -> int:
-    counts = (sum(_wavelength(cell, dialect.decimal) is not None for cell in row) for row in rows)
+    counts = (sum(_worth(cell, dialect.decimal) for cell in row) for row in rows)
     return sum(count for count in counts if count > 1)
+
+
+@lru_cache(maxsize=1 << 14)
+def _worth(cell: str, decimal: str) -> int:
+    """1 for a number or a wavelength, -1 for pieces of numbers, 0 for words."""
+    return 1 if _wavelength(cell, decimal) is not None else -_is_of_pieces(cell, decimal)
 
 
 def comment(line: str) -> str | None:

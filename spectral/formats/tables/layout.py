@@ -167,8 +167,9 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | No
 def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | None:
     """Index of the row of names above the numbers, past rows of units and of tristimulus values.
 
-    It has two cells or more. Names may be numbers where the first cell is empty or speaks of wavelengths; elsewhere a
-    number after a word is one more line of keys and values.
+    It has two cells or more; one that has fewer than the numbers is no header, unless it speaks of wavelengths. Names
+    may be numbers where the first cell is empty or speaks of wavelengths; elsewhere a number after a word is one more
+    line of keys and values.
     """
     index = first - 1
     while index > 0 and len(rows[index][1]) > 1 and colour_axis(rows[index][1][0]):
@@ -180,6 +181,8 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]):
         return index
+    if len(cells) < len(rows[first][1]) and not any(map(is_wavelength_header, cells)):
+        return None
     keyed = dialect.names_wavelength(
         rows[first][1][0]
     )  # "380nm" needs no header, and what is above are keys and values

@@ -9,9 +9,10 @@ from itertools import islice
 from pathlib import Path
 
 from ...errors import InputError
+from ..answer import NO_ANSWER, Answer
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import quantity_in
-from .dialect import Dialect, check_lengths, comment, dialect_of
+from .dialect import Dialect, check_lengths, comment
 from .layout import (
     Layout,
     Row,
@@ -24,8 +25,9 @@ from .layout import (
     layout_of,
     wavelengths_across,
 )
+from .one_reading import one_reading
 from .rows import is_generic, read_across, read_down
-from .section import SHOWN_LINES, Column, Section, Text, trimmed
+from .section import SHOWN_LINES, Column, Section, trimmed
 
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6
@@ -49,14 +51,18 @@ class Table:
     notes: list[str]
 
 
-def parse_table(path: Path) -> Table:
+def parse_table(path: Path, answer: Answer = NO_ANSWER) -> Table:
     """Find and read the tables of a text file.
+
+    Parameters
+    ----------
+    answer : the decimal mark that a person says, where the file can be read in two ways.
 
     Raises
     ------
     InputError
-        No table, rows cut short, words among the wavelengths, an axis of wavenumbers, or a further table whose header
-        cannot be told.
+        No table, two ways to read it, rows cut short or longer than the header, words among the wavelengths, an axis of
+        wavenumbers, or a further table whose header cannot be told.
     """
     lines = read_lines(path)
     check_lengths(lines)
@@ -74,25 +80,23 @@ def parse_table(path: Path) -> Table:
             comments.append((number, words))
         elif line.strip():
             plain.append((number, line))
-    dialect = dialect_of([line for _, line in plain])
-    text = Text(dialect, plain, comments)
-    shown = text.cells(0, SHOWN_LINES)
-    layout = layout_of(shown, dialect)
-    if layout is None:
+    way = one_reading(plain, comments, answer.decimal)
+    if way is None:
         raise InputError(
             "no table of wavelengths and values",
             found=shortened(" | ".join(line for _, line in plain[:2]) or "comments alone"),
             expected="wavelengths down the first column or across a header, numbers beside them",
         )
     notes: list[str] = []
-    sections = [Section(text, 0, shown, layout)]
+    sections = [Section(way.text, 0, way.shown, way.layout)]
     _read(sections[0], None, notes)
     while sections[-1].further is not None:
         sections.append(_further(sections[-1], *sections[-1].further))
         _read(sections[-1], sections[-2], notes)
     _kept_apart(sections, notes)
     first = sections[0]
-    return Table(dialect, [block for each in sections for block in each.blocks], first.preamble, first.words, notes)
+    blocks = [block for each in sections for block in each.blocks]
+    return Table(way.text.dialect, blocks, first.preamble, first.words, notes)
 
 
 def _further(before: Section, line: int, way: Way) -> Section:

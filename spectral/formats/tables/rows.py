@@ -21,6 +21,7 @@ from .layout import (
     labelled_wavelengths,
     nm_per_unit,
 )
+from .one_reading import check_whole
 from .section import Column, Section, cell, ragged, trimmed
 
 # Columns that hold no spectrum: scatter of one beside it, and an instrument's own readings. Whole words at the end of a
@@ -66,6 +67,7 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
             if columns and _beside(columns, cells):
                 table.last_line = table.last_line if colours else line
                 continue
+            check_whole([cell(cells, axis) for axis in axes], dialect, line)
             if not stopped:
                 stopped, stop_cell = line, first or cells[0]
             below += 1
@@ -92,11 +94,11 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
             columns = _columns(table, cells, width, [] if blocks else notes)
             for row in colours:
                 _beside(columns, row)
-        most = max(width, len(table.heads))
+        most = len(table.heads) or width
         if len(cells) < width:
             raise ragged(line, len(cells), width)
         if len(cells) > most and len(trimmed(cells)) > most:
-            raise ragged(line, len(cells), most)
+            raise ragged(line, len(trimmed(cells)), most, cells)
         by_axis = dict(zip(axes, found, strict=True))
         for column in columns:
             if (nm := by_axis[column.place[1]]) is not None:
@@ -107,6 +109,7 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
     if columns:
         blocks.append(columns)
     every = [column for block in blocks for column in block]
+    _check_whole(every, dialect)
     words = {column.words for column in every if column.is_empty and column.bad}
     beside_numbers = bool(words) and not all(column.is_empty for column in every)
     if beside_numbers:
@@ -115,6 +118,12 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
         [column for column in block if not column.is_empty or (column.bad and not beside_numbers)] for block in blocks
     ]
     return below
+
+
+def _check_whole(columns: Sequence[Column], dialect: Dialect) -> None:
+    """Refuse tables with cells of torn numbers among those of values; what else is wrong is told of its spectrum."""
+    for line, text in (column.bad for column in columns if column.bad is not None):
+        check_whole([text], dialect, line)
 
 
 def _wavelength(text: str, shape: str, dialect: Dialect) -> float | None:
@@ -251,7 +260,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
             raise ragged(line, len(cells), len(heads))
         cells = trimmed(cells)
         if len(cells) > len(heads):
-            raise ragged(line, len(cells), len(heads))
+            raise ragged(line, len(cells), len(heads), cells)
         without, pending, table.last_line = without + pending, 0, line
         table.count(len(axes))
         called = next((at for at in names if cell(cells, at)), -1)
@@ -262,6 +271,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     without += pending if table.further is None else 0
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
+    _check_whole(columns, dialect)
     table.blocks = [columns]
 
 

@@ -15,7 +15,7 @@ from ..reading import StatedColour
 from ..shared.decisions import Decision, Divisor, Sign
 from ..shared.gathering import MOST_SAMPLES
 from ..shared.resemblance import Likeness
-from ..shared.text import is_missing
+from ..shared.text import is_missing, shortened
 from .dialect import Dialect
 from .layout import Layout, Row, Way
 
@@ -172,12 +172,14 @@ def trimmed(cells: Sequence[str]) -> list[str]:
     return list(cells[:count])
 
 
-def ragged(line: int, found: int, expected: int) -> InputError:
-    """The refusal of a row that is shorter or longer than its table."""
+def ragged(line: int, found: int, expected: int, cells: Sequence[str] = ()) -> InputError:
+    """The refusal of a row that is shorter or longer than its table; `cells` of it are shown."""
     return InputError(
         "a row is cut short" if found < expected else "a row is too long",
         field=f"line {line}",
-        found=f"{found} cells",
+        found=f"{found} cells" + (f": {shortened(' | '.join(cells[:6]), 60)}" if cells else ""),
         expected=f"{expected} cells, as in the header",
-        hint="the file may be truncated; export it again",
+        hint="the file may be truncated; export it again"
+        if found < expected
+        else "where commas part the cells and are the decimal marks, too, export it with semicolons or tabs",
     )

@@ -21,6 +21,15 @@ def plain_wavelength(dialect, cell):
     return None
 
 
+def plainly_torn(dialect, cell):
+    """Digits and marks, and one mark too many for a number."""
+    letters = set(cell) - set("0123456789+-.,;%eE \t\xa0")
+    other = {".": ",", ",": "."}[dialect.decimal]
+    cell = cell.rstrip("% ")
+    marks = any(mark in cell for mark in (other, ";", " ")) or (dialect.decimal == "," and cell.count(",") > 1)
+    return not letters and any(sign.isdigit() for sign in cell) and math.isnan(dialect.number(cell)) and marks
+
+
 def plain_dialect(lines):
     """Every cell of every line, in every dialect."""
     best = []
@@ -30,7 +39,9 @@ def plain_dialect(lines):
             score = 0
             for line in lines:
                 if delimiter in line:
-                    count = sum(plain_wavelength(dialect, cell) is not None for cell in dialect.cells(line)[:300])
+                    cells = dialect.cells(line)[:300]
+                    count = sum(plain_wavelength(dialect, cell) is not None for cell in cells)
+                    count -= sum(plainly_torn(dialect, cell) for cell in cells)
                     score += count if count > 1 else 0
             scores.append((score, dialect))
         best.append(max(scores, key=lambda pair: pair[0]))

@@ -1,0 +1,236 @@
+"""The one way to read a table: what parts its cells, and which mark is the decimal one.
+
+A way explains a row that has a wavelength and a number or more, no more cells than the table has headings, and no cell
+of torn numbers ("0 7", "7,09" beside decimal points). A table is read where one way alone explains all of its rows, or
+several that find the same numbers. Where two find different ones, the person is asked; where none explains them, the
+rows are refused as they are read.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, zip_longest
+from typing import NamedTuple, NoReturn
+
+from ...errors import InputError
+from ..answer import Decimal
+from ..shared.text import shortened
+from .dialect import Dialect, dialects_of, is_torn
+from .layout import Layout, Row, layout_of
+from .section import SHOWN_LINES, Text
+
+# Rows that two ways are compared on; all others are held to the one that is chosen while they are read.
+_COMPARED_ROWS = 200
+_MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
+# Digits behind a decimal comma: no program writes a whole number with a zero before it.
+_CUT_OFF = re.compile(r"0\d+")
+_WHOLE = re.compile(r"\d+")
+_IN_THOUSANDS = {mark: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+") for mark in ".,"}
+_BELOW_A_THOUSAND = re.compile(r"[-+]?[1-9]\d{0,2}")
+_SETTLED = "say which mark is the decimal one: --decimal comma or --decimal point"
+#: What to do with a table whose decimal commas part its cells, too.
+APART = "export it with semicolons or tabs between the cells, or with decimal points"
+
+
+class Way(NamedTuple):
+    """One way to read a table: its text, the first rows and where its numbers are among them."""
+
+    text: Text
+    shown: list[Row]
+    layout: Layout
+
+    def rows(self) -> Iterator[Row]:
+        """Rows of numbers, of the first thousands, up to one without a wavelength."""
+        for line, cells in self.shown[self.layout.first :]:
+            if self.layout.way == "down" and not any(
+                at < len(cells) and self.text.dialect.wavelength(cells[at]) for at in self.layout.axes
+            ):
+                return
+            yield line, cells
+
+    def headings(self) -> int:
+        """How many headings its columns have; 0 where no row names them."""
+        return 0 if self.layout.header is None else len(self.shown[self.layout.header][1])
+
+    def values(self, cells: Sequence[str]) -> Sequence[str]:
+        """The cells of a row that hold wavelengths or values."""
+        return cells if self.layout.way == "down" else [cells[at] for at in self.layout.axes if at < len(cells)]
+
+    def explains(self) -> bool:
+        """Whether it explains the first rows."""
+        rows = [cells for _, cells in self._compared()]
+        most = self.headings() or max(map(len, rows), default=0)
+        return bool(rows) and all(
+            len(cells) <= most and torn(self.values(cells), self.text.dialect) is None for cells in rows
+        )
+
+    def numbers(self) -> dict[int, list[float]]:
+        """The numbers of the first rows, by line."""
+        read = self.text.dialect.number
+        found = {line: [read(cell) for cell in self.values(cells)] for line, cells in self._compared()}
+        return {line: [number for number in row if not math.isnan(number)] for line, row in found.items()}
+
+    def _compared(self) -> Iterator[Row]:
+        return (row for _, row in zip(range(_COMPARED_ROWS), self.rows(), strict=False))
+
+
+def one_reading(
+    plain: list[tuple[int, str]], comments: list[tuple[int, str]], decimal: Decimal | None = None
+) -> Way | None:
+    """The way to read the rows of a text (number of the line, line), None where there is no table.
+
+    Parameters
+    ----------
+    decimal : the decimal mark that a person says, where two ways explain the rows.
+
+    Raises
+    ------
+    InputError
+        Two ways explain them, and nobody says which it is.
+    """
+    ways: list[Way] = []
+    dialects = dialects_of([line for _, line in plain])
+    if dialects[0].delimiter in ("\t", ";"):
+        # White space is inside cells, too; a tab or a semicolon is between them alone.
+        dialects = [dialect for dialect in dialects if dialect.delimiter]
+    for dialect in dialects:
+        text = Text(dialect, plain, comments)
+        shown = text.cells(0, SHOWN_LINES)
+        layout = layout_of(shown, dialect)
+        if layout is not None:
+            ways.append(Way(text, shown, layout))
+    explained = [way for way in ways if way.explains()] if len(ways) > 1 else ways
+    chosen = next(iter(explained or ways), None)
+    if chosen is None:
+        return None
+    _check_cut_off(chosen)
+    if (other := _another(chosen, explained)) is not None:
+        if decimal is None:
+            _ask(chosen, *other)
+        if _MARKS[decimal] != chosen.text.dialect.decimal:
+            fitting = [way for way in explained if way.text.dialect.decimal == _MARKS[decimal]]
+            if not fitting:
+                _ask(chosen, *other, f"--decimal {decimal} does not tell its cells apart: {APART}")
+            return fitting[0]
+    return chosen
+
+
+def _another(chosen: Way, explained: Sequence[Way]) -> tuple[int, str] | None:
+    """A row that another way reads as other numbers: its line, and its cells in that way. None where there is none."""
+    numbers = chosen.numbers() if len(explained) > 1 else {}
+    for way in explained:
+        if way is not chosen:
+            for (line, found), (_, cells) in zip(way.numbers().items(), way.rows(), strict=False):
+                if numbers.get(line, found) != found:
+                    return line, _shown(cells)
+    return _torn_at_commas(chosen) or _thousands(chosen)
+
+
+def _torn_at_commas(way: Way) -> tuple[int, str] | None:
+    """A row of whole numbers that commas part, below no headings: each pair of them may be one number."""
+    if way.text.dialect.delimiter != "," or way.layout.way != "down" or _headed(way):
+        return None
+    row = None
+    for line, cells in way.rows():
+        if len(cells) < 2 or not all(map(_WHOLE.fullmatch, cells)) or '"' in _line(way, line):
+            return None
+        if row is None and len(cells) > 2:
+            odd = len(cells) % 2
+            pairs = map(",".join, zip(cells[odd::2], cells[odd + 1 :: 2], strict=True))
+            row = line, _shown([*cells[:odd], *pairs])
+    return row
+
+
+def _check_cut_off(way: Way) -> None:
+    """Refuse rows with digits that nothing but a decimal comma stands before, which parts cells there, too."""
+    if way.layout.way == "down" and way.text.dialect.delimiter == ",":
+        for line, cells in way.shown[way.layout.first :]:
+            if _cut_off(cells, way.text.dialect):
+                check_whole(cells, way.text.dialect, line)
+
+
+def _headed(way: Way) -> bool:
+    """Whether a row, or the comment above the numbers, has a heading for each of their columns."""
+    if way.layout.header is not None:
+        return True
+    line, cells = way.shown[way.layout.first]
+    above = way.text.said(0, line)
+    return way.layout.first == 0 and bool(above) and len(way.text.dialect.cells(above[-1])) == len(cells)
+
+
+def _thousands(way: Way) -> tuple[int, str] | None:
+    """A row whose decimal mark may part thousands: each number that has it has three digits behind it and no zero
+    before it, and others of its column are whole and below a thousand.
+    """
+    dialect = way.text.dialect
+    if dialect.delimiter == ",":
+        return None
+    mark, grouped = dialect.decimal, _IN_THOUSANDS[dialect.decimal]
+    rows = [(line, way.values(cells)) for line, cells in way.shown[way.layout.first :]]
+    if not all(grouped.fullmatch(cell) for cell in rows[0][1] if mark in cell):
+        return None
+    columns = zip_longest(*(cells for _, cells in rows), fillvalue="")
+    groups = columns if way.layout.way == "down" else ([cell for column in columns for cell in column],)
+    if not any(_is_mixed(group, mark) for group in groups):
+        return None
+    marked = [(line, cell, cells) for line, cells in rows for cell in cells if mark in cell]
+    if not all(grouped.fullmatch(cell) for _, cell, _ in marked):
+        return None
+    line, _, cells = marked[0]
+    return line, _shown([cell.replace(mark, "") for cell in cells])
+
+
+def _is_mixed(cells: Sequence[str], mark: str) -> bool:
+    """Whether some of the cells have the mark and others are whole numbers below a thousand."""
+    without = [cell for cell in cells if mark not in cell]
+    return len(without) < len(cells) and any(map(_BELOW_A_THOUSAND.fullmatch, without))
+
+
+def _line(way: Way, line: int) -> str:
+    return way.text.rows[way.text.place(line)][1]
+
+
+def _shown(cells: Sequence[str]) -> str:
+    return shortened(" | ".join(cells[:6]), 60)
+
+
+def _ask(chosen: Way, line: int, other: str, hint: str = f"{_SETTLED}; or {APART}") -> NoReturn:
+    cells = next(cells for at, cells in chosen.rows() if at == line)
+    raise InputError(
+        "two ways to read the table",
+        field=f"line {line}",
+        found=f"{_shown(cells)}, or {other}",
+        expected="one decimal mark, and another between the cells",
+        hint=hint,
+    )
+
+
+def torn(cells: Sequence[str], dialect: Dialect) -> str | None:
+    """The first of these cells that holds a piece of a number, or pieces of several; None where none does."""
+    return next((cell for cell in cells if is_torn(cell, dialect.decimal)), None) or _cut_off(cells, dialect)
+
+
+def _cut_off(cells: Sequence[str], dialect: Dialect) -> str | None:
+    """Digits that a comma parts from the whole number before them, and that no number of their own begins with."""
+    if dialect.delimiter != "," or len(cells) < 3:
+        return None
+    behind = ((cell, before) for before, cell in pairwise(cells) if cell[:1] == "0")
+    return next((cell for cell, before in behind if _CUT_OFF.fullmatch(cell) and _WHOLE.fullmatch(before)), None)
+
+
+def check_whole(cells: Sequence[str], dialect: Dialect, line: int) -> None:
+    """Refuse a row with a cell that holds pieces of numbers: it is not written as the other rows of its table."""
+    found = torn(cells, dialect)
+    if found is None:
+        return
+    mark = "point" if dialect.decimal == "." else "comma"
+    parts = {"\t": "tabs", ";": "semicolons", ",": "commas"}.get(dialect.delimiter, "white space")
+    raise InputError(
+        "no way to read the table explains this row",
+        field=f"line {line}",
+        found=f"{shortened(found, 40)!r}, where {parts} part the cells and the decimal mark is a {mark}",
+        expected="a number in each cell, with one decimal mark and no mark between thousands",
+        hint=APART,
+    )

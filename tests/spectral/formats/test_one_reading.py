@@ -1,0 +1,153 @@
+"""A table is read where one separator and one decimal mark explain all of its rows; else it is asked about."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.colours_only import read_colours
+from metamer.spectral.formats.reading import read_spectra
+
+NM = np.arange(400, 701, 20)
+RED = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
+GREEN = 30.0 + 20.0 * np.sin(NM / 70.0)
+PERCENT = Answer("reflectance", "percent")
+BETWEEN = ("\t", ";", " ", "   ", " ; ", ",", ", ")
+
+
+def number(value, decimals, mark):
+    return f"{value:.{decimals}f}".replace(".", mark)
+
+
+def down(columns, heads, between, mark, decimals=(1, 3), trailing=""):
+    rows = [
+        between.join([number(nm, decimals[0], mark), *(number(column[at], decimals[1], mark) for column in columns)])
+        for at, nm in enumerate(NM)
+    ]
+    return "".join(f"{row}{trailing}\n" for row in ([between.join(heads)] if heads else []) + rows)
+
+
+def across(columns, between, mark):
+    rows = [between.join(["Name", *map(str, NM)])]
+    for place, column in enumerate(columns):
+        rows.append(between.join([f"s{place}", *(number(value, 2, mark) for value in column)]))
+    return "".join(f"{row}\n" for row in rows)
+
+
+def check(path, columns, decimals):
+    entries = read_spectra(path, PERCENT).entries
+    assert len(entries) == len(columns)
+    for entry, column in zip(entries, columns, strict=True):
+        np.testing.assert_allclose(entry.spectrum.wavelengths_nm, NM)
+        np.testing.assert_allclose(100.0 * entry.spectrum.samples, np.round(column, decimals), atol=1e-9)
+
+
+@pytest.mark.parametrize("heads", [(), ("nm", "A", "B"), ("Wavelength (nm)", "R (%)", "G (%)")])
+@pytest.mark.parametrize("mark", [",", "."])
+@pytest.mark.parametrize("between", BETWEEN[:5])
+def test_spaces_tabs_and_semicolons_leave_no_doubt_of_the_decimal_mark(written, between, mark, heads):
+    for count, places in product((1, 2), ((0, 1), (1, 2), (0, 3), (2, 4))):
+        columns = (RED, GREEN)[:count]
+        content = down(columns, heads[: count + 1], between, mark, places, between.strip())
+        check(written(content, "red.txt"), columns, places[1])
+    check(written(across((RED, GREEN), between, mark), "chart.txt"), (RED, GREEN), 2)
+
+
+@pytest.mark.parametrize("between", BETWEEN)
+def test_quoted_numbers_keep_their_decimal_commas(written, between):
+    content = "\n".join(
+        between.join(f'"{cell}"' for cell in line.split(";"))
+        for line in down((RED, GREEN), ("nm", "A", "B"), ";", ",").splitlines()
+    )
+    check(written(content, "red.txt"), (RED, GREEN), 3)
+
+
+@pytest.mark.parametrize("trailing", ["", ","])
+@pytest.mark.parametrize("heads", [(), ("nm", "R (%)"), ("Wavelength (nm)", "Reflectance (%)", "G (%)")])
+@pytest.mark.parametrize("between", [",", ", "])
+def test_commas_between_cells_and_in_numbers_are_never_taken_apart(written, between, heads, trailing):
+    for places in ((0, 1), (1, 1), (0, 2), (2, 2), (0, 3)):
+        columns = (RED, GREEN)[: max(len(heads) - 1, 1)]
+        path = written(down(columns, heads, between, ",", places, trailing))
+        try:
+            check(path, columns, places[1])
+        except InputError as refusal:
+            assert refusal.problem in {
+                "a row is too long",
+                "two ways to read the table",
+                "no way to read the table explains this row",
+                "wavelengths without values",
+            }
+
+
+def test_more_cells_than_headings_are_shown(refused):
+    said = refused(lambda path: read_spectra(path), "nm,R (%)\n400,0,7,1\n410,0,7,7\n420,0,8,6\n")
+    assert said[:3] == [
+        "paints.csv: line 2: a row is too long",
+        "  found: 4 cells: 400 | 0 | 7 | 1",
+        "  expected: 2 cells, as in the header",
+    ]
+    assert "semicolons or tabs" in said[-1]
+
+
+DOUBTFUL = {
+    "whole numbers, or pairs of them": ("400,7,1\n410,7,8\n420,8,7\n", "400 | 7 | 1, or 400 | 7,1"),
+    "four whole numbers": ("400,0,7,1\n410,0,7,8\n420,0,8,7\n", "400 | 0 | 7 | 1, or 400,0 | 7,1"),
+    "decimals or thousands": ("nm;W\n400;999\n410;1,001\n420;1,020\n", "410 | 1,001, or 410 | 1001"),
+    "thousands by points": ("nm\tW\n400\t980\n410\t1.001\n420\t1.020\n", "410 | 1.001, or 410 | 1001"),
+}
+
+
+@pytest.mark.parametrize("kind", DOUBTFUL)
+def test_two_ways_to_read_a_table_are_both_shown(written, kind):
+    content, shown = DOUBTFUL[kind]
+    path = written(content)
+    with pytest.raises(InputError, match="two ways to read the table") as caught:
+        read_spectra(path, Answer("emission"))
+    assert shown in str(caught.value) and "--decimal comma or --decimal point" in str(caught.value)
+
+
+def test_the_decimal_mark_that_a_person_says_settles_it(written):
+    whole = read_spectra(written("400,7,1\n410,7,8\n420,8,7\n"), Answer("emission", decimal="point"))
+    assert [entry.spectrum.samples.tolist() for entry in whole.entries] == [[7, 7, 8], [1, 8, 7]]
+    decimals = written("nm;W\n400;999\n410;1,001\n420;1,020\n")
+    (entry,) = read_spectra(decimals, Answer("emission", decimal="comma")).entries
+    assert entry.spectrum.samples.tolist() == [999.0, 1.001, 1.02]
+    for path, mark in ((decimals, "point"), (written("400,7,1\n410,7,8\n420,8,7\n", "b.csv"), "comma")):
+        with pytest.raises(InputError, match=f"--decimal {mark} does not tell its cells apart"):
+            read_spectra(path, Answer("emission", decimal=mark))
+
+
+def test_a_decimal_mark_leaves_alone_what_a_table_tells_itself(written):
+    check(written(down((RED,), ("nm", "A"), ",", ".")), (RED,), 3)
+    path = written(down((RED,), ("nm", "A"), ",", "."))
+    (entry,) = read_spectra(path, Answer("reflectance", "percent", decimal="comma")).entries
+    np.testing.assert_allclose(100.0 * entry.spectrum.samples, np.round(RED, 3), atol=1e-9)
+
+
+@pytest.mark.parametrize("row", ["440;7.09,8.10;5", "440,0;7,09", "440;1.234,5;3", "440;7 09;5"])
+def test_a_row_in_another_dialect_is_refused_with_all_of_its_table(written, row):
+    content = "nm;A;B\n" + "".join(f"{nm};{nm / 10:.1f};20.5\n" for nm in (400, 410, 420, 430))
+    with pytest.raises(InputError, match=r"no way to read the table explains this row|a row is cut short"):
+        read_spectra(written(content + row + "\n450;45.5;20.5\n"), PERCENT)
+
+
+def test_a_title_above_numbers_is_no_header_of_fewer_columns(written):
+    entries = read_spectra(written("Measured;by A. Smith\n400;5.5;6.5\n410;5.6;6.6\n420;5.7;6.7\n"), PERCENT).entries
+    assert [entry.name for entry in entries] == ["column 2", "column 3"]
+
+
+@pytest.mark.parametrize(("between", "mark"), [(";", ","), ("\t", ","), (",", "."), (";", ".")])
+def test_colours_in_a_table_keep_their_decimals(written, between, mark):
+    cells = [["Name", "L*", "a*", "b*"], *([f"s{at}", f"{50.5 + at}", "40.25", "-3.5"] for at in range(3))]
+    content = "\n".join(between.join(row) for row in cells).replace(".", mark)
+    first, *others = read_colours(written(content))
+    (colour,) = first.stated
+    assert colour.values.tolist() == [50.5, 40.25, -3.5] and len(others) == 2
+
+
+@pytest.mark.parametrize("row", ["red,50,5,40,2,-3,5", "red,50,5,40,-3"])
+def test_colours_whose_commas_are_two_things_are_refused(written, row):
+    with pytest.raises(InputError, match="a row is too long"):
+        read_colours(written(f"Name,L*,a*,b*\n{row}\n"))
