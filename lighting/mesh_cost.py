@@ -13,7 +13,7 @@ BYTES_A_TRIANGLE, SECONDS_A_TRIANGLE = 950, 9e-6
 #: Meshes that take less time than this are read without a word.
 SAID_FROM_SECONDS = 0.5
 # Bytes of a file a triangle, at the least that programs write; of its text form, where it has one.
-_BINARY = {".ply": 18.0, ".stl": 50.0, ".obj": 35.0, ".glb": 18.0, ".gltf": 18.0}
+_BINARY = {".ply": 18.0, ".stl": 50.0, ".obj": 35.0, ".off": 20.0, ".glb": 18.0, ".gltf": 18.0}
 _TEXT = {".ply": 40.0, ".stl": 150.0}
 
 

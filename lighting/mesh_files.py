@@ -1,7 +1,8 @@
-"""Meshes from files: OBJ, glTF and GLB, and PLY and STL through trimesh, checked and cleaned where that can be said."""
+"""Meshes from files: OBJ, PLY, STL, OFF, glTF and GLB, checked and cleaned where that can be said."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +13,10 @@ from .creases import creased_normals
 from .mesh import Mesh, check_arrays, degenerate_faces
 from .mesh_gltf import gltf_pieces
 from .mesh_obj import obj_pieces
+from .mesh_off import off_pieces
 from .mesh_piece import MeshPiece
+from .mesh_ply import ply_pieces
 from .vectors import Number, dot, unit
-
-SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 
 
 def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None = None) -> Mesh:
@@ -26,7 +27,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
 
     Parameters
     ----------
-    path : an OBJ, PLY, STL, glTF or GLB file.
+    path : an OBJ, PLY, STL, OFF, glTF or GLB file.
     crease_deg : where a file has no normals they are computed, smooth across edges blunter than this.
     mesh_part : only the part of this name, with its texture coordinates even where other parts have none.
 
@@ -52,7 +53,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
 def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[str, Mesh]:
     """The meshes of a file by the material that the file itself gives them: glTF's `materials`, OBJ's `usemtl`.
 
-    Those without one, as all in STL and PLY, are under "". Parameters and errors as of `load_mesh`.
+    Those without one, as all in STL, PLY and OFF, are under "". Parameters and errors as of `load_mesh`.
     """
     path = Path(path)
     meshes, left_out = _pieces(path, crease_deg)
@@ -70,7 +71,7 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
     if suffix not in SUFFIXES:
         raise InputError("not a mesh format that is read", file=path, found=path.suffix, expected=", ".join(SUFFIXES))
-    pieces, notes = _READERS.get(suffix, _by_trimesh)(path)
+    pieces, notes = _READERS[suffix](path)
     pieces = [piece for piece in pieces if len(piece.faces)]
     if not pieces:
         found = "; ".join(("no triangles", *notes))
@@ -85,15 +86,13 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
     return meshes, notes
 
 
-def _by_trimesh(path: Path) -> tuple[list[MeshPiece], list[str]]:
-    """What trimesh reads of a PLY or STL file."""
+def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
+    """Read the solids of an STL file, by trimesh."""
     import trimesh
 
-    suffix = path.suffix.lower()
-    if suffix == ".ply":
-        _check_ply_lines(path)
+    _check_stl_facets(path)
     try:
-        loaded = trimesh.load(path, file_type=suffix[1:], process=False)
+        loaded = trimesh.load(path, file_type="stl", process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short",
@@ -101,16 +100,9 @@ def _by_trimesh(path: Path) -> tuple[list[MeshPiece], list[str]]:
             found=f"{type(reason).__name__}: {reason}",
             hint="save or copy it again, and see whether another program opens it",
         ) from reason
-
-    # The solids of one text STL are several meshes.
     meshes = loaded.geometry if isinstance(loaded, trimesh.Scene) else {path.stem: loaded}
-    pieces = []
-    for name in sorted(meshes):
-        mesh = meshes[name]
-        if isinstance(mesh, trimesh.Trimesh):
-            normals = np.asarray(mesh.vertex_normals) if "vertex_normals" in mesh._cache else None
-            pieces.append(MeshPiece(name, mesh.vertices, mesh.faces, normals, getattr(mesh.visual, "uv", None)))
-    return pieces, []
+    solids = ((name, mesh) for name, mesh in sorted(meshes.items()) if isinstance(mesh, trimesh.Trimesh))
+    return [MeshPiece(name, mesh.vertices, mesh.faces) for name, mesh in solids], []
 
 
 def cleaned_mesh(
@@ -196,16 +188,25 @@ def joined(meshes: list[Mesh], name: str) -> Mesh:
     )
 
 
-def _check_ply_lines(path: Path) -> None:
-    """trimesh notices a binary PLY that ends early; of a text one it would return what is there."""
-    header, end, body = path.read_bytes().partition(b"end_header")
-    if not end or b"format ascii" not in header:
+def _check_stl_facets(path: Path) -> None:
+    """Hold facets of a text to three vertices: trimesh takes all vertices of a solid in threes."""
+    data = path.read_bytes()
+    if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return
-    words = [line.split() for line in header.splitlines()]
-    declared = sum(int(w[2]) for w in words if len(w) == 3 and w[0] == b"element" and w[2].isdigit())
-    lines = sum(1 for line in body.splitlines() if line.strip())
-    if lines < declared:
-        raise InputError("the mesh file is cut short", file=path, found=f"{lines} lines", expected=f"{declared} lines")
+    data = data.lower()
+    vertices, facets = (len(re.findall(rb"(?m)^[ \t]*" + word, data)) for word in (rb"vertex\s", rb"outer\s+loop"))
+    if vertices != 3 * facets:
+        found = f"{vertices} vertices in {facets} facets"
+        hint = "export it as OBJ, PLY or glTF, or with triangles"
+        raise InputError("facets that are not triangles", file=path, found=found, expected="three a facet", hint=hint)
 
 
-_READERS = {".obj": obj_pieces, ".gltf": gltf_pieces, ".glb": gltf_pieces}
+_READERS = {
+    ".obj": obj_pieces,
+    ".ply": ply_pieces,
+    ".stl": _stl_pieces,
+    ".off": off_pieces,
+    ".gltf": gltf_pieces,
+    ".glb": gltf_pieces,
+}
+SUFFIXES = tuple(_READERS)

@@ -120,7 +120,7 @@ def test_a_missing_file_is_named(tmp_path):
 def test_another_format_is_refused_with_those_that_are_read(tmp_path):
     path = tmp_path / "part.step"
     path.write_text("ISO-10303-21;")
-    with pytest.raises(InputError, match=r"(?s)found: \.step.*\.obj, \.ply, \.stl, \.gltf, \.glb"):
+    with pytest.raises(InputError, match=r"(?s)found: \.step.*\.obj, \.ply, \.stl, \.off, \.gltf, \.glb"):
         load_mesh(path)
 
 
