@@ -37,7 +37,9 @@ def run(args: argparse.Namespace) -> int:
         check_writable(args.out)
     record = read_record(args.display)
     aim = aimed(record.model, "d65", args.luminance, record.readings.absolute)
-    pixels, xyz = read_srgb(args.picture)
+    pixels, xyz, stated = read_srgb(args.picture)
+    if stated:
+        warn(f"{args.picture} says {', '.join(stated)}, which is not applied: it is taken as sRGB")
     found = proofed(record.model, make_cube(record.model), aim, xyz, args.black)
     count = int(found.lost.sum())
     print(f"{args.picture}: {count} of {found.lost.size} pixels ({count / found.lost.size:.2%}) cannot be shown on "

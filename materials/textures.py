@@ -18,8 +18,9 @@ from jaxtyping import Float
 
 from ..spectral.errors import InputError
 from ..spectral.formats.exr import MAGIC as EXR_MAGIC
-from ..spectral.formats.exr import read_picture
+from ..spectral.formats.exr import ExrPicture, read_picture
 from ..spectral.private_folder import private_folder
+from .stated_colours import exr_colours, is_srgb, stated_colours
 
 Encoding = Literal["sRGB", "linear"]
 
@@ -30,6 +31,7 @@ _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I
 _BLOCK = 1 << 16
 _TOO_LARGE, _SMALLER = "too large a picture", "save the picture smaller"
 _PROFILE = "the {} map carries a colour profile of its own, which is not applied: it is taken as sRGB"
+_STATED = "the {} map says {}, which is not applied: it is taken as {}"
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 
@@ -38,6 +40,7 @@ class _Header:
     """What a picture's file says before its pixels.
 
     mode : Pillow's word for the kind of its values. halved : True where it reads but 8 bits of 16, grey with alpha.
+    stated : what it says of its colours beside a profile that is not sRGB, in words.
     """
 
     size: tuple[int, int]
@@ -45,6 +48,7 @@ class _Header:
     mode: str
     profile: bytes
     halved: bool
+    stated: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +87,17 @@ class Texture:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed of the picture, in words."""
+        coloured = self.encoding == "sRGB"
         if self._exr:
-            return ()
+            stated = ", ".join(exr_colours(self._exr_picture.attributes)) if coloured else ""
+            return (_STATED.format(self.slot, stated, "linear, of the primaries of sRGB"),) if stated else ()
         notes = [f"the {self.slot} map has 16 bits, of which 8 are averaged"] if self._header.halved else []
-        own = self.encoding == "sRGB" and self._header.profile and b"sRGB" not in self._header.profile
-        return (*notes, _PROFILE.format(self.slot)) if own else tuple(notes)
+        if coloured and self._header.profile and not is_srgb(self._header.profile):
+            notes.append(_PROFILE.format(self.slot))
+        if coloured and self._header.stated:
+            taken = "linear, of the primaries of sRGB" if self.floating else "sRGB"
+            notes.append(_STATED.format(self.slot, ", ".join(self._header.stated), taken))
+        return tuple(notes)
 
     @property
     def floating(self) -> bool:
@@ -138,16 +148,20 @@ class Texture:
     def _exr(self) -> bool:
         return self.data.startswith(EXR_MAGIC)
 
-    def _exr_values(self) -> np.ndarray:
+    @cached_property
+    def _exr_picture(self) -> ExrPicture:
         # OpenEXR reads files alone, and a record holds bytes.
         with private_folder() as folder:
             copy = folder / "map.exr"
             copy.write_bytes(self.data)
             try:
-                picture = read_picture(copy, MOST_TEXELS * 4)
+                return read_picture(copy, MOST_TEXELS * 4)
             except InputError as reason:
                 found, expected = reason.found, reason.expected or "a whole OpenEXR picture"
                 self._refuse(reason.problem, found, expected, reason.hint or _AGAIN)
+
+    def _exr_values(self) -> np.ndarray:
+        picture = self._exr_picture
         names = {name.rpartition(".")[2].upper(): name for name in reversed(list(picture.channels))}
         wanted = next((set_ for set_ in ("RGBA", "RGB", "YA", "Y") if set(set_) <= set(names)), "")
         only = tuple(picture.channels) if len(picture.channels) == 1 else tuple(names[letter] for letter in wanted)
@@ -170,13 +184,14 @@ class Texture:
             profile = profile if isinstance(profile, bytes) else b""
             halved = _raw_mode(picture).startswith("LA;16")
             mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
+            stated = stated_colours(picture, self.data)
         if width * height > MOST_TEXELS:
             expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
             self._refuse(_TOO_LARGE, f"{width} x {height}", expected, _SMALLER)
         if mode not in _MODES:
             hint = "save it as RGB, with 8 or 16 bits a channel"
             self._refuse("colours of an unknown kind", mode, "grey or RGB", hint)
-        return _Header((height, width), mime, mode, profile, halved)
+        return _Header((height, width), mime, mode, profile, halved, stated)
 
     def _decoded(self) -> np.ndarray:
         from PIL import Image

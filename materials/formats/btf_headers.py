@@ -1,9 +1,11 @@
-"""What headers of a BTF's images ask for and is not done: to be turned, or shown by a colour profile."""
+"""What headers of a BTF's images ask for and is not done: to be turned, or shown by other colours than sRGB."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+
+from ..stated_colours import stated_colours
 
 # Of EXIF: how a picture is to be turned; 1 is not at all.
 _ORIENTATION, _UPRIGHT = 0x0112, 1
@@ -18,16 +20,22 @@ def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
 
     turned: list[tuple[Path, int]] = []
     profiled: list[Path] = []
+    coloured: dict[str, list[Path]] = {}
     for file in files:
         try:
             with Image.open(file) as picture:
                 orientation, profile = picture.getexif().get(_ORIENTATION, _UPRIGHT), picture.info.get("icc_profile")
+                # Of other formats Pillow has read the header.
+                data = file.read_bytes() if picture.format in ("PNG", "AVIF", "BMP") else b""
+                stated = ", ".join(stated_colours(picture, data))
         except Exception:  # OpenEXR, or damaged
             continue
         if orientation != _UPRIGHT:
             turned.append((file, orientation))
         if profile:
             profiled.append(file)
+        if stated:
+            coloured.setdefault(stated, []).append(file)
     notes = []
     if turned:
         name, asked = turned[0][0].relative_to(folder), turned[0][1]
@@ -35,4 +43,6 @@ def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
     if profiled:
         name = profiled[0].relative_to(folder)
         notes.append(f"images with an ICC profile: {len(profiled)} ({name}), not applied")
+    for stated, named in coloured.items():
+        notes.append(f"images that say {stated}: {len(named)} ({named[0].relative_to(folder)}), not applied")
     return notes

@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ...materials.stated_colours import is_srgb, stated_colours
 from ...spectral.errors import InputError
 from ...spectral.files import existing_file
 
 
-def read_srgb(path: str | Path) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.ndarray, "H W 3"]]:
-    """Pixels and XYZ-D65, Y of white 1 (IEC 61966-2-1), of a picture without a profile or with one of sRGB.
+def read_srgb(
+    path: str | Path,
+) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.ndarray, "H W 3"], tuple[str, ...]]:
+    """Pixels and XYZ-D65, Y of white 1 (IEC 61966-2-1), of a picture taken as sRGB; and what else it says that it is.
 
     Raises
     ------
@@ -23,6 +26,8 @@ def read_srgb(path: str | Path) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.nd
     path = existing_file(path)
     try:
         with Image.open(path) as image:
+            profile = image.info.get("icc_profile")
+            stated = stated_colours(image, path.read_bytes())
             pixels = np.asarray(image.convert("RGB"))
     except (UnidentifiedImageError, OSError, Image.DecompressionBombError) as reason:
         raise InputError(
@@ -30,4 +35,5 @@ def read_srgb(path: str | Path) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.nd
         ) from None
     from ...calibration.display.claims import CLAIMS
 
-    return pixels, CLAIMS["sRGB"].xyz(pixels.reshape(-1, 3) / 255.0).reshape(pixels.shape)
+    xyz = CLAIMS["sRGB"].xyz(pixels.reshape(-1, 3) / 255.0).reshape(pixels.shape)
+    return pixels, xyz, stated if not profile or is_srgb(profile) else ("a colour profile of its own", *stated)

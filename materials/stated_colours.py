@@ -1,0 +1,166 @@
+"""What a picture's header states of its colours beside an ICC profile: curves and primaries that are not sRGB's."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+# ITU-T H.273, tables 2 and 3; those of sRGB, and "unspecified", need no words.
+_PRIMARIES = {4: "BT.470 M", 5: "BT.470 B/G", 6: "BT.601", 7: "SMPTE 240M", 8: "film", 9: "BT.2020", 10: "XYZ"}
+_PRIMARIES |= {11: "DCI P3", 12: "Display P3", 22: "EBU 3213"}
+_CURVES = {1: "the curve of BT.709", 4: "gamma 2.2", 5: "gamma 2.8", 6: "the curve of BT.601", 7: "SMPTE 240M"}
+_CURVES |= {8: "linear", 9: "logarithmic", 10: "logarithmic", 11: "xvYCC", 14: "the curve of BT.2020"}
+_CURVES |= {15: "the curve of BT.2020", 16: "PQ", 17: "gamma 2.6", 18: "HLG"}
+_SRGB_PRIMARIES, _SRGB_CURVE, _UNSAID = 1, 13, 2
+#: Red, green, blue and white of sRGB (IEC 61966-2-1), x and y.
+SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+# Headers hold chromaticities of three or four digits, and gamma as 1/2.2 for the curve of sRGB.
+_XY_OFF, _GAMMA_OFF, _SRGB_GAMMA = 0.002, 0.02, 1 / 2.2
+_EXIF, _INTEROPERABILITY = 0x8769, 0xA005
+_COLOUR_SPACE, _GAMMA, _WHITE, _PRIMARIES_TAG, _TRANSFER = 0xA001, 0xA500, 318, 319, 301
+
+
+def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
+    """Words for each thing that the header of a picture states and that is not sRGB.
+
+    Parameters
+    ----------
+    picture : the same picture, opened by Pillow.
+    data : the file: PNG (cICP, sRGB, gAMA, cHRM), AVIF (nclx), BMP, and whatever has Exif or TIFF's tags.
+    """
+    if data.startswith(b"\x89PNG"):
+        found = list(_of_png(dict(_png_chunks(data))))
+    elif data[4:12] in (b"ftypavif", b"ftypavis"):
+        place = data.find(b"colrnclx")
+        codes = struct.unpack_from(">HH", data, place + 8) if 0 <= place <= len(data) - 12 else ()
+        found = list(_of_codes(*codes, "nclx")) if codes else []
+    else:
+        found = list(_of_bmp(data)) if data.startswith(b"BM") else []
+    with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
+        found += _of_tags(picture, data)
+    return tuple(dict.fromkeys(found))
+
+
+def is_srgb(profile: bytes) -> bool:
+    """Whether an ICC profile calls itself sRGB, in the ASCII of version 2 or the UTF-16 of version 4."""
+    return b"sRGB" in profile or "sRGB".encode("utf-16-be") in profile
+
+
+def exr_colours(attributes: Mapping[str, Any]) -> tuple[str, ...]:
+    """The same of the attributes of an OpenEXR file, whose colours are taken to be linear sRGB."""
+    said = []
+    xy = attributes.get("chromaticities")
+    if xy is not None:
+        said += _of_xy([float(value) for value in _flat(xy)], "chromaticities")
+    name = attributes.get("colorInteropID")
+    if isinstance(name, str) and name not in ("", "data", "unknown") and not name.startswith("lin_rec709"):
+        said.append(f"{name} (colorInteropID)")
+    if attributes.get("acesImageContainerFlag") and xy is None:
+        said.append("primaries of ACES (acesImageContainerFlag)")
+    return tuple(said)
+
+
+def _flat(values: Any) -> Iterator[Any]:
+    """The numbers of chromaticities, whether they come in pairs or in a row."""
+    for value in values if hasattr(values, "__iter__") else (values,):
+        if hasattr(value, "__iter__"):
+            yield from value
+        else:
+            yield value
+
+
+def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """The chunks of few bytes; the first of a kind comes last."""
+    found, at = [], 8
+    while at + 8 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        if kind != b"IDAT":
+            found.append((kind, data[at + 8 : at + 8 + length]))
+        at += 12 + length
+    return reversed(found)
+
+
+def _of_png(chunks: dict[bytes, bytes]) -> Iterator[str]:
+    """In the order in which the specification (PNG 3, section 12.1) lets one chunk stand for all."""
+    if len(coded := chunks.get(b"cICP", b"")) == 4:
+        yield from _of_codes(coded[0], coded[1], "cICP")
+        if not coded[3]:
+            yield "numbers of video range (cICP)"
+        return
+    if b"iCCP" in chunks:
+        return
+    beside = " beside sRGB" if b"sRGB" in chunks else ""
+    if len(gamma := chunks.get(b"gAMA", b"")) == 4:
+        yield from (words + beside for words in _of_gamma(int.from_bytes(gamma, "big") / 100_000, "gAMA"))
+    if len(xy := chunks.get(b"cHRM", b"")) == 32:
+        white_first = [value / 100_000 for value in struct.unpack(">8I", xy)]
+        yield from (words + beside for words in _of_xy(white_first[2:] + white_first[:2], "cHRM"))
+
+
+def _of_codes(primaries: int, curve: int, source: str) -> Iterator[str]:
+    if primaries not in (_SRGB_PRIMARIES, _UNSAID):
+        yield f"primaries of {_PRIMARIES.get(primaries, f'number {primaries}')} ({source})"
+    if curve not in (_SRGB_CURVE, _UNSAID):
+        yield f"{_CURVES.get(curve, f'curve number {curve}')} ({source})"
+
+
+def _of_gamma(exponent: float, source: str) -> Iterator[str]:
+    """Of the exponent that encodes light: 1 is linear, 1/2.2 as good as sRGB; 0 says nothing."""
+    if exponent > 0.0 and abs(exponent - _SRGB_GAMMA) > _GAMMA_OFF:
+        yield f"linear ({source} 1)" if exponent == 1.0 else f"gamma {1 / exponent:.3g} ({source} {exponent:g})"
+
+
+def _of_xy(xy: list[float], source: str) -> Iterator[str]:
+    if any(xy) and (len(xy) != 8 or any(abs(a - b) > _XY_OFF for a, b in zip(xy, SRGB_XY, strict=True))):
+        pairs = ", ".join(f"{x:.4g} {y:.4g}" for x, y in zip(xy[::2], xy[1::2], strict=False))
+        yield f"primaries and white {pairs} ({source})"
+
+
+def _of_bmp(data: bytes) -> Iterator[str]:
+    """Of the headers with a colour space (BITMAPV4HEADER, 108 bytes, and BITMAPV5HEADER, 124)."""
+    if len(data) < 14 + 108 or int.from_bytes(data[14:18], "little") < 108:
+        return
+    kind = data[70:74]
+    if kind == b"\0\0\0\0":
+        ends = [value / (1 << 30) for value in struct.unpack_from("<9i", data, 74)]
+        gammas = [value / 65536 for value in struct.unpack_from("<3I", data, 110)]
+        sums = [sum(ends[k : k + 3]) for k in (0, 3, 6)]
+        if all(sums):
+            xy = [
+                value
+                for k, total in zip((0, 3, 6), sums, strict=True)
+                for value in (ends[k] / total, ends[k + 1] / total)
+            ]
+            white = [sum(ends[k::3]) for k in range(3)]
+            yield from _of_xy([*xy, white[0] / sum(white), white[1] / sum(white)], "calibrated BMP")
+        if all(gammas):
+            yield from _of_gamma(1 / gammas[0], "calibrated BMP")
+    elif kind in (b"DEBM", b"KNIL"):
+        yield "a colour profile (BMP)"
+
+
+def _of_tags(picture: Any, data: bytes) -> Iterator[str]:
+    """Of Exif and of TIFF's own tags."""
+    tags = picture.getexif()
+    if data.startswith(b"\x89PNG"):
+        # It may stand behind the pixels, where Pillow has not been yet.
+        tags.load(dict(_png_chunks(data)).get(b"eXIf", b""))
+    if not tags:
+        return
+    exif = tags.get_ifd(_EXIF)
+    space, other = exif.get(_COLOUR_SPACE), tags.get_ifd(_INTEROPERABILITY).get(1)
+    if space == 2 or str(other).startswith("R03"):
+        yield "Adobe RGB (Exif)"
+    elif space == 0xFFFF and not picture.info.get("icc_profile"):
+        yield "colours that are not sRGB (Exif: uncalibrated)"
+    if exif.get(_GAMMA):
+        yield from _of_gamma(1 / float(exif[_GAMMA]), "Exif")
+    white, ends = tags.get(_WHITE), tags.get(_PRIMARIES_TAG)
+    if ends is not None and len(ends) == 6:
+        yield from _of_xy([*map(float, ends), *map(float, white or SRGB_XY[6:])], "TIFF")
+    elif white is not None and len(white) == 2:
+        yield from _of_xy([*SRGB_XY[:6], *map(float, white)], "TIFF")
+    if tags.get(_TRANSFER) is not None:
+        yield "a curve of its own (TIFF: TransferFunction)"
