@@ -56,10 +56,11 @@ def _ended(words: Sequence[str] | None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as reason:
-        # A full disk, a folder where a file should go: the system's own words name the file. Our own files have words
-        # of ours where there is no room: what has no name is what our output is sent to.
-        words = f"standard output cannot be written: {reason.strerror}" if reason.filename is None else str(reason)
-        print(f"metamer: {words}", file=sys.stderr)
+        # A full disk, a folder where a file should go. Our own files have words of ours where there is no room: what
+        # has no name is what our output is sent to.
+        from ..spectral.files import of_the_system
+
+        print(f"metamer: {of_the_system(reason, 'standard output')}", file=sys.stderr)
         return 4
 
 

@@ -73,8 +73,8 @@ def _bounces(text: str) -> int | Literal["auto"]:
 
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
-    from ..lighting.scene_files import load_scene
-    from ..spectral.files import check_writable, existing_file
+    from ..lighting.scene_files import load_scene, scene_file
+    from ..spectral.files import check_writable
     from ..viewer.picture import (
         REFERENCE_NOISE,
         bounces_notes,
@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--noise: this is of references, add --reference")
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
-    existing_file(args.scene)
+    scene_file(args.scene)
     check_writable(args.output)
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)

@@ -67,8 +67,7 @@ def run(args: argparse.Namespace) -> int:
 
     from ..calibration.protocol import read_protocol
     from ..calibration.statistics import beside
-    from ..lighting.scene_files import load_scene, shipped_scene
-    from ..spectral.files import existing_file
+    from ..lighting.scene_files import load_scene, scene_file, shipped_scene
     from ..spectral.processes import usable_cores
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.render.scene_layers import VISIBILITY
@@ -78,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     jobs = args.jobs or usable_cores()
     # Said before a missing catalogue is made, which takes minutes.
-    path = existing_file(args.scene or shipped_scene("booth"))
+    path = scene_file(args.scene or shipped_scene("booth"))
     ratings = () if args.protocol is None else read_protocol(args.protocol)
     catalogue = catalogue_for(args.catalogue, jobs)
     scene = load_scene(path, catalogue, say)

@@ -37,19 +37,18 @@ def add_kept_options(command: argparse.ArgumentParser, folder: str, words: str) 
 
 def run(args: argparse.Namespace) -> int:
     """Trace, keep and print; 0."""
-    from ..lighting.scene_files import load_scene
+    from ..lighting.scene_files import load_scene, scene_file
     from ..lighting.transfer.kept import build_rays
     from ..lighting.visibility.keeping import LIMIT_VARIABLE, most_bytes, transfer_folder
     from ..spectral.ending import saying
     from ..spectral.errors import InputError
-    from ..spectral.files import existing_file
     from ..spectral.processes import usable_cores
 
     most = most_bytes() if args.into is None else None
     if most == 0:
         words = "a limit above 0, or a folder"
         raise InputError("nothing is kept", field=LIMIT_VARIABLE, found="0", expected=words, hint="name one by --into")
-    scene = load_scene(existing_file(args.scene), catalogue_for(args.catalogue, 1), say)
+    scene = load_scene(scene_file(args.scene), catalogue_for(args.catalogue, 1), say)
     begun = time.monotonic()
     goes_on = "What is traced is kept; the same command goes on from there."
     with saying(lambda: goes_on), progress_bar("Tracing") as progress:

@@ -53,11 +53,11 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draw, compare, write and print; 0."""
-    from ..lighting.scene_files import load_scene
+    from ..lighting.scene_files import load_scene, scene_file
     from ..lighting.transfer.indirect import LEAST_RAYS, needs_none
     from ..lighting.transfer.kept import build_rays
     from ..lighting.visibility.keeping import most_bytes, transfer_folder
-    from ..spectral.files import check_writable, existing_file, made_folder
+    from ..spectral.files import check_writable, made_folder
     from ..spectral.processes import usable_cores
     from ..viewer.picture import bounces_notes, lit_by, render_spectral
     from ..viewer.sheets.relight_compare import dressed, relit
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--material: a part is given two materials, leave one out")
     if args.rays < LEAST_RAYS:
         raise UsageError(f"--rays: a picture needs {LEAST_RAYS} or more of each vertex, not {args.rays}")
-    existing_file(args.scene)
+    scene_file(args.scene)
     if args.json is not None:
         check_writable(args.json)
     catalogue = catalogue_for(args.catalogue, 1)

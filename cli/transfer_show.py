@@ -39,14 +39,14 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Follow and print; 0."""
-    from ..lighting.scene_files import load_scene
+    from ..lighting.scene_files import load_scene, scene_file
     from ..lighting.transfer.influence import influence
     from ..lighting.visibility.keeping import transfer_folder
-    from ..spectral.files import check_writable, existing_file
+    from ..spectral.files import check_writable
     from ..spectral.processes import usable_cores
     from ..viewer.picture import lit_by
 
-    existing_file(args.scene)
+    scene_file(args.scene)
     if args.json is not None:
         check_writable(args.json)
     catalogue = catalogue_for(args.catalogue, 1)

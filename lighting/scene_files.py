@@ -13,7 +13,7 @@ import numpy as np
 
 from ..spectral.adaptation import CONE_FROM_XYZ
 from ..spectral.errors import InputError, UnknownNameError
-from ..spectral.files import read_text
+from ..spectral.files import existing_file, read_text
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from . import shapes
@@ -41,6 +41,15 @@ from .scene_keys import (
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
 
 
+def scene_file(path: str | Path) -> Path:
+    """Return the path of a scene; raises `InputError` where no file is there, or a mesh, which a scene is to name."""
+    path = existing_file(path)
+    if path.suffix.lower() in SUFFIXES:
+        hint = f'write a scene.toml with a [[part]] that has mesh = "{path.name}" and material = "ID" (docs/scene.md)'
+        raise InputError("a mesh, not a scene", file=path, found=path.suffix, expected="a scene.toml", hint=hint)
+    return path
+
+
 def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
     """Read `scene.toml`, whose format docs/scene.md describes.
 
@@ -58,9 +67,9 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     >>> [part.name for part in load_scene(shipped_scene("patches")).parts]
     ['chips/1', 'chips/2', 'chips/3', 'chips/4', 'chips/5', 'chips/6']
     """
-    path = Path(path)
+    path = scene_file(path)
     try:
-        document = tomllib.loads(read_text(path))
+        document = tomllib.loads(read_text(path, "a scene.toml"))
     except tomllib.TOMLDecodeError as reason:
         hint = 'correct it there; such a file starts with [[part]] and a line like: shape = "sphere"'
         raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason

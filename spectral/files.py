@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import errno
 import glob
+import os
 import re
+import shutil
+import stat
 import uuid
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -13,8 +16,21 @@ from pathlib import Path
 from .ending import clearing
 from .errors import InputError, NoRoomError
 from .locks import abandoned, made_and_held
+from .private_folder import private_folder
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+MAKE_ROOM = "make room, or name a folder on another disk; then give the same command again"
+_HINTS = dict.fromkeys(_NO_ROOM, MAKE_ROOM) | {
+    errno.EACCES: "look who may read and write the file, and open the folders above it",
+    errno.EPERM: "look who may read and write the file, and open the folders above it",
+    errno.EROFS: "name a folder on a disk that can be written to",
+    errno.ENOENT: "check the path; relative paths start at the current folder",
+    errno.ENOTDIR: "check the path: something above the file is no folder",
+    errno.EISDIR: "name a file, not a folder",
+    errno.ENAMETOOLONG: "give it a shorter name",
+    errno.EMFILE: "allow more open files (ulimit -n)",
+    errno.EIO: "the disk, or the network that it is on, failed: try again, and look at its health",
+}
 # What `made_folder` tries to write.
 _TRIAL = ".writable"
 # What `_name_beside` makes; the trial, which has no suffix, also once it has its name.
@@ -25,12 +41,22 @@ _BESIDE = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{8}(?P<suffix>\.[^.]+)?")
 def written_whole(path: str | Path) -> Iterator[Path]:
     """Yield a path beside `path` to write to; on success it takes the name, on any failure, or a signal, it is removed.
 
+    A link stays a link: what it leads to is written. A device or a pipe is sent the whole file on success.
+
     Raises
     ------
     InputError, NoRoomError
         The folder is missing or cannot be written to; it has no room for the file.
     """
     path = Path(path)
+    if _takes_bytes(path):
+        with private_folder() as folder:
+            whole = folder / path.name
+            whole.touch()
+            yield whole
+            _send(whole, path)
+        return
+    path = _behind_links(path)
     if not path.parent.is_dir():
         raise InputError("no such folder to write to", file=path.parent, hint="make the folder first, or name another")
     beside = path.with_name(_name_beside(path))
@@ -50,13 +76,38 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         except OSError as reason:
             if reason.errno not in _NO_ROOM:
                 raise
+            expected = "room on its disk; what was there before is still there"
             raise NoRoomError(
-                "no room for the file",
-                file=path,
-                found=reason.strerror,
-                expected="room on its disk; what was there before is still there",
-                hint="make room, or name a folder on another disk; then give the same command again",
+                "no room for the file", file=path, found=reason.strerror, expected=expected, hint=MAKE_ROOM
             ) from None
+
+
+def _takes_bytes(path: Path) -> bool:
+    """Whether something stands at `path` that takes what it is sent, and is no file that another could stand for."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return False
+    # /dev/stdout is a link to whatever that is: another file in its place would not be seen by who reads it.
+    passed_on = path.is_symlink() and path.absolute().parts[1:2] in (("dev",), ("proc",))
+    return passed_on or not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def _behind_links(path: Path) -> Path:
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
+
+
+def _send(whole: Path, path: Path) -> None:
+    """Write a file's bytes to a device or a pipe."""
+    try:
+        with whole.open("rb") as source, path.open("wb") as target:
+            shutil.copyfileobj(source, target)
+    except BrokenPipeError:
+        raise
+    except OSError as reason:
+        kind = NoRoomError if reason.errno in _NO_ROOM else InputError
+        hint = "name a file, or a device or pipe that takes what is written to it"
+        raise kind("cannot be written to", file=path, found=reason.strerror, hint=hint) from None
 
 
 def _remove(path: Path) -> None:
@@ -92,6 +143,12 @@ def check_writable(path: str | Path) -> None:
     path = Path(path)
     if path.is_dir():
         raise InputError("a folder, where a file is to be written", file=path, hint="name a file")
+    if _takes_bytes(path):
+        if not os.access(path, os.W_OK):
+            hint = "name a file, or a device or pipe that takes what is written to it"
+            raise InputError("cannot be written to", file=path, found="no permission to write", hint=hint)
+        return
+    path = _behind_links(path)
     for stray in path.parent.glob(f".{glob.escape(path.stem)}.*{glob.escape(path.suffix)}"):
         found = _BESIDE.fullmatch(stray.name)
         if found and found["stem"] == path.stem and (found["suffix"] or "") == path.suffix and abandoned(stray):
@@ -104,9 +161,29 @@ class _Probed(Exception):
     """Ends the writing of a file that was only tried."""
 
 
+def of_the_system(reason: OSError, place: str | Path | None = None) -> InputError:
+    """Put a failure of the system into words: its file, or else `place`, what failed, and what to do about it."""
+    file = reason.filename if reason.filename is not None else place
+    kind = NoRoomError if reason.errno in _NO_ROOM else InputError
+    to = f"; to {reason.filename2}" if reason.filename2 is not None else ""
+    return kind(
+        "cannot be read or written",
+        file=os.fsdecode(file) if isinstance(file, bytes) else file,
+        found=f"{reason.strerror or reason}{to}",
+        hint=_HINTS.get(reason.errno or 0),
+    )
+
+
 def existing_file(path: str | Path) -> Path:
     """The path, if a file is there; otherwise an `InputError` that names it."""
     path = Path(path)
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        pass
+    except OSError as reason:
+        # A folder above it that may not be looked into, a name that is too long.
+        raise of_the_system(reason, path) from None
     if not path.exists():
         raise InputError("no such file", file=path, hint="check the path; relative paths start at the current folder")
     if not path.is_file():
@@ -132,14 +209,17 @@ def read_bytes(path: str | Path, expected: str) -> bytes:
             field="file",
             found=reason.strerror or str(reason),
             expected=expected,
-            hint="check the name and the permissions of the file",
+            hint=_HINTS.get(reason.errno or 0, "check the name and the permissions of the file"),
         ) from None
 
 
-def read_text(path: str | Path) -> str:
-    """A text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name."""
+def read_text(path: str | Path, expected: str = "text with numbers in columns") -> str:
+    """A text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name.
+
+    expected : of what kind it should be, for messages.
+    """
     path = existing_file(path)
-    data = path.read_bytes()
+    data = read_bytes(path, expected)
     if not data.strip():
         raise InputError(
             "the file is empty",
@@ -153,9 +233,7 @@ def read_text(path: str | Path) -> str:
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     if "\0" in text:
-        raise InputError(
-            "not a text file", file=path, found=f"first bytes {data[:8]!r}", expected="text with numbers in columns"
-        )
+        raise InputError("not a text file", file=path, found=f"first bytes {data[:8]!r}", expected=expected)
     return text
 
 

@@ -60,7 +60,7 @@ class RecordFile:
         """
         hint = f"such a file is written by {self.written_by}"
         try:
-            document = tomllib.loads(read_text(path))
+            document = tomllib.loads(read_text(path, "a TOML file"))
         except tomllib.TOMLDecodeError as reason:
             raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason
         said, place = document.pop(self.key, None), {"file": path, "field": self.key}
@@ -81,7 +81,7 @@ class RecordFile:
     def is_one(self, path: str | Path) -> bool:
         """Whether a file says that it is of this kind, of whatever version; what cannot be read is not."""
         try:
-            return self.key in tomllib.loads(read_text(path))
+            return self.key in tomllib.loads(read_text(path, "a TOML file"))
         except (InputError, tomllib.TOMLDecodeError):
             return False
 

@@ -59,7 +59,7 @@ def companions(path: Path) -> Iterator[Path]:
 def read_toml(path: Path) -> dict[str, Any]:
     """A TOML file as a dictionary; raises `InputError` that names it."""
     try:
-        return tomllib.loads(read_text(path))
+        return tomllib.loads(read_text(path, "a TOML file"))
     except tomllib.TOMLDecodeError as reason:
         raise InputError("not valid TOML", file=path, found=str(reason)) from None
 

@@ -94,7 +94,6 @@ def test_wrong_usage(metamer, words, said):
         (ComparisonError("two sizes"), 3),
         (UsageError("a or b"), 64),
         (KeyboardInterrupt(), 130),
-        (OSError(28, "No space left on device", "a.exr"), 4),
     ],
 )
 def test_exit_code_of_each_error(metamer, monkeypatch, reason, code):
@@ -105,6 +104,29 @@ def test_exit_code_of_each_error(metamer, monkeypatch, reason, code):
     found, _, err = metamer("doctor")
     assert found == code
     assert (str(reason) or "interrupted") in err
+
+
+@pytest.mark.parametrize(
+    ("reason", "words"),
+    [
+        (OSError(28, "No space left on device", "a.exr"), ("a.exr: cannot be", "No space left on device", "make room")),
+        (
+            OSError(13, "Permission denied", "secret.toml"),
+            ("secret.toml: cannot be", "Permission denied", "who may read"),
+        ),
+        (
+            OSError(28, "No space left on device"),
+            ("standard output: cannot be", "No space left on device", "make room"),
+        ),
+    ],
+)
+def test_a_failure_of_the_system_names_its_file_and_what_to_do(metamer, monkeypatch, reason, words):
+    def fail(_args):
+        raise reason
+
+    monkeypatch.setattr("metamer.cli.doctor.run", fail)
+    code, _, err = metamer("doctor")
+    assert code == 4 and all(word in err for word in words) and "Errno" not in err
 
 
 def test_a_long_name_leaves_room_for_count_and_time():

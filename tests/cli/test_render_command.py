@@ -244,3 +244,21 @@ def test_missing_default_catalogue_is_made_from_the_shipped_materials(metamer, s
     assert f"No catalogue at {tmp_path / 'made'} yet: importing the shipped materials." in said
     ((sources, folder, jobs),) = asked
     assert [source.name for source in sources] == ["shipped"] and folder == tmp_path / "made" and jobs == 3
+
+
+def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(metamer, tmp_path):
+    """Before a catalogue is looked for, or made."""
+    path = tmp_path / "ball.glb"
+    path.write_bytes(b"glTF\2\0\0\0")
+    words = ["--catalogue", tmp_path / "none", "-o", tmp_path / "x.exr"]
+    code, _, said = metamer("render", path, *words)
+    assert code == 4 and "a mesh, not a scene" in said and 'mesh = "ball.glb"' in said
+    assert "no such file" in metamer("render", tmp_path / "missing.glb", *words)[2]
+
+
+def test_a_picture_goes_through_a_link_to_what_it_leads_to(render, tmp_path):
+    (tmp_path / "far.png").write_bytes(b"old")
+    (tmp_path / "near.png").symlink_to(tmp_path / "far.png")
+    code, _, said, path = render("near.png")
+    assert code == 0, said
+    assert path.is_symlink() and (tmp_path / "far.png").read_bytes().startswith(b"\x89PNG")

@@ -10,7 +10,7 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.light_tables import LIGHTS
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh import Mesh
-from metamer.lighting.mesh_files import load_mesh
+from metamer.lighting.mesh_files import SUFFIXES, load_mesh
 from metamer.lighting.scene import Part, Review, Scene, Viewing
 from metamer.lighting.scene_files import load_scene
 from metamer.materials.intake.sources import read_sources
@@ -398,3 +398,20 @@ def test_shapes_of_no_size_or_without_end_are_errors(scene):
         scene('[[part]]\nshape = "plane"\nwidth = 0\n')
     with pytest.raises(InputError, match=r"part 1\.divisions: divisions out of range"):
         scene('[[part]]\nshape = "cloth"\ndivisions = 100000\n')
+
+
+@pytest.mark.parametrize("suffix", [*SUFFIXES, ".GLB"])
+def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(suffix, tmp_path):
+    path = tmp_path / f"ball{suffix}"
+    with pytest.raises(InputError, match="no such file"):
+        load_scene(path)
+    path.write_bytes(b"\0\1")
+    with pytest.raises(InputError, match=r"(?s)a mesh, not a scene.*scene\.toml.*mesh = \"ball"):
+        load_scene(path)
+
+
+def test_a_scene_that_is_no_text_is_refused_for_what_it_should_be(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"\0\1\2")
+    with pytest.raises(InputError, match=r"(?s)not a text file.*expected: a scene\.toml"):
+        load_scene(path)

@@ -1,8 +1,20 @@
 """Files that are either whole or not there."""
 
+import errno
+import os
+import threading
+from pathlib import Path
+
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.files import existing_file, half_written, read_text, written_whole
+from metamer.spectral.errors import InputError, NoRoomError
+from metamer.spectral.files import (
+    check_writable,
+    existing_file,
+    half_written,
+    of_the_system,
+    read_text,
+    written_whole,
+)
 
 
 def test_what_was_written_takes_the_name(tmp_path):
@@ -76,3 +88,102 @@ def test_what_is_being_written_is_known_by_its_name(tmp_path, name):
 def test_other_hidden_files_are_nobodys_leftovers(tmp_path, name):
     (tmp_path / name).touch()
     assert half_written(tmp_path) == ()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+def test_a_pipe_is_sent_the_whole_file_and_stays_a_pipe(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    heard = []
+    listener = threading.Thread(target=lambda: heard.append(path.read_bytes()), daemon=True)
+    listener.start()
+    check_writable(path)
+    with written_whole(path) as beside:
+        beside.write_bytes(b"all of it" * 9999)
+    listener.join(20)
+    assert heard == [b"all of it" * 9999]
+    assert path.is_fifo() and [entry.name for entry in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_a_device_takes_what_it_is_sent_and_stays_a_device():
+    before = Path(os.devnull).stat()
+    check_writable(os.devnull)
+    with written_whole(os.devnull) as beside:
+        beside.write_text("gone")
+    after = Path(os.devnull).stat()
+    assert (before.st_mode, before.st_rdev, before.st_ino) == (after.st_mode, after.st_rdev, after.st_ino)
+    assert half_written(Path(os.devnull).parent) == ()
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="the system has no device that is always full")
+def test_a_device_without_room_is_named():
+    with (
+        pytest.raises(NoRoomError, match=r"(?s)/dev/full: cannot be written to.*found: No space"),
+        written_whole("/dev/full") as beside,
+    ):
+        beside.write_text("too much")
+
+
+@pytest.mark.parametrize("there", [True, False], ids=["to a file", "to nothing yet"])
+def test_a_link_stays_a_link_and_what_it_leads_to_is_written(there, tmp_path):
+    (tmp_path / "far").mkdir()
+    target, link = tmp_path / "far" / "x.csv", tmp_path / "link.csv"
+    if there:
+        target.write_text("old")
+    link.symlink_to(Path("far") / "x.csv")
+    check_writable(link)
+    with written_whole(link) as beside:
+        beside.write_text("new")
+        assert beside.suffix == ".csv" and beside.parent == target.parent
+    assert link.is_symlink() and target.read_text() == "new" and not target.is_symlink()
+    with pytest.raises(RuntimeError), written_whole(link) as beside:
+        raise RuntimeError
+    assert sorted(entry.name for entry in target.parent.iterdir()) == ["x.csv"]
+
+
+def test_a_link_into_a_folder_that_is_not_there_is_refused_by_the_folder(tmp_path):
+    (tmp_path / "link.csv").symlink_to(tmp_path / "far" / "x.csv")
+    with pytest.raises(InputError, match="far: no such folder"), written_whole(tmp_path / "link.csv"):
+        pass
+
+
+def refusing(monkeypatch, reason):
+    """Stands in for a system that refuses to read, which it never refuses root."""
+
+    def refuse(path, *_, **__):
+        raise OSError(reason, os.strerror(reason), str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+
+
+@pytest.mark.parametrize(
+    "reason, hint", [(errno.EACCES, "who may read"), (errno.EIO, "the disk"), (errno.EMFILE, "ulimit")]
+)
+def test_a_text_that_may_not_be_read_is_named_with_what_to_do(tmp_path, monkeypatch, reason, hint):
+    path = tmp_path / "secret.toml"
+    path.write_text("a = 1")
+    refusing(monkeypatch, reason)
+    with pytest.raises(InputError) as caught:
+        read_text(path, "a TOML file")
+    assert caught.value.file == path and caught.value.expected == "a TOML file" and hint in str(caught.value)
+    assert caught.value.found == os.strerror(reason) and "Errno" not in str(caught.value)
+
+
+def test_a_name_that_is_too_long_is_said(tmp_path):
+    with pytest.raises(InputError, match=r"(?s)cannot be read or written.*try: give it a shorter name"):
+        existing_file(tmp_path / ("x" * 5000))
+
+
+@pytest.mark.parametrize(
+    "reason, kind, words",
+    [
+        (OSError(errno.EACCES, "Permission denied", "a.txt"), InputError, "a.txt: cannot be read or written"),
+        (OSError(errno.ENOSPC, "No space left on device", "a.txt"), NoRoomError, "make room"),
+        (OSError(errno.EACCES, "Permission denied", "a.txt", None, "b.txt"), InputError, "Permission denied; to b.txt"),
+        (OSError(errno.ENOSPC, "No space left on device"), NoRoomError, "standard output: cannot be"),
+        (OSError("told by a library"), InputError, "told by a library"),
+    ],
+)
+def test_a_failure_of_the_system_names_its_file_and_what_to_do(reason, kind, words):
+    said = of_the_system(reason, "standard output")
+    assert type(said) is kind and words in str(said) and "Errno" not in str(said)

@@ -120,7 +120,7 @@ def files_of_scene(path: str | Path) -> tuple[Path, ...]:
     path = Path(path)
     found = [path]
     with suppress(InputError, tomllib.TOMLDecodeError):
-        texts = _texts(tomllib.loads(read_text(path)))
+        texts = _texts(tomllib.loads(read_text(path, "a TOML file")))
         found += [path.parent / text for text in texts if _names_a_file(path.parent, text)]
     return tuple(dict.fromkeys(found))
 
