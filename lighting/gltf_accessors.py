@@ -110,6 +110,9 @@ class Accessors:
         dtype = np.dtype(_DTYPES[component])
         start = view.whole("byteOffset", 0) + owner.whole("byteOffset", 0)
         stride = view.whole("byteStride", 0) or width * dtype.itemsize
+        if stride < width * dtype.itemsize:
+            expected = f"{width * dtype.itemsize} or more"
+            view.refuse("byteStride", "elements that lie on each other", stride, expected, _AGAIN)
         end = start + (count - 1) * stride + width * dtype.itemsize if count else start
         if end > min(view.whole("byteOffset", 0) + view.whole("byteLength"), len(self._buffers[number])):
             length = view.whole("byteLength")

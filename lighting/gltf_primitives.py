@@ -94,6 +94,8 @@ def primitive_geometry(
     if weights:
         told = ", ".join(f"{weight:g}" for weight in weights)
         notes.append(f"{name}: morphed by the weights of the file, {told}")
+    if "TEXCOORD_0" not in arrays and any(kind.startswith("TEXCOORD_") for kind in attributes.values):
+        notes.append(f"{name}: texture coordinates other than TEXCOORD_0 are left out")
     vertices = arrays["POSITION"]
     faces = _faces(primitive, mode, len(vertices), accessors)
     skin = _skin(attributes, accessors)

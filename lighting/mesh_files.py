@@ -189,12 +189,18 @@ def joined(meshes: list[Mesh], name: str) -> Mesh:
 
 
 def _check_stl_facets(path: Path) -> None:
-    """Hold facets of a text to three vertices: trimesh takes all vertices of a solid in threes."""
+    """Hold facets of a text to three vertices, and solids to their ends, where trimesh would go on without a word."""
     data = path.read_bytes()
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return
     data = data.lower()
-    vertices, facets = (len(re.findall(rb"(?m)^[ \t]*" + word, data)) for word in (rb"vertex\s", rb"outer\s+loop"))
+    # A solid may be called anything: vertices have a number behind the word.
+    vertices, facets = (len(re.findall(word, data)) for word in (rb"\bvertex\s+[-+.\dni]", rb"\bouter\s+loop\b"))
+    solids, ends = (len(re.findall(rb"(?m)^[ \t]*" + word + rb"\b", data)) for word in (rb"solid", rb"endsolid"))
+    if solids != ends and facets:
+        found, expected = f"{solids} solid, {ends} endsolid", "an end for each"
+        hint = "export or copy it again"
+        raise InputError("the mesh file is cut short", file=path, found=found, expected=expected, hint=hint)
     if vertices != 3 * facets:
         found = f"{vertices} vertices in {facets} facets"
         hint = "export it as OBJ, PLY or glTF, or with triangles"

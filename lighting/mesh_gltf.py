@@ -22,7 +22,7 @@ _READ = frozenset(
         *("KHR_mesh_quantization", _INSTANCES, _VISIBILITY, "KHR_texture_transform", "KHR_texture_basisu"),
         *("EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds", "KHR_lights_punctual", "EXT_lights_image_based"),
         *("EXT_lights_ies", "KHR_xmp", "KHR_xmp_json_ld", "KHR_animation_pointer", "KHR_techniques_webgl", "MSFT_lod"),
-        *("AGI_articulations", "AGI_stk_metadata", "EXT_mesh_features", "EXT_structural_metadata"),
+        *("AGI_articulations", "AGI_stk_metadata", "EXT_mesh_features", "EXT_structural_metadata", "FB_ngon_encoding"),
     )
 )
 _MATERIALS = "KHR_materials_"
@@ -59,8 +59,11 @@ class _Scene:
 
     def _check_extensions(self) -> None:
         for name in _texts(self.gltf.root, "extensionsRequired"):
-            if name not in _READ and not name.startswith(_MATERIALS):
+            if not _is_read(name):
                 refuse_extension(self.gltf.root, "extensionsRequired", name)
+        others = [name for name in _texts(self.gltf.root, "extensionsUsed") if not _is_read(name)]
+        if others:
+            self.notes.append(f"{self.gltf.path.stem}: extensions that are not read: {', '.join(others)}")
 
     def _place(self) -> None:
         """Work out the world of every node below the roots of the scene."""
@@ -169,6 +172,10 @@ class _Scene:
         count = counts.pop()
         told = [there.get(name, np.tile(default, (count, 1))) for name, default in defaults.items()]
         return np.array([_of_parts(*parts) for parts in zip(*told, strict=True)]).reshape(-1, 4, 4)
+
+
+def _is_read(name: str) -> bool:
+    return name in _READ or name.startswith(_MATERIALS)
 
 
 def _weights(node: Node, mesh: Node) -> list[float]:

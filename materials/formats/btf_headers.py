@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..stated_colours import stated_colours
+from ...spectral.errors import InputError
+from ...spectral.formats.exr import check_size
+from ..stated_colours import exr_colours, stated_colours
 
 # Of EXIF: how a picture is to be turned; 1 is not at all.
 _ORIENTATION, _UPRIGHT = 0x0112, 1
@@ -45,4 +48,17 @@ def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
         notes.append(f"images with an ICC profile: {len(profiled)} ({name}), not applied")
     for stated, named in coloured.items():
         notes.append(f"images that say {stated}: {len(named)} ({named[0].relative_to(folder)}), not applied")
+    first = next((file for file in files if file.suffix.lower() == ".exr"), None)
+    stated = "" if first is None else ", ".join(_of_exr(first))
+    if first is not None and stated:
+        notes.append(f"images that say {stated}: OpenEXR, by the first ({first.relative_to(folder)}), not applied")
     return notes
+
+
+def _of_exr(file: Path) -> tuple[str, ...]:
+    """What an OpenEXR image of red, green and blue states; those of a set are written alike."""
+    try:
+        header = check_size(file, sys.maxsize)[0]
+    except InputError:
+        return ()
+    return exr_colours(header.attributes) if {"R", "G", "B"} <= set(header.names) else ()

@@ -468,6 +468,10 @@ NOTED = {
         {"animations": [{"channels": [], "samplers": []}]},
         "made: animations are not played: it is drawn as it stands",
     ),
+    "an extension that it can do without": (
+        {"extensionsUsed": ["KHR_materials_sheen", "VENDOR_secret_geometry"]},
+        "made: extensions that are not read: VENDOR_secret_geometry",
+    ),
     "scenes": (
         {"scene": 1, "scenes": [{"nodes": []}, {"nodes": [0], "name": "front"}]},
         "made: of 2 scenes only front is drawn",
@@ -483,6 +487,13 @@ def test_what_the_file_says_and_is_not_drawn_is_noted(case, tmp_path):
     mesh = read(gltf, tmp_path)
     assert_is_tetrahedron(mesh)
     assert mesh.notes[-1] == words
+
+
+def test_texture_coordinates_of_another_set_alone_are_left_out_and_said(tmp_path):
+    gltf = Gltf()
+    gltf.primitive({"POSITION": gltf.accessor(POINTS[:3]), "TEXCOORD_1": gltf.accessor(UV[:3])})
+    mesh = read(gltf, tmp_path)
+    assert mesh.uv is None and "body: texture coordinates other than TEXCOORD_0 are left out" in mesh.notes
 
 
 def test_hidden_nodes_and_what_is_below_them_are_left_out_and_said(tmp_path):

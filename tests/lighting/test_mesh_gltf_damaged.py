@@ -47,6 +47,7 @@ BROKEN = {
     "a view that is not there": set_to("accessors", 0, "bufferView", 9),
     "a view of nothing": set_to("bufferViews", 0, "buffer", 3),
     "a view beyond its buffer": set_to("bufferViews", 0, "byteLength", 9999),
+    "elements that lie on each other": set_to("bufferViews", 0, "byteStride", 8),
     "more values than there are": set_to("accessors", 0, "count", 5),
     "an unknown type": set_to("accessors", 0, "componentType", 5124),
     "an unknown kind": set_to("accessors", 0, "type", "VEC5"),

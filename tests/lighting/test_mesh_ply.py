@@ -308,6 +308,28 @@ def test_a_text_stl_of_other_facets_than_triangles_is_refused(corners, tmp_path)
         load_mesh(path)
 
 
+@pytest.mark.parametrize("name", ["one", "body of vertices", ""])
+@pytest.mark.parametrize("facet", ["facet normal 0 0 1\nouter loop\n", "facet normal 0 0 1 outer loop\n"])
+def test_a_text_stl_is_read_whatever_it_is_called_and_however_its_lines_end(facet, name, tmp_path):
+    text = f"solid {name}\n{facet}vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop endfacet\nendsolid {name}\n"
+    for line_end, words in (("\n", str), ("\r\n", str), ("\n", str.upper)):
+        path = tmp_path / "one.stl"
+        path.write_bytes(words(text).replace("\n", line_end).encode())
+        assert area(load_mesh(path)) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("solids", [1, 2, 3])
+def test_a_text_stl_whose_last_solid_does_not_end_is_refused(solids, tmp_path):
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    text = "".join(f"solid s{k}\n{facet * 2}endsolid s{k}\n" for k in range(solids))
+    path = tmp_path / "cut.stl"
+    path.write_text(text)
+    assert area(load_mesh(path)) == pytest.approx(solids)
+    path.write_text(text.rpartition("endsolid")[0])
+    with pytest.raises(InputError, match=r"cut\.stl: the mesh file is cut short"):
+        load_mesh(path)
+
+
 @pytest.mark.parametrize("form", ["binary", "binary that begins with solid", "text", "text of two solids"])
 def test_an_stl_keeps_its_area_and_volume(form, tmp_path):
     fan = [(a, face[k], face[k + 1]) for face in U_FACES[2:] for a in face[:1] for k in range(1, len(face) - 1)]

@@ -198,6 +198,17 @@ def test_an_exr_of_srgb_needs_no_words(case, tmp_path):
     assert notes_of(exr(tmp_path, PLAIN_EXRS[case]), tmp_path) == ()
 
 
+def test_images_of_a_btf_in_exr_say_so_by_the_first(tmp_path):
+    exr(tmp_path, EXRS["P3"][0])
+    (tmp_path / "b.exr").write_bytes(b"no picture")
+    (note,) = header_notes([tmp_path / "a.exr", tmp_path / "b.exr"], tmp_path)
+    assert note.startswith("images that say primaries and white 0.68") and "(a.exr)" in note
+    exr(tmp_path, PLAIN_EXRS["sRGB"])
+    assert header_notes([tmp_path / "a.exr"], tmp_path) == header_notes([tmp_path / "b.exr"], tmp_path) == []
+    write_exr(tmp_path / "a.exr", EXRS["P3"][0], {name: np.ones((2, 2), np.float32) for name in "XYZ"})
+    assert header_notes([tmp_path / "a.exr"], tmp_path) == []
+
+
 @pytest.mark.parametrize("length", [0, 1, 3, 5, 40])
 def test_codes_of_another_length_than_they_have_say_nothing(length, tmp_path):
     assert notes_of(png((b"cICP", b"\x09\x10\0\1"[:length].ljust(length, b"\1"))), tmp_path) == ()

@@ -9,8 +9,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from ...lighting.mesh_files import SUFFIXES as MESHES
 from ...lighting.scene import Scene
-from ...lighting.scene_files import load_scene, shipped_scene
+from ...lighting.scene_files import load_scene, scene_file, shipped_scene
 from ...materials.catalogue import Catalogue, default_catalogue
 from ...materials.records.models import SPECTRA
 from ...spectral.errors import InputError
@@ -110,7 +111,7 @@ def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
     """
     if not words:
         return Subject("scene")
-    files = [word for word in words if Path(word).suffix.lower() in (".toml", ".exr")]
+    files = [word for word in words if Path(word).suffix.lower() in (".toml", ".exr", *MESHES)]
     if files:
         if len(words) > 1 and not comparison_of(words):
             expected = "one file, two images, or materials"
@@ -144,4 +145,5 @@ def subject_of_file(path: str) -> Subject | Session:
         raise InputError("no such file", file=path, expected="a scene.toml, a saved session, or an OpenEXR image")
     if Path(path).suffix.lower() == ".exr":
         return Subject("image", path)
+    scene_file(path)
     return read_session(path) if is_session(path) else Subject("scene", path)

@@ -91,6 +91,13 @@ def test_two_images_are_named_to_see_one_beside_the_other(files, tiny_catalogue)
         comparison_of((files[0], "gone.exr"))
 
 
+@pytest.mark.parametrize("name", ["ball.glb", "ball.OBJ"])
+def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(name, tiny_catalogue, tmp_path):
+    (tmp_path / name).write_bytes(b"glTF\0")
+    with pytest.raises(InputError, match=r"(?s)a mesh, not a scene.*mesh = \"ball"):
+        subject_of([str(tmp_path / name)], Catalogue.open(tiny_catalogue))
+
+
 def test_both_are_seen_for_their_observer_and_compared(gl, frame, loaded, files):
     session = begun(loaded, other=Other(made="file", file=files[1]), compare=Compare("difference"))
     assert session.observer == "1964_10" and not session.light.lamps
