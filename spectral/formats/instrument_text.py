@@ -59,9 +59,12 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
         No wavelengths with values, or values that the quantity cannot take.
     """
     table = _finest(parse_table(path, answer))
+    # A spectrometer's program writes counts in the same layout as what it makes of them.
+    may_be_counts = _MARKER.search(table.words) is not None
     key = _LIGHT_METER.search(table.words)
     said = f"the key {key[0].strip()!r} of a light meter" if key else ""
-    return gathered(table, path, NAME, answer, [Sign("format", "emission", said, True)] if key else [])
+    hints = [Sign("format", "emission", said, True)] if key else []
+    return gathered(table, path, NAME, answer, hints, may_be_counts)
 
 
 def _finest(table: Table) -> Table:

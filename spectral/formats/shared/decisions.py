@@ -36,6 +36,8 @@ from .words import meant_by
 _ABOVE_PERCENT = 200.0
 #: What to say at an import, or to write into a file, where it does not say what was measured.
 SETTLED_BY = "say it: --as reflectance, transmittance, emission or radiance-factor"
+#: What to do with a file of raw counts.
+NO_COUNTS = "export what the instrument makes of them: irradiance, or reflectance against a white reference"
 # No surface is darker than this anywhere, as a fraction: coatings of carbon nanotubes reflect a few ten-thousandths.
 _BLACKEST = 1e-4
 # A black in percent may read less, and a white more: that one table has both below one per cent does not happen.

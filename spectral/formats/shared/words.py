@@ -25,7 +25,7 @@ _EMISSION = re.compile(
     r"irradian|radian(?:ce|cy)|radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
     r"spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
-    r"[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
+    r"(?<![A-Za-z])[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
     r"cd\s?/\s?m|(?-i:\bLv\b|\bLUM\b)|\bCS-?[12]000A?\b|\bPR-?[67]\d\d\b|"
     r"\bCCT\b|\blux\b|\[lx\]",
     re.I,
@@ -60,7 +60,16 @@ _SETS = {
 }
 # Channels of a camera, or samples: nothing else has all three colours of its own.
 _CHANNELS = re.compile(r"(?:r|g|b|gr|gb|g1|g2|ir|nir|w|red|green|blue|green ?[12rb]|clear)", re.I)
-_COUNTS = re.compile(r"\bcounts?\b|\bADU\b|\bdigital numbers?\b", re.I)
+_COUNTS = re.compile(
+    r"\bcounts?\b|\bcts\b|\bADU\b|\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)", re.I
+)
+# Lines above a table that say so of what is in it.
+_COUNTED_LINE = re.compile(
+    r"(?:^|\b(?:units?|axis|mode|signal|type|intensity|calibration|measurement|values?|quantity)\W{0,3}[:=;,\t]\s*)"
+    r"[\"'(\[]?(?:raw(?: (?:data|signal|intensit\w+))?|scope(?: mode)?|(?:raw )?(?:counts?|DN|ADU|digital numbers?))"
+    r"[\"')\]]?$",
+    re.I | re.M,
+)
 _PHOTONS = re.compile(r"photon|quanta\b|[mµμun]mol\b|einstein", re.I)
 # Lines that say so strongly that two of them on different things leave the question open.
 _STRONG_EMISSION = re.compile(
@@ -161,6 +170,12 @@ def names_raw(heading: str) -> Literal["counts", "photons"] | None:
     """What a heading says that is counted and not measured as power: an instrument's counts, or photons."""
     heading = _one_line(heading)
     return "photons" if _PHOTONS.search(heading) else "counts" if _COUNTS.search(heading) else None
+
+
+def counts_in_lines(words: str) -> str | None:
+    """The line above a table that says that its values are counted, such as "Units: DN"; None where none does."""
+    found = (line.strip() for line in words.splitlines()[:400] if len(line) < 400)
+    return next((line for line in found if _COUNTED_LINE.search(line)), None)
 
 
 def quantity_of_set(headings: Sequence[str], file: str) -> str | None:

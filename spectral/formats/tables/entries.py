@@ -16,6 +16,7 @@ from ..shared.decisions import Sign, Values, divisor_of, undecided
 from ..shared.gathering import DELETED, Gathering, in_visible
 from ..shared.text import shortened
 from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
+from .makers import name_by_maker
 from .parsing import Table
 from .quantities import counts_removed, judge
 from .section import Column
@@ -24,7 +25,14 @@ from .section import Column
 _LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)
 
 
-def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: Sequence[Sign] = ()) -> SpectralFile:
+def gathered(
+    table: Table,
+    path: Path,
+    format_name: str,
+    answer: Answer,
+    hints: Sequence[Sign] = (),
+    may_be_counts: bool = False,
+) -> SpectralFile:
     """A table's columns as entries.
 
     A column is what its own header says, else what the lines above its table say, else what the person says, else what
@@ -35,19 +43,22 @@ def gathered(table: Table, path: Path, format_name: str, answer: Answer, hints: 
     ----------
     answer : what a person says where the file does not.
     hints : signs that the format adds, such as the suffix of its name.
+    may_be_counts : whether large values may be an instrument's counts.
     """
     gathering = Gathering(path, format_name)
     for note in table.notes:
         gathering.note(note)
+    name_by_maker(table, path.stem)
     columns = _named(table, path)
     kept = counts_removed(columns)
     if len(kept) < len(columns):
-        gathering.note("columns of raw counts are left out: the file holds what was made of them")
+        of_counts = [column.name for column in columns if column not in kept]
+        gathering.note(f"columns of raw counts are left out: {', '.join(of_counts[:6])}")
     together = Counter(column.table for column in kept)
     for column in kept:
         column.samples, column.grid_nm = np.asarray(column.values, dtype=np.float64), _grid(column, gathering)
         column.colours = _colours(column, table, together[column.table] == 1)
-    judge(kept, answer, hints, path)
+    judge(kept, answer, hints, path, may_be_counts)
     _find_scales(kept, answer)
     if open_ones := [column for column in kept if not (column.decision or column.refusal)]:
         signs = [sign for column in open_ones for sign in column.signs]

@@ -25,7 +25,7 @@ _NAME_WORD = re.compile(
     r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b", re.I
 )
 _UNIT_CELL = re.compile(
-    r"\W*(?:%|nm|µm|μm|um|[a-z.µμ]{0,4}W\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|[01]\W{1,4}1)?\W*", re.I
+    r"\W*(?:%|nm|µm|μm|um|[a-z.µμ]{0,4}(?-i:W)\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|[01]\W{1,4}1)?\W*", re.I
 )
 
 

@@ -124,7 +124,7 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
     between = shown[layout.header + 1 : layout.first] if layout.header is not None else []
     table.units = next((cells for _, cells in between if is_units_row(cells)), [])
     table.above = shown[: layout.first if layout.header is None else layout.header]
-    table.preamble, table.words = _preamble(table.above, remarks)
+    table.preamble, table.words = _preamble(table.above, remarks, text.dialect.delimiter)
     table.heads = _heads(table, remarks)
     if before is not None and not table.heads:
         table.heads = _as_before(before, table)
@@ -138,7 +138,7 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
         if table.further is None:
             notes.append(f"{below} lines below the table are not read")
     end = MOST_LINES if table.further is None else table.last_line
-    table.preamble, table.words = _preamble(table.above, text.said(after, end + 1))
+    table.preamble, table.words = _preamble(table.above, text.said(after, end + 1), text.dialect.delimiter)
 
 
 def _across_below(table: Section) -> tuple[int, Way] | None:
@@ -207,15 +207,18 @@ def _title(section: Section) -> str:
     return "" if ":" in title or quantity_in(title) or is_generic(title) else shortened(title)
 
 
-def _preamble(above: Sequence[Row], remarks: Sequence[str]) -> tuple[dict[str, str], str]:
+def _preamble(above: Sequence[Row], remarks: Sequence[str], delimiter: str) -> tuple[dict[str, str], str]:
     """Keys and values above the table, and all words there, one line each."""
     found: dict[str, str] = {}
     lines = []
     for _, cells in above:
         filled = [cell for cell in cells if cell]
-        if len(filled) == 1 and ":" in filled[0]:
-            filled = [part.strip() for part in filled[0].split(":", 1)]
+        # White space parts words, and no keys from their values.
+        filled = filled if delimiter else [" ".join(filled[:40])]
+        parts = re.split(":" if delimiter else "[:=]", filled[0], maxsplit=1) if len(filled) == 1 else []
         lines.append(": ".join(filled[:40]))
+        if len(parts) > 1:
+            filled = [part.strip() for part in parts]
         if len(filled) > 1 and filled[1]:
             found.setdefault(shortened(filled[0].rstrip(":= "), 60), shortened(" ".join(filled[1:40])))
         elif filled:

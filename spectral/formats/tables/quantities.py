@@ -11,13 +11,21 @@ import numpy as np
 
 from ...errors import InputError
 from ..answer import Answer
-from ..shared.decisions import Sign, decided, refuse_sensitivity, signs_beside, signs_of_name, signs_of_numbers
+from ..shared.decisions import (
+    NO_COUNTS,
+    Sign,
+    decided,
+    refuse_sensitivity,
+    signs_beside,
+    signs_of_name,
+    signs_of_numbers,
+)
 from ..shared.resemblance import likenesses, luminances
 from ..shared.text import shortened
 from ..shared.words import (
     colour_axis,
+    counts_in_lines,
     illuminant_in,
-    measured,
     names_power,
     names_raw,
     names_sensitivity,
@@ -32,12 +40,15 @@ _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|materia
 _WANTED = "reflectance, transmittance or emission"
 
 
-def judge(columns: Sequence[Column], answer: Answer, hints: Sequence[Sign], path: Path) -> None:
+def judge(
+    columns: Sequence[Column], answer: Answer, hints: Sequence[Sign], path: Path, may_be_counts: bool = False
+) -> None:
     """Find what each column measures: its `decision`, or why there is none, and the `signs` of it.
 
     Parameters
     ----------
     hints : signs that the format adds.
+    may_be_counts : whether values that are too large for a surface may be an instrument's counts.
 
     Raises
     ------
@@ -52,6 +63,8 @@ def judge(columns: Sequence[Column], answer: Answer, hints: Sequence[Sign], path
         try:
             _check(column, sign_stated)
             numbers = signs_of_numbers(column.grid_nm, column.samples, column.likeness)
+            if may_be_counts:
+                numbers = [sign for sign in numbers if sign.origin not in ("range", "lines")]
             signs = (
                 [sign_stated] if sign_stated else [*of_file, *_hints_around(column, path, column.table not in belied)]
             )
@@ -88,6 +101,7 @@ def _stated(columns: Sequence[Column], answer: Answer, path: Path) -> list[Sign 
             owned = [None if _LETTER.fullmatch(head) else own for head, own in zip(heads, owned, strict=True)]
         silent = [column for column, own in zip(of_table, owned, strict=True) if own is None]
         power = all(names_power(column.words or column.unit) for column in silent)
+        counted = counts_in_lines(of_table[0].around) if around is None else None
         for column, own in zip(of_table, owned, strict=True):
             words = column.words if column.unit in column.words else column.heading
             heading = f"the heading {shortened(words.strip(), 60)!r}"
@@ -95,6 +109,8 @@ def _stated(columns: Sequence[Column], answer: Answer, path: Path) -> list[Sign 
                 stated.append(Sign("heading", together, f"the headings {shortened(', '.join(heads), 60)!r}", True))
             elif around and not own:
                 stated.append(Sign("lines", around, f"the line {shortened(line, 60)!r}", True))
+            elif counted and not own:
+                stated.append(Sign("lines", "counts", f"the line {shortened(counted, 60)!r}", True))
             else:
                 says = own or ("emission" if power else None)
                 stated.append(Sign("heading", says, heading, True) if says else None)
@@ -167,7 +183,7 @@ def _check(column: Column, sign_stated: Sign | None) -> None:
     refuse_sensitivity([column.likeness], column.name)
     if sign_stated and sign_stated.says in _REFUSED:
         problem, hint = _REFUSED[sign_stated.says]
-        found = column.words or column.unit or None
+        found = column.words or column.unit or sign_stated.words
         raise InputError(problem, field=column.name, found=found, expected=_WANTED, hint=hint)
     if column.bad is not None:
         line, cell = column.bad
@@ -194,7 +210,7 @@ _REFUSED = {
     ),
     "counts": (
         "raw counts are neither power nor reflectance",
-        "export what the instrument makes of them: irradiance, or reflectance against a white reference",
+        NO_COUNTS,
     ),
     "photons": (
         "photons are not power",
@@ -204,6 +220,5 @@ _REFUSED = {
 
 
 def counts_removed(columns: list[Column]) -> list[Column]:
-    """Columns less those in counts, where others hold what was made of the counts."""
-    kept = [column for column in columns if not re.search("counts?", column.heading, re.I)]
-    return kept if any(measured(quantity_in(column.heading)) for column in kept) else columns
+    """Columns less those in counts, where there are others."""
+    return [column for column in columns if names_raw(column.heading) != "counts"] or columns

@@ -9,8 +9,9 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from ...errors import InputError
+from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
-from ..shared.words import colour_axis, quantity_in, unit_in
+from ..shared.words import colour_axis, measured, quantity_in, quantity_in_lines, unit_in
 from .dialect import Dialect, in_percent
 from .layout import (
     Row,
@@ -31,11 +32,17 @@ _SCATTER = re.compile(
     r"variance)\W*(?:[\[(].*)?",
     re.I,
 )
-_COUNTER = re.compile(r"#|index|pixel\w*", re.I)
-_READING = re.compile(
-    r"(?:dark|baseline|reference|ref)\.?(?:[ _]*(?:currents?|readings?|spectr\w+|counts?|signals?|scans?|lamp))?\W*",
-    re.I,
+_COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
+# What an instrument reads, in counts, to make a reflectance or a transmittance of it. Each may be a sample's name, too.
+_OF_READINGS = (
+    r"(?:[ _.]*(?:currents?|readings?|spectr\w+|counts?|signals?|scans?|lamp|intensit\w+|data|mode|values?)){0,2}"
+    r"[ _]*#?\d{0,3}\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*"
 )
+_READING = re.compile(rf"(?:dark|baseline|reference|ref)\.?{_OF_READINGS}", re.I)
+_DARK = re.compile(rf"(?:dark|background)\.?{_OF_READINGS}", re.I)
+_LIT = re.compile(rf"(?:sample|target|scope|raw|signal|reference|ref|baseline|blank)\.?{_OF_READINGS}", re.I)
+_WHITE = re.compile(rf"(?:white|spectralon)\.?{_OF_READINGS}", re.I)
+_NEVER_MADE = re.compile(rf"(?:scope|raw){_OF_READINGS}", re.I)
 _RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseline)\b.*", re.I)
 _UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
 _GENERIC = re.compile(
@@ -150,6 +157,26 @@ def _aside(head: str, heads: Sequence[str]) -> bool:
     return bool(_SCATTER.fullmatch(head) or _COUNTER.fullmatch(head))
 
 
+def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
+    """Headings of columns that hold an instrument's readings in counts, as others beside them tell.
+
+    Dark and lit readings together are; so are readings beside what was made of them, and the raw or scope reading of a
+    table that says of nothing else what it measures. A unit of their own, such as percent, speaks against it.
+    """
+    silent = [head for head in heads if head and quantity_in(head) is None and unit_in(head) is None]
+    dark = [head for head in silent if _DARK.fullmatch(head)]
+    lit = [head for head in silent if _LIT.fullmatch(head)]
+    white = [head for head in silent if _WHITE.fullmatch(head)]
+    made = any(measured(quantity_in(head)) for head in heads)
+    if lit and (dark or made):
+        return {*dark, *lit, *white}
+    if made and dark:
+        return {*dark, *white}
+    if quantity_in_lines(table.words)[0] is None and unit_in(table.words) is None:
+        return {head for head in lit if _NEVER_MADE.fullmatch(head)}
+    return set()
+
+
 def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str]) -> list[Column]:
     """Empty columns for the values of a block that starts with `cells`."""
     axes, heads, units = table.layout.axes, table.heads, table.units
@@ -157,12 +184,13 @@ def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str])
     columns: list[Column] = []
     aside = []
     width = max(width, len(heads))
+    raw = _raw_readings([head for at, head in enumerate(heads) if at not in axes], table)
     for at in range(min(axes) + 1, width):
         if at in axes:
             continue
         axis = max(axis for axis in axes if axis < at)
         head, unit = cell(heads, at), cell(units, at)
-        if head and width - len(axes) > 1 and _aside(head, heads):
+        if head in raw or (head and width - len(axes) > 1 and _aside(head, heads)):
             aside.append(head)
             continue
         unit = unit.strip("[]() ")
@@ -191,6 +219,14 @@ def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str])
     if aside:
         notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
     if not columns:
+        if raw:
+            raise InputError(
+                "readings of an instrument, and nothing that was made of them",
+                field="header",
+                found=", ".join(aside),
+                expected="a column of reflectance, transmittance or irradiance",
+                hint=NO_COUNTS,
+            )
         raise InputError(
             "wavelengths without values",
             found=", ".join(aside) or shortened(" ".join(cells)),

@@ -340,7 +340,7 @@ def test_avantes_keeps_what_was_made_of_the_counts(written):
     )
     file = read(written(content))
     assert values(file) == {"Transmittance": pytest.approx([0.455, 0.457, 0.458])}
-    assert "columns beside the measurement are left out: Dark, Reference" in file.notes
+    assert "columns beside the measurement are left out: Sample, Dark, Reference" in file.notes
 
 
 def test_equal_names_stay_apart_and_are_said(written):

@@ -1,0 +1,61 @@
+"""Columns that makers of spectrometers name in a way of their own, by the words that all tables use.
+
+Spectra Vista's .sig has no header: wavelength, what a white panel sends back, what the target sends back, each in the
+unit that the line "units=" gives, and their ratio in percent. Ocean Optics' Jaz heads its columns with letters: W for
+wavelengths, D, R and S for the counts of dark, reference and sample, P for what was made of them. Spectral Evolution's
+.sed shortens radiance, irradiance and the ratio of target and reference.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from ..shared.words import quantity_in_lines
+from .parsing import Table
+from .section import Column
+
+_SPECTRA_VISTA = re.compile(r"Spectra Vista(?: Corp\w*)? SIG Data", re.I)
+_UNITS = re.compile(r"^\W*units\s*[=:;,\t]\s*(.+)$", re.I | re.M)
+_JAZ = {"D": "dark counts", "R": "reference counts", "S": "sample counts", "P": ""}
+_JAZ_FILE = re.compile(r"\bJaz\b|Begin Processed Spectral Data", re.I)
+_SHORTENED = re.compile(r"((?:ir)?rad)\.(?=\s*[(\[]|\s*$)", re.I)
+_RATIO = re.compile(r"t(?:ar)?ge?t\.?\s*/\s*ref(?:erence)?\.?\s*(.*)", re.I)
+
+
+def name_by_maker(table: Table, stem: str) -> None:
+    """Give columns of a maker's export the words for what they hold; of other tables nothing is changed.
+
+    stem : of the file's name, which its one measurement is called.
+    """
+    for block in table.blocks:
+        words = [column.words.strip() for column in block]
+        if len(block) == 3 and not any(words) and _SPECTRA_VISTA.search(block[0].around):
+            _name_spectra_vista(block, stem)
+        elif _is_jaz(words, block):
+            for column, letter in zip(block, words, strict=True):
+                column.words, column.name = _JAZ[letter], f"{stem} {_JAZ[letter]}".strip()
+        else:
+            for column in block:
+                _name_spectral_evolution(column)
+
+
+def _name_spectra_vista(block: Sequence[Column], stem: str) -> None:
+    line = _UNITS.search(block[0].around)
+    units = [unit.strip() for unit in line[1].split(",")] if line else []
+    for column, what, unit in zip(block, ("reference", "target"), [*units, "", ""], strict=False):
+        column.words, column.name = f"{what} {unit}".strip(), f"{stem} {what}"
+    block[2].words, block[2].unit, block[2].name = "reflectance (%)", "%", stem
+
+
+def _is_jaz(words: Sequence[str], block: Sequence[Column]) -> bool:
+    if len(set(words)) < len(words) or not set(words) <= set(_JAZ):
+        return False
+    return len(words) > 2 or (len(words) > 1 and bool(_JAZ_FILE.search(block[0].around)))
+
+
+def _name_spectral_evolution(column: Column) -> None:
+    column.words = _SHORTENED.sub(lambda match: f"{match[1]}iance", column.words)
+    if ratio := _RATIO.fullmatch(column.words.strip()):
+        measured = "transmittance" if quantity_in_lines(column.around)[0] == "transmittance" else "reflectance"
+        column.words = f"{measured} {ratio[1]}".strip()

@@ -1,0 +1,146 @@
+"""Columns that are not what their sheet is of: an instrument's counts are no quantity, and its exports say what is."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.reading import read_spectra
+
+NM = np.arange(400, 701, 20)
+PERCENT = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
+DARK, WHITE = 300.0 + 3.0 * np.sin(NM), 3000.0 + NM
+SAMPLE = DARK + (WHITE - DARK) * PERCENT / 100.0
+
+
+def table(heads, *columns, between=",", above=""):
+    rows = [between.join(f"{cell:.6g}" for cell in row) for row in zip(NM, *columns, strict=True)]
+    return above + "\n".join([*([between.join(heads)] if heads else []), *rows]) + "\n"
+
+
+def check_percent(entry):
+    assert entry.spectrum.quantity == "reflectance"
+    np.testing.assert_allclose(entry.spectrum.samples, PERCENT / 100.0, rtol=1e-5)
+
+
+COLUMNS = {"dark": DARK, "reference": WHITE, "sample": SAMPLE, "white": WHITE, "scope": SAMPLE, "target": SAMPLE}
+
+
+@pytest.mark.parametrize("made", ["reflectance (%)", "R (%)", "Reflectance [%]"])
+@pytest.mark.parametrize("names", [*permutations(("dark", "reference", "sample")), ("dark", "white", "scope"),
+                                   ("reference", "sample"), ("sample",), ("dark", "white", "target")])  # fmt: skip
+def test_readings_beside_what_was_made_of_them_are_left_out(written, names, made):
+    for write in (str, str.title, str.upper, lambda word: f"{word} spectrum", lambda word: f"{word} (counts)"):
+        heads = ["nm", *map(write, names), made]
+        file = read_spectra(written(table(heads, *(COLUMNS[name] for name in names), PERCENT), "lamp.csv"))
+        (entry,) = file.entries
+        check_percent(entry)
+        assert not file.rejected and all(any(head in note for note in file.notes) for head in heads[1:-1])
+
+
+@pytest.mark.parametrize("answer", [Answer(), Answer("emission"), Answer("reflectance")])
+@pytest.mark.parametrize("names", [("dark", "sample"), ("dark", "reference", "sample"), ("white", "dark", "scope")])
+def test_readings_alone_are_refused(written, names, answer):
+    path = written(table(["nm", *names], *(COLUMNS[name] for name in names)), "fluorescent lamp.csv")
+    with pytest.raises(InputError, match="readings of an instrument, and nothing that was made of them"):
+        read_spectra(path, answer)
+
+
+COUNTED = ["DN", "Norm. DN (Target)", "target DN", "counts", "Counts", "Intensity (counts)", "ADU", "Raw DN", "cts"]
+COUNTED += ["Digital Number", "Raw", "raw data", "Raw signal", "Scope", "Scope mode", "scope [counts]", "Raw data #1"]
+
+
+@pytest.mark.parametrize("head", COUNTED)
+@pytest.mark.parametrize("answer", [Answer(), Answer("emission")])
+def test_a_column_of_counts_is_no_lamp(written, head, answer):
+    with pytest.raises(InputError, match=r"raw counts are neither|nothing that was made of them"):
+        read_spectra(written(table(["Wavelength (nm)", head], SAMPLE), "fluorescent lamp.csv"), answer)
+
+
+LINES = ["Units: DN", "units= counts", "Mode: Scope", "Y axis: Counts", "Scope mode", "Raw counts", "Measurement;raw"]
+
+
+@pytest.mark.parametrize("line", [*LINES, "Radiometric Calibration: DN"])
+def test_a_line_above_says_that_the_numbers_are_counted(written, line):
+    with pytest.raises(InputError, match="raw counts are neither"):
+        read_spectra(written(table(["nm", "lamp 1"], SAMPLE, between=";", above=f"{line}\n"), "lamp.csv"))
+
+
+PAINTS = ["white,dark", "reference,sample", "dark,light", "white,black", "raw umber,raw sienna", "target 1,target 2"]
+
+
+@pytest.mark.parametrize("heads", [*PAINTS, "sample,standard"])
+def test_paints_may_be_called_as_readings_are(written, heads):
+    content = table(["nm", *heads.split(",")], PERCENT, PERCENT + 5.0, above="Reflectance (%)\n")
+    entries = read_spectra(written(content)).entries
+    assert entries and all(entry.spectrum.quantity == "reflectance" for entry in entries)
+
+
+JAZ = "Jaz {} File\n++++++++++\nUser: lab\nReference Spectrum Present: Yes\n>>>>>Begin Processed Spectral Data<<<<<\n"
+END = ">>>>>End Processed Spectral Data<<<<<\n"
+
+
+@pytest.mark.parametrize("letters", ["DRSP", "DSP", "SP", "PS", "RSDP"])
+def test_a_jaz_file_has_one_column_that_is_no_counts(written, letters):
+    columns = {"D": DARK, "R": WHITE, "S": SAMPLE, "P": PERCENT}
+    content = table(["W", *letters], *(columns[letter] for letter in letters), between="\t", above=JAZ.format("Data"))
+    path = written(content + END, "tile.jaz")
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(path)
+    (entry,) = read_spectra(path, Answer("reflectance", "percent")).entries
+    check_percent(entry)
+    assert entry.name == "tile"
+    irradiance = written(path.read_text().replace("Data File", "Absolute Irradiance File"), "sun.JazIrrad")
+    assert [entry.spectrum.quantity for entry in read_spectra(irradiance).entries] == ["emission"]
+
+
+def test_a_jaz_file_without_a_processed_column_is_refused(written):
+    content = table(["W", "D", "R", "S"], DARK, WHITE, SAMPLE, between="\t", above=JAZ.format("Data")) + END
+    with pytest.raises(InputError, match="raw counts"):
+        read_spectra(written(content, "lamp.jaz"), Answer("emission"))
+
+
+@pytest.mark.parametrize("name", ["lamp.txt", "fluorescent_lamp.txt", "D65 simulator.txt"])
+def test_large_numbers_of_a_spectrometer_are_no_sign_of_light(written, name):
+    above = "SpectraSuite Data File\n+++++\nUser: lab\nReference Spectrum Present: No\n" + JAZ.splitlines()[-1] + "\n"
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(written(table([], SAMPLE, between="\t", above=above) + END, name))
+
+
+SVC = "/*** Spectra Vista SIG Data ***/\nname= P1.sig\ninstrument= HI: 1 (HR-1024i)\n{}time= 1/5/2026\ndata= \n"
+
+
+@pytest.mark.parametrize(
+    ("units", "kinds"),
+    [
+        ("units= Radiance, Radiance\n", ["emission", "emission", "reflectance"]),
+        ("units= Irradiance, Radiance\n", ["emission", "emission", "reflectance"]),
+        ("units= Counts, Counts\n", ["reflectance"]),
+        ("units= DN, DN\n", ["reflectance"]),
+        ("", ["reflectance"]),
+    ],
+)
+def test_a_spectra_vista_file_ends_with_its_reflectance(written, units, kinds):
+    content = table([], WHITE, SAMPLE, PERCENT, between="  ", above=SVC.format(units))
+    file = read_spectra(written(content, "P1.sig"))
+    assert [entry.spectrum.quantity for entry in file.entries] == kinds
+    check_percent(file.entries[-1])
+    assert file.entries[-1].name == "P1"
+
+
+@pytest.mark.parametrize("between", ["\t", ","])
+@pytest.mark.parametrize(
+    ("heads", "kinds"),
+    [
+        (["Norm. DN (Ref.)", "Norm. DN (Target)", "Reflect. %"], ["reflectance"]),
+        (["Rad. (Ref.)", "Rad. (Target)", "Reflect. %"], ["emission", "emission", "reflectance"]),
+        (["Rad. (Ref.)", "Rad. (Target)", "Tgt./Ref. %"], ["emission", "emission", "reflectance"]),
+        (["Irrad. (Ref.)", "Norm. DN (Target)", "Tgt./Ref. %"], ["emission", "reflectance"]),
+    ],
+)
+def test_a_spectral_evolution_file_says_by_column_what_it_holds(written, heads, kinds, between):
+    above = "Comment: \nVersion: 2.3\nMeasurement: REFLECTANCE\nRadiometric Calibration: RADIANCE\nUnits: None\nData:\n"
+    file = read_spectra(written(table(["Wvl", *heads], WHITE, SAMPLE, PERCENT, between=between, above=above), "a.sed"))
+    assert [entry.spectrum.quantity for entry in file.entries] == kinds and not file.rejected
+    check_percent(file.entries[-1])
