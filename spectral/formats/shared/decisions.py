@@ -176,7 +176,7 @@ def signs_of_numbers(
     grid_nm, values = grid_nm[there], values[there]
     if not values.size:
         return found
-    if has_mercury_lines(grid_nm, values):
+    if has_mercury_lines(grid_nm, values[None])[0]:
         found.append(Sign("lines", "emission", "lines of mercury at 436 and 546 nm"))
     if values.max() > _ABOVE_PERCENT:
         found.append(Sign("range", "emission", f"values up to {values.max():.4g}, above any percentage"))

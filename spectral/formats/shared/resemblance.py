@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ...colour_library import colour_science
 from ...illuminants import illuminant
@@ -30,8 +30,15 @@ _ALIKE = 0.005
 # A table flatter than this has no shape to be known by: every grey resembles the equal-energy illuminant.
 _FLAT = 0.05
 _SAME_SCALE = 1e-3
-# Lines of mercury in every fluorescent lamp, nm: how near, how narrow, and how high above what is beside, of the most.
-_MERCURY, _NEAR, _BESIDE, _HIGH = (435.8, 546.1), 6.0, 20.0, 0.1
+# Lines of mercury in every fluorescent lamp, nm, and others that lamps have; how near a line's samples are, and how far
+# what is beside it goes. Finer samples are averaged over the width of a lamp's line in a spectrometer.
+_MERCURY, _OTHERS = (435.8, 546.1), (404.7, 488.0, 543.0, 578.0, 587.0, 611.0, 631.0, 650.0, 707.0)
+_NEAR, _BESIDE, _LINE_WIDTH = 6.0, 20.0, 5.0
+# Of 10,000 noises, fewer than one may have such lines; what is estimated of a file's own noise costs a factor of ten.
+_CHANCE = 1e-5
+# The kurtosis of noise with outliers; that of a Laplace distribution is 6.
+_OUTLIERS = 8.0
+_MOST_PLACES = 160
 # Where luminances are compared.
 _GRID_NM = np.arange(400.0, 701.0, 10.0)
 
@@ -52,10 +59,16 @@ class _Published(NamedTuple):
     kinds: tuple[Kind, ...]
     names: tuple[str, ...]
     values: Float[np.ndarray, "R N"]
+    flat: tuple[bool, ...]
 
 
 def likenesses(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]) -> list[Likeness | None]:
-    """For each spectrum the published table that it resembles most, None where it resembles none."""
+    """For each spectrum the published table that it resembles most, None where it resembles none.
+
+    A sign that guesses a quantity from shape may be found by chance in fewer than 1 of 10,000 noises of a file's own
+    statistics. A dozen samples and more that all keep to the shape of a table are; a grey of a chart has no shape, and
+    noise of little contrast has its numbers at many levels: it is known only beside spectra of a chart that have one.
+    """
     order = np.argsort(grid_nm, kind="stable")
     grid_nm, values = grid_nm[order], values[:, order]
     inside = (grid_nm >= _WINDOW[0]) & (grid_nm <= _WINDOW[1])
@@ -77,6 +90,7 @@ def likenesses(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]
     left = np.sqrt(np.maximum(1.0 - products**2 / np.outer(squares, own), 0.0))
     left = np.where(products > 0.0, left, 1.0)
     found: list[Likeness | None] = []
+    flat = np.zeros(len(values), dtype=bool)
     for row, best in enumerate(left.argmin(axis=1).tolist()):
         if not usable[row] or left[row, best] > _ALIKE:
             found.append(None)
@@ -85,9 +99,11 @@ def likenesses(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]
         if known.kinds[best] == "reflectance" and _scale(factor) is None:
             found.append(None)  # another surface of that hue
             continue
+        flat[row] = known.flat[best]
         published = abs(math.log10(factor) - round(math.log10(factor))) < _SAME_SCALE / math.log(10.0)
         found.append(Likeness(known.kinds[best], known.names[best], factor, published))
-    return found
+    of_charts = any(like and like.kind == "reflectance" and not plain for like, plain in zip(found, flat, strict=True))
+    return [like if of_charts or not plain else None for like, plain in zip(found, flat, strict=True)]
 
 
 def _scale(factor: float) -> float | None:
@@ -99,17 +115,19 @@ def _scale(factor: float) -> float | None:
 def _published(grid: bytes) -> _Published:
     """Every published table at these wavelengths, less those that do not cover them or have no shape there."""
     nodes = np.frombuffer(grid)
-    kinds, names, rows = [], [], []
+    kinds, names, rows, flat = [], [], [], []
     for kind, name, nm, values in _tables():
         if nm[0] > nodes[0] + 1e-6 or nm[-1] < nodes[-1] - 1e-6:
             continue
         there = np.interp(nodes, nm, values)
-        if not there.max() > 0.0 or (kind != "reflectance" and there.std() < _FLAT * there.mean()):
+        shapeless = bool(there.std() < _FLAT * there.mean())
+        if not there.max() > 0.0 or (kind != "reflectance" and shapeless):
             continue
+        flat.append(shapeless)
         kinds.append(kind)
         names.append(name)
         rows.append(there)
-    return _Published(tuple(kinds), tuple(names), np.array(rows).reshape(len(rows), nodes.size))
+    return _Published(tuple(kinds), tuple(names), np.array(rows).reshape(len(rows), nodes.size), tuple(flat))
 
 
 @lru_cache(maxsize=1)
@@ -134,19 +152,82 @@ def _tables() -> tuple[tuple[Kind, str, np.ndarray, np.ndarray], ...]:
     return tuple(found)
 
 
-def has_mercury_lines(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "L"]) -> bool:
-    """Whether a spectrum peaks sharply where mercury shines, at 436 and at 546 nm: a fluorescent lamp's."""
-    most = float(values.max(initial=0.0))
-    return most > 0.0 and all(_peaks_at(line, grid_nm, values, most) for line in _MERCURY)
+def has_mercury_lines(
+    grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]
+) -> Bool[np.ndarray, "N"]:
+    """Tell which spectra peak where mercury shines, at 436 and at 546 nm, as only a fluorescent lamp's do.
+
+    A sign of light, and so one that fewer than 1 in 10,000 noises of a file's own statistics may have: its mean, its
+    standard deviation and its outliers away from all lines of lamps, whether neighbouring samples are correlated or
+    not. The height of a line is that over the higher of the means beside it. Noise whose tails are no heavier than
+    those of a Laplace distribution reaches t standard deviations with a probability of exp(-t sqrt 2) / 2 a sample,
+    and what is as high elsewhere counts as often as it is there. Both lines count together, by Fisher's product of
+    probabilities p: p (1 - ln p). Spectra with more outliers than that have no lines.
+    """
+    placed = _places(np.ascontiguousarray(grid_nm, dtype=np.float64).tobytes())
+    values = np.asarray(values, dtype=np.float64)
+    if placed is None:
+        return np.zeros(len(values), dtype=bool)
+    inside, here, before, after, counts = placed
+    seen = values[:, inside]
+    largest = np.abs(seen).max(axis=1, keepdims=True)
+    seen = seen / np.where(largest > 0.0, largest, 1.0)
+    left, right, at = seen @ before.T, seen @ after.T, seen @ here.T
+    # Of a slope, the mean of both sides is no height.
+    away = (at - 0.5 * (left + right))[:, : counts[0]]
+    heights = at - np.maximum(left, right)
+    middle = away.mean(axis=1)
+    variance = away.var(axis=1)
+    variance = np.where(variance > 0.0, variance, np.inf)
+    calm = ((away - middle[:, None]) ** 4).mean(axis=1) <= _OUTLIERS * variance**2
+    chance, start = np.ones(len(values)), counts[0]
+    for count in counts[1:]:
+        highest = heights[:, start : start + count].max(axis=1)
+        start += count
+        in_tail = 0.5 * np.exp(-np.sqrt(2.0 / variance) * np.maximum(highest - middle, 0.0))
+        as_high = (away >= highest[:, None]).mean(axis=1)
+        chance *= np.minimum(1.0, count * np.maximum(in_tail, as_high))
+    smallest = np.finfo(np.float64).tiny
+    return calm & (chance * (1.0 - np.log(np.maximum(chance, smallest))) < _CHANCE)
 
 
-def _peaks_at(line: float, grid_nm: np.ndarray, values: np.ndarray, most: float) -> bool:
-    near = np.abs(grid_nm - line) <= _NEAR
-    before = (grid_nm < line - _NEAR) & (grid_nm > line - _BESIDE)
-    after = (grid_nm > line + _NEAR) & (grid_nm < line + _BESIDE)
-    if not (near.any() and before.any() and after.any()):
-        return False
-    return bool(values[near].max() - max(values[before].min(), values[after].min()) > _HIGH * most)
+class _Places(NamedTuple):
+    """Samples in the visible (L,), and weights (P,l) of these: at each place, before it and after it.
+
+    counts : places away from lines, then those at each line of mercury.
+    """
+
+    inside: Bool[np.ndarray, "L"]
+    here: Float[np.ndarray, "P l"]
+    before: Float[np.ndarray, "P l"]
+    after: Float[np.ndarray, "P l"]
+    counts: tuple[int, ...]
+
+
+@lru_cache(maxsize=16)
+def _places(grid: bytes) -> _Places | None:
+    """Where heights are taken on this grid; None where it does not reach or resolve both lines."""
+    nodes = np.frombuffer(grid)
+    inside = (nodes >= 380.0) & (nodes <= 780.0)
+    nm = nodes[inside]
+    if not 12 <= nm.size <= 5000:
+        return None
+    distance = np.abs(nm[:, None] - np.array(_MERCURY + _OTHERS))
+    away = nm[(distance > _NEAR).all(axis=1)]
+    at_lines = [nm[distance[:, line] <= _NEAR] for line in range(len(_MERCURY))]
+    groups = [away[:: -(-away.size // _MOST_PLACES)] if away.size else away, *at_lines]
+    kept, counts = [], []
+    for places in groups:
+        beside = nm[None, :] - places[:, None]
+        sides = np.abs(beside) <= _LINE_WIDTH / 2.0, (beside < -_NEAR) & (beside >= -_BESIDE)
+        sides += ((beside > _NEAR) & (beside <= _BESIDE),)
+        usable = np.logical_and.reduce([side.any(axis=1) for side in sides])
+        counts.append(int(np.count_nonzero(usable)))
+        kept.append([side[usable] / side[usable].sum(axis=1, keepdims=True) for side in sides])
+    if min(counts) == 0:
+        return None
+    here, before, after = (np.concatenate(sides) for sides in zip(*kept, strict=True))
+    return _Places(inside, here, before, after, tuple(counts))
 
 
 class Luminances(NamedTuple):

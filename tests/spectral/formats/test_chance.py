@@ -1,0 +1,70 @@
+"""Signs that guess a quantity from the shape of data are found by chance in fewer than 1 of 10,000 noises."""
+
+import numpy as np
+import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats.reading import read_spectra
+from metamer.spectral.formats.shared.resemblance import has_mercury_lines, likenesses
+from metamer.spectral.illuminants import illuminant
+
+DRAWS = 10_001
+NOISES = {
+    "gaussian": lambda draw, shape: draw.standard_normal(shape),
+    "uniform": lambda draw, shape: draw.uniform(size=shape),
+    "laplace": lambda draw, shape: draw.laplace(size=shape),
+    "few photons": lambda draw, shape: draw.poisson(3.0, shape).astype(float),
+    "drift": lambda draw, shape: np.cumsum(draw.standard_normal(shape), axis=1),
+}
+
+
+@pytest.mark.parametrize("step", [10.0, 5.0, 2.0])
+@pytest.mark.parametrize("kind", ["gaussian", "uniform", "laplace", "few photons", "drift"])
+def test_noise_has_no_lines_of_mercury(kind, step):
+    grid = np.arange(380.0, 780.1, step)
+    noise = NOISES[kind](np.random.default_rng(7), (DRAWS, grid.size))
+    for background in (0.0, 40.0 * np.exp(-(((grid - 560.0) / 90.0) ** 2))):
+        assert has_mercury_lines(grid, 1200.0 + 30.0 * noise + background).sum() <= DRAWS // 10_000
+    assert not has_mercury_lines(grid, np.full((2, grid.size), 3.0)).any()
+
+
+def test_noise_of_a_fine_instrument_has_none():
+    grid = np.arange(380.0, 730.0, 0.37)
+    draw = np.random.default_rng(11)
+    for noise in (draw.standard_normal((2000, grid.size)), draw.laplace(size=(500, grid.size))):
+        assert not has_mercury_lines(grid, 1200.0 + 30.0 * noise).any()
+
+
+@pytest.mark.parametrize("step", [0.37, 1.0, 5.0])
+@pytest.mark.parametrize("width", [2.0, 5.0])
+def test_lines_above_noise_are_found(step, width):
+    """A lamp of mercury on a continuum, as an instrument of this bandwidth sees it."""
+    grid = np.arange(380.0, 780.0, step)
+    lines = sum(np.exp(-4.0 * np.log(2.0) * ((grid - line) / max(width, step)) ** 2) for line in (404.7, 435.8, 546.1))
+    continuum = np.exp(-(((grid - 590.0) / 60.0) ** 2))
+    seen = lines + continuum + 0.01 * np.random.default_rng(3).standard_normal((20, grid.size))
+    assert has_mercury_lines(grid, seen).all()
+
+
+@pytest.mark.parametrize("name", ["FL1", "FL2", "FL5", "FL7", "FL8", "FL9", "FL3.2", "FL3.6", "FL3.13"])
+@pytest.mark.parametrize("scale", [1.0, 1e-6, 1e6])
+def test_lamps_of_the_cie_have_them_at_any_scale(name, scale):
+    light = illuminant(name)
+    assert has_mercury_lines(light.wavelengths_nm, scale * light.samples[None])[0]
+
+
+@pytest.mark.parametrize("contrast", [1e-4, 0.002, 0.05])
+def test_noise_of_any_level_resembles_no_grey_of_a_chart(contrast):
+    grid = np.arange(400.0, 701.0, 10.0)
+    draw = np.random.default_rng(5)
+    level = np.exp(draw.uniform(np.log(0.02), np.log(95.0), (DRAWS, 1)))
+    found = likenesses(grid, level * (1.0 + contrast * draw.standard_normal((DRAWS, grid.size))))
+    assert sum(like is not None for like in found) <= DRAWS // 10_000
+
+
+def test_noise_without_a_word_is_asked_about(written):
+    grid = np.arange(380.0, 730.0, 0.37)
+    noise = 1200.0 + 35.0 * np.random.default_rng(2).standard_normal((8, grid.size))
+    rows = [",".join(f"{cell:.2f}" for cell in row) for row in np.vstack([grid, noise]).T]
+    path = written("Wavelength," + ",".join(f"c{place}" for place in range(8)) + "\n" + "\n".join(rows) + "\n")
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(path)
