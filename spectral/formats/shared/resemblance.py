@@ -152,9 +152,7 @@ def _tables() -> tuple[tuple[Kind, str, np.ndarray, np.ndarray], ...]:
     return tuple(found)
 
 
-def has_mercury_lines(
-    grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]
-) -> Bool[np.ndarray, "N"]:
+def has_mercury_lines(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]) -> Bool[np.ndarray, "N"]:
     """Tell which spectra peak where mercury shines, at 436 and at 546 nm, as only a fluorescent lamp's do.
 
     A sign of light, and so one that fewer than 1 in 10,000 noises of a file's own statistics may have: its mean, its

@@ -16,6 +16,7 @@ from ..shared.decisions import Sign, Values, divisor_of, undecided
 from ..shared.gathering import DELETED, Gathering, in_visible
 from ..shared.text import shortened
 from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
+from .axis import NANOMETRE
 from .makers import name_by_maker
 from .parsing import Table
 from .quantities import counts_removed, judge
@@ -59,6 +60,7 @@ def gathered(
         column.samples, column.grid_nm = np.asarray(column.values, dtype=np.float64), _grid(column, gathering)
         column.colours = _colours(column, table, together[column.table] == 1)
     judge(kept, answer, hints, path, may_be_counts)
+    _refuse_densities(kept)
     _find_scales(kept, answer)
     if open_ones := [column for column in kept if not (column.decision or column.refusal)]:
         signs = [sign for column in open_ones for sign in column.signs]
@@ -134,11 +136,36 @@ def _find_scales(columns: Sequence[Column], answer: Answer) -> None:
 
 def _grid(column: Column, gathering: Gathering) -> np.ndarray:
     """Wavelengths of a column in nm; those that nothing but micrometres can be, and that are called wavelengths."""
-    grid = np.asarray(column.wavelengths, dtype=np.float64) * column.nm
+    values = np.asarray(column.wavelengths, dtype=np.float64)
+    axis = column.axis
+    if column.axis_by_line and values.size and _are_of_light(values) and values.min() > 0.0:
+        # A line above may speak of something else.
+        axis = axis if _are_of_light(axis.wavelengths_nm(values)) else NANOMETRE
+    grid = axis.wavelengths_nm(values)
+    if axis.reciprocal:
+        column.over = axis.name
+        gathering.note(f"the axis is in {axis.name} and converted: {axis.formula}")
     if column.unit_open and grid.size and grid.min() >= 0.1 and grid.max() <= 50.0:
         gathering.note(f"wavelengths from {grid.min():g} to {grid.max():g} without a unit are taken as micrometres")
         grid = grid * 1000.0
     return grid
+
+
+def _are_of_light(grid: np.ndarray) -> bool:
+    return bool(grid.min() >= 100.0 and grid.max() <= 20_000.0)
+
+
+def _refuse_densities(columns: Sequence[Column]) -> None:
+    """Refuse spectral power over frequency or energy: the power in a nanometre is another number."""
+    for column in columns:
+        if column.over and column.decision is not None and column.decision.quantity == "emission":
+            column.refusal = InputError(
+                "spectral power over a frequency or an energy",
+                field=column.name,
+                found=f"{column.decision.words}, over {column.over}",
+                expected="power per nanometre over wavelengths; reflectance and transmittance may be over either",
+                hint="export over wavelength: power per frequency times c / wavelength² is power per wavelength",
+            )
 
 
 def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:

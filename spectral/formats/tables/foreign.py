@@ -13,8 +13,9 @@ from pathlib import Path
 from ...errors import InputError
 from ..shared.text import read_lines
 from ..shared.words import colour_axis, condition_in, names_power, names_sensitivity, quantity_in
+from .axis import is_reciprocal_header
 from .dialect import Dialect, comment, dialect_of
-from .layout import Row, is_wavelength_header, is_wavenumber_header, layout_of, wavelengths_across
+from .layout import Row, is_wavelength_header, layout_of, wavelengths_across
 
 # What is larger is no list that somebody keeps beside measurements.
 _LARGEST_BYTES, _MOST_CELLS, _LONGEST_LINE, _SHOWN_LINES = 2 << 20, 100_000, 8000, 2000
@@ -57,7 +58,7 @@ def is_of_something_else(path: Path) -> bool:
 
 
 def _speaks_of_spectra(words: str) -> bool:
-    checks = (quantity_in, is_wavelength_header, is_wavenumber_header, names_power, names_sensitivity, condition_in)
+    checks = (quantity_in, is_wavelength_header, is_reciprocal_header, names_power, names_sensitivity, condition_in)
     return bool(_WORDS.search(words)) or any(says(words) for says in checks)
 
 

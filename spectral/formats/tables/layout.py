@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Literal
 
 from ..shared.words import colour_axis
+from .axis import is_reciprocal_header
 from .dialect import Dialect
 
 #: A row of a table: line number in the file, and stripped cells.
@@ -20,13 +21,17 @@ _WAVELENGTH_WORD = re.compile(
     r"wave.?len|^wave$|^wl\b|lambda|λ|^\W*(?:nm|µm|μm|um|microns?|[åÅ]|angstroms?)\W*$|wellenl|longueur|longitud|lunghezza",
     re.I,
 )
-_WAVENUMBER = re.compile(r"wave.?number|cm\s*(?:\^\s*)?[-⁻−]\s*[1¹]|\b1/cm", re.I)
 _NAME_WORD = re.compile(
     r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b", re.I
 )
 _UNIT_CELL = re.compile(
-    r"\W*(?:%|nm|µm|μm|um|[a-z.µμ]{0,4}(?-i:W)\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|[01]\W{1,4}1)?\W*", re.I
+    r"\W*(?:%|nm|µm|μm|um|[åÅ]|angstroms?|[kMGTP]?Hz|m?eV|1?/?cm\W{0,3}1?|rad\s?/\s?[fp]?s|[a-z.µμ]{0,4}(?-i:W)\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|[01]\W{1,4}1)?\W*",
+    re.I,
 )
+
+
+# The wavenumber, in 1/cm, of the shortest light; no wavelength in nm is larger.
+_LARGEST = 50_000.0
 
 
 @dataclass(frozen=True)
@@ -49,12 +54,7 @@ class Layout:
 
 def is_wavelength_header(cell: str) -> bool:
     """Whether a header says that its column holds wavelengths."""
-    return bool(_WAVELENGTH_WORD.search(cell)) and not _WAVENUMBER.search(cell)
-
-
-def is_wavenumber_header(cell: str) -> bool:
-    """Whether a header says that its column holds wavenumbers."""
-    return bool(_WAVENUMBER.search(cell))
+    return bool(_WAVELENGTH_WORD.search(cell)) and not is_reciprocal_header(cell)
 
 
 def is_name_header(cell: str) -> bool:
@@ -65,15 +65,6 @@ def is_name_header(cell: str) -> bool:
 def is_units_row(cells: Sequence[str]) -> bool:
     """Whether a row below the names holds units alone."""
     return any(cells) and all(_UNIT_CELL.fullmatch(cell[:60]) for cell in cells)
-
-
-def nm_per_unit(header: str) -> float:
-    """Nanometres per unit that a header of wavelengths states; 1 where it states none."""
-    if re.search(r"[µμ]m|\bum\b|microns?\b|micromet", header, re.I):
-        return 1000.0
-    if re.search(r"[åÅ]|angstr", header, re.I):
-        return 0.1
-    return 1e9 if re.search(r"[\[(]\s?m\s?[\])]", header) else 1.0
 
 
 def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
@@ -137,11 +128,9 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | No
             continue
         header = header_above(rows, first, dialect)
         heads = rows[header][1] if header is not None else []
-        said = {
-            column
-            for column, cell in enumerate(heads[:width])
-            if is_wavelength_header(cell) or (is_wavenumber_header(cell) and dialect.number(run[0][column]) > 2000.0)
-        }
+        # Frequencies and energies are an axis where no wavelengths stand beside them.
+        said = {column for column, cell in enumerate(heads[:width]) if is_wavelength_header(cell)}
+        said = said or {column for column, cell in enumerate(heads[:width]) if is_reciprocal_header(cell)}
         axes = []
         for column in sorted({*range(min(width, 12)), *said}):
             found = [dialect.wavelength(cells[column]) if column < len(cells) else None for cells in run]
@@ -150,7 +139,7 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | No
             if found[0] is None or (len(values) < 2 and column not in said) or {column - 1, column} <= said:
                 continue
             # R1 to R15 are colour rendering indices; micrometres come as plain numbers.
-            likely = all(100.0 <= value <= 20_000.0 for value in values[:3]) or (
+            likely = all(100.0 <= value <= _LARGEST for value in values[:3]) or (
                 all(0.1 <= value <= 50.0 for value in values[:3]) and not found[0][1]
             )
             if column in said or (likely and len(values) > 1 and _monotone(values[:3]) and all(found[:3])):

@@ -12,6 +12,7 @@ from ...errors import InputError
 from ..answer import NO_ANSWER, Answer
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import quantity_in
+from .axis import axis_unit
 from .dialect import Dialect, check_lengths, comment
 from .layout import (
     Layout,
@@ -248,7 +249,7 @@ def _heads(table: Section, remarks: Sequence[str]) -> list[str]:
     width = len(shown[layout.first][1])
     if len(heads) <= width:
         return heads
-    unit = 2 if heads[1].startswith(("(", "[")) else 1
+    unit = 2 if heads[1].startswith(("(", "[")) or (len(heads) > 2 and axis_unit(heads[1])) else 1
     return [" ".join(heads[:unit]), " ".join(heads[unit:])] if width == 2 else []
 
 

@@ -12,15 +12,14 @@ from ...errors import InputError
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
 from ..shared.words import colour_axis, measured, quantity_in, quantity_in_lines, unit_in
+from .axis import NANOMETRE, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent
 from .layout import (
     Row,
     is_name_header,
     is_units_row,
     is_wavelength_header,
-    is_wavenumber_header,
     labelled_wavelengths,
-    nm_per_unit,
 )
 from .one_reading import check_whole
 from .section import Column, Section, cell, ragged, trimmed
@@ -154,7 +153,7 @@ def _aside(head: str, heads: Sequence[str]) -> bool:
     """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
     if _READING.fullmatch(head):
         return any(_RAW.fullmatch(other) for other in heads if other != head)
-    return bool(_SCATTER.fullmatch(head) or _COUNTER.fullmatch(head))
+    return bool(_SCATTER.fullmatch(head) or _COUNTER.fullmatch(head) or is_reciprocal_header(head))
 
 
 def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
@@ -202,20 +201,13 @@ def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str])
         if re.search("[A-Za-z%]", head) and is_units_row([head]):
             head, unit = "", head
         axis_words = f"{cell(heads, axis)} {cell(units, axis)}"
-        nm = nm_per_unit(axis_words)
-        if nm == 1.0 and not is_wavelength_header(cell(heads, axis)):
-            nm = nm_per_unit(said)
-        if is_wavenumber_header(axis_words):
-            raise InputError(
-                "wavenumbers in place of wavelengths",
-                field=cell(heads, axis),
-                expected="wavelengths in nm, µm or Å",
-                hint="export over wavelength; 10,000,000 / (wavenumber in 1/cm) is the wavelength in nm",
-            )
-        called = f"{axis_words} {said}"
-        is_open = nm == 1.0 and is_wavelength_header(called) and not re.search(r"nm\b|nanomet", called, re.I)
+        labelled = table.text.dialect.names_wavelength(cell(cells, axis))
+        axis_unit, by_line = stated_unit(axis_words, [] if labelled else table.words.splitlines()[:400])
+        is_open = axis_unit is None and is_wavelength_header(f"{axis_words} {said}")
         name = _name(table, head, at, axis, width - len(axes))
-        columns.append(Column(name, head, unit, array("d"), nm, unit_open=is_open, place=(at, axis)))
+        columns.append(
+            Column(name, head, unit, array("d"), axis_unit or NANOMETRE, by_line, unit_open=is_open, place=(at, axis))
+        )
     if aside:
         notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
     if not columns:
@@ -269,7 +261,8 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     heads, axes, dialect = table.heads, table.layout.axes, table.text.dialect
     others = [at for at in range(len(heads)) if at not in set(axes)]
     wavelengths = array("d", ((dialect.wavelength(heads[at]) or (math.nan,))[0] for at in axes))
-    nm = nm_per_unit(" ".join(heads[: axes[0]]))
+    lines = [] if dialect.names_wavelength(heads[axes[0]]) else table.words.splitlines()[:400]
+    axis, by_line = stated_unit(" ".join(heads[: axes[0]]), lines)
     prefix = re.match(r"\s*([RT])[ _.:-]?\s*\d", heads[axes[0]])
     plain = [at for at in others if colour_axis(heads[at]) is None]
     words = " ".join(heads[at] for at in plain)
@@ -281,7 +274,9 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     columns: list[Column] = []
     without = pending = 0
     for line, cells in rows:
-        column = Column("", "", "%" if in_percent(cell(cells, axes[0])) else "", wavelengths, nm)
+        column = Column(
+            "", "", "%" if in_percent(cell(cells, axes[0])) else "", wavelengths, axis or NANOMETRE, by_line
+        )
         for at in axes:
             column.take(line, cell(cells, at), dialect)
         if _is_header(table, others, cells, column, line):

@@ -16,6 +16,7 @@ from ..shared.decisions import Decision, Divisor, Sign
 from ..shared.gathering import MOST_SAMPLES
 from ..shared.resemblance import Likeness
 from ..shared.text import is_missing, shortened
+from .axis import NANOMETRE, AxisUnit
 from .dialect import Dialect
 from .layout import Layout, Row, Way
 
@@ -33,10 +34,11 @@ class Column:
     name : "" where the table calls it nothing but what was measured.
     words, unit : its header, and the unit in it.
     wavelengths, values : as in the file; NaN where a cell is empty.
-    nm : nanometres per unit of `wavelengths`.
+    axis, axis_by_line : unit of `wavelengths`, and whether a line above the table gives it.
     bad : line and text of the first cell that is neither a number nor empty.
     beside : other cells that belong to it, by header.
     unit_open : whether the table calls them wavelengths and gives no unit.
+    over : the unit of frequencies or energies that it runs over, "" for wavelengths.
     place : its column and that of its wavelengths, where both run down.
     around, preamble : words, and keys and values, of the lines above its table.
     table, alike : number of its table in the file, and of the first one with the same headings.
@@ -51,11 +53,13 @@ class Column:
     words: str
     unit: str
     wavelengths: array[float]
-    nm: float = 1.0
+    axis: AxisUnit = NANOMETRE
+    axis_by_line: bool = False
     values: array[float] = field(default_factory=lambda: array("d"))
     bad: tuple[int, str] | None = None
     beside: dict[str, str] = field(default_factory=dict)
     unit_open: bool = False
+    over: str = ""
     place: tuple[int, int] = (0, 0)
     around: str = ""
     preamble: dict[str, str] = field(default_factory=dict)

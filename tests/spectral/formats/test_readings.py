@@ -171,9 +171,10 @@ def test_a_unit_with_brackets_in_it(written):
     assert entry.name == "jeti" and entry.details["units"] == "W/(sr*m^2*nm)"
 
 
-def test_wavenumbers_above_20000_are_named(refused):
+def test_wavenumbers_above_20000_are_an_axis(written):
     rows = "".join(f"{number},0.1\n" for number in range(25000, 13000, -300))
-    assert "wavenumbers in place of wavelengths" in refused(read, "Wavenumber (cm-1),Reflectance\n" + rows)[0]
+    entry = only(read(written("Wavenumber (cm-1),Reflectance\n" + rows)))
+    assert entry.spectrum.wavelengths_nm.size == 40 and entry.spectrum.wavelengths_nm[0] == 400.0
 
 
 METER = "Title,A,B\nTcp [K],5632,3200\nIlluminance [lx],1230,900\nTristimulus Value X,1100.1,1\n"

@@ -175,9 +175,10 @@ def test_absorbance_is_refused_by_name(refused, header):
     assert "export %R or %T" in lines[-1]
 
 
-def test_wavenumbers_are_refused_by_name(refused):
-    lines = refused(read, "Wavenumber (cm-1),A\n4000,0.1\n3990,0.06\n3980,0.07\n")
-    assert lines[0] == "paints.csv: Wavenumber (cm-1): wavenumbers in place of wavelengths"
+def test_wavenumbers_are_converted_and_said(written):
+    file = silent(written("Wavenumber (cm-1),A\n4000,0.1\n3990,0.06\n3980,0.07\n"))
+    assert only(file).spectrum.wavelengths_nm.tolist() == [1e7 / 4000, 1e7 / 3990, 1e7 / 3980]
+    assert "the axis is in cm-1 and converted: nm = 10000000 / cm-1" in file.notes
 
 
 def test_micrometres_without_a_unit_are_refused(refused):

@@ -1,0 +1,154 @@
+"""The unit of a table's axis, and the wavelength in nm of each of its values: lengths, frequencies, energies."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy import constants
+
+from ...errors import InputError
+
+# c in nm per ps, which is nm times THz, and h c / e in nm times eV.
+_NM_THZ = constants.c * 1e-3
+_NM_EV = constants.h * constants.c / constants.e * 1e9
+
+
+class AxisUnit(NamedTuple):
+    """A unit of wavelengths, or of what is in inverse proportion to them.
+
+    Parameters
+    ----------
+    name : as it is written.
+    nm : nanometres per unit; of a reciprocal one, nanometres times units.
+    reciprocal : whether a wavelength is `nm` divided by a value.
+    """
+
+    name: str
+    nm: float
+    reciprocal: bool = False
+
+    def wavelengths_nm(self, values: Float[np.ndarray, "L"]) -> Float[np.ndarray, "L"]:
+        """Wavelengths of values on the axis.
+
+        Raises
+        ------
+        InputError
+            A frequency or an energy that is not above 0.
+        """
+        if not self.reciprocal:
+            return values * self.nm
+        if values.size and not values.min() > 0.0:
+            raise InputError(
+                "no frequency or energy of light", field=self.name, found=f"{values.min():g}", expected="above 0"
+            )
+        return self.nm / values
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether it counts waves that are not of light: hertz, and their thousands, millions and billions."""
+        return self.reciprocal and self.nm > _NM_THZ and "hz" in self.name.lower()
+
+    @property
+    def formula(self) -> str:
+        """How its values become wavelengths, for a note."""
+        return f"nm = {self.nm:.10g} / {self.name}" if self.reciprocal else f"nm = {self.nm:g} {self.name}"
+
+
+NANOMETRE = AxisUnit("nm", 1.0)
+
+_POWER = r"(?:(?:1e|10 ?(?:\^|\*\*)? ?)\+?(?P<power>\d{1,2}) ?\*? ?)?"
+_BEFORE, _BEHIND = r"(?<![A-Za-zÅåµμ/])", r"(?![A-Za-z])(?!\s?(?:\^|\*\*)?[-⁻−])"
+_PREFIXES = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9, "t": 1e12, "p": 1e15}
+_FREQUENCY = re.compile(rf"{_BEFORE}{_POWER}(?P<prefix>[kMGTP]?)Hz{_BEHIND}", re.I)
+_ENERGY = re.compile(rf"{_BEFORE}(?P<prefix>[mk]?)eV{_BEHIND}|(?P<word>electron ?volts?)", re.I)
+_ANGULAR = re.compile(
+    rf"{_BEFORE}{_POWER}rad(?:ians?)? ?"
+    r"(?:(?:/|per) ?(?P<over>[fpn]?)s(?:ec\w*)?|[·.* ]?(?P<times>[fpn]?)s ?(?:\^|\*\*)?[-⁻−][1¹])",
+    re.I,
+)
+_WAVENUMBER = re.compile(r"wave.?numbers?|cm ?(?:\^|\*\*)? ?\(?[-⁻−] ?[1¹]|(?<!\d)1 ?/ ?cm|kaysers?", re.I)
+_MICROMETRE = re.compile(r"[µμ]m|(?<![A-Za-z])um(?![A-Za-z])|microns?\b|micromet", re.I)
+_ANGSTROM = re.compile(r"[åÅ]|angstr|ångstr|[\[(]\s?(?-i:A)\s?[\])]", re.I)
+_METRE = re.compile(r"[\[(]\s?m\s?[\])]")
+_NANOMETRE = re.compile(r"(?<![A-Za-z/])nm(?![A-Za-z])|nanomet", re.I)
+_NO_LENGTH = re.compile(
+    r"^\W*(?:photon[ _]?|angular[ _]?|optical[ _]?)?(?:frequenc(?:y|ies)|freq|frequenz|fr[eé]quence|energ(?:y|ies|ie)|"
+    r"omega|ω|ν|hν|hv|nu)\b",
+    re.I,
+)
+_LENGTH_WORD = re.compile(r"wave.?len|^wave$|^wl\b|λ|lambda", re.I)
+#: Lines above a table that may speak of its axis.
+AXIS_LINE = re.compile(
+    r"wave|λ|lambda|freq|energ|ω|omega|\baxis\b|abscissa|x[ _-]?(?:units?|axis|label|data|values?)|"
+    r"(?:first|1st) column|"
+    r"^\W*(?:[kMGTP]?Hz|m?eV|cm-1|nm|um|µm)\W*$",
+    re.I,
+)
+
+
+def axis_unit(words: str) -> AxisUnit | None:
+    """The unit of an axis that words state, None where they state none; a length goes before all others.
+
+    >>> axis_unit("frequency (THz)").formula, axis_unit("Energy [eV]").formula
+    ('nm = 299792.458 / THz', 'nm = 1239.841984 / eV')
+    """
+    words = words[:2000]
+    if _NANOMETRE.search(words):
+        return NANOMETRE
+    for pattern, length in ((_MICROMETRE, ("µm", 1e3)), (_ANGSTROM, ("Å", 0.1)), (_METRE, ("m", 1e9))):
+        if pattern.search(words):
+            return AxisUnit(*length)
+    if match := _ANGULAR.search(words):
+        scale = {"": 1.0, "n": 1e9, "p": 1e12, "f": 1e15}[(match["over"] or match["times"] or "").lower()]
+        return _reciprocal(match[0], 2.0 * math.pi * _NM_THZ * 1e12 / scale, match["power"])
+    if match := _FREQUENCY.search(words):
+        return _reciprocal(match[0], _NM_THZ * 1e12 / _PREFIXES[match["prefix"].lower()], match["power"])
+    if match := _ENERGY.search(words):
+        scale = {"": 1.0, "m": 1e-3, "k": 1e3}[(match["prefix"] or "").lower()]
+        return _reciprocal(match[0], _NM_EV / scale, None)
+    return AxisUnit("cm-1", 1e7, True) if _WAVENUMBER.search(words) else None
+
+
+def _reciprocal(name: str, nm: float, power: str | None) -> AxisUnit:
+    name = name.strip()
+    return AxisUnit(f"({name})" if power or "/" in name else name, nm / 10.0 ** int(power or 0), True)
+
+
+def is_reciprocal_header(cell: str) -> bool:
+    """Whether a header says that its column holds frequencies, energies or wavenumbers."""
+    unit = axis_unit(cell)
+    return unit.reciprocal if unit else bool(_NO_LENGTH.search(cell))
+
+
+def stated_unit(heading: str, lines: Sequence[str]) -> tuple[AxisUnit | None, bool]:
+    """The unit of an axis by its heading and the unit below, else by lines above the table, and whether by a line.
+
+    A heading that speaks of wavelengths, or of frequencies, is believed as far as it goes. Slow frequencies in lines,
+    such as a chopper's in Hz, are not of light.
+
+    Raises
+    ------
+    InputError
+        The heading calls it a frequency or an energy, and nothing gives its unit.
+    """
+    unit = axis_unit(heading)
+    if unit is not None:
+        return unit, False
+    length, no_length = bool(_LENGTH_WORD.search(heading)), bool(_NO_LENGTH.search(heading))
+    stated = (axis_unit(line) for line in lines if AXIS_LINE.search(line))
+    found = [unit for unit in stated if unit and not unit.is_slow]
+    fitting = [unit for unit in found if not (length and unit.reciprocal) and (unit.reciprocal or not no_length)]
+    fitting.sort(key=lambda unit: unit.reciprocal)
+    if not fitting and no_length:
+        raise InputError(
+            "an axis of frequencies or energies without a unit",
+            field=heading.strip(),
+            expected="wavelengths in nm, or a unit such as THz, eV, cm-1 or rad/s in the heading",
+            hint="write the unit into the heading, as in frequency (THz)",
+        )
+    return (fitting[0], True) if fitting else (None, False)

@@ -1,0 +1,128 @@
+"""Axes of frequencies and energies become wavelengths by a formula that is said, or are refused by their name."""
+
+import numpy as np
+import pytest
+from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.reading import read_spectra
+from metamer.spectral.formats.tables.axis import axis_unit
+from metamer.spectral.spectrum import Spectrum
+
+NM = np.arange(400.0, 701.0, 10.0)
+RED = 0.062 + 0.57 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
+C, H, E = 299792458.0, 6.62607015e-34, 1.602176634e-19
+M = NM * 1e-9
+#: Values of the axis by how its unit is written.
+UNITS = {
+    "THz": C / M / 1e12, "PHz": C / M / 1e15, "GHz": C / M / 1e9, "Hz": C / M, "10^12 Hz": C / M / 1e12,
+    "1e14 Hz": C / M / 1e14, "eV": H * C / M / E, "meV": 1e3 * H * C / M / E, "cm-1": 0.01 / M, "cm^-1": 0.01 / M,
+    "1/cm": 0.01 / M, "rad/s": 2 * np.pi * C / M, "rad/fs": 2e-15 * np.pi * C / M, "rad s-1": 2 * np.pi * C / M,
+    "10^15 rad/s": 2e-15 * np.pi * C / M, "µm": NM / 1e3, "um": NM / 1e3, "micrometres": NM / 1e3, "microns": NM / 1e3,
+    "angstrom": NM * 10, "Å": NM * 10, "nm": NM, "nanometers": NM,
+}  # fmt: skip
+LENGTHS = ("µm", "um", "micrometres", "microns", "angstrom", "Å", "nm", "nanometers")
+
+
+def named(unit):
+    if unit in LENGTHS:
+        return "Wavelength"
+    return "wavenumber" if "cm" in unit else "photon energy" if "eV" in unit else "angular frequency" if "rad" in unit \
+        else "frequency"  # fmt: skip
+
+
+def table(axis, *heads, values=RED, between=",", above="", name="reflectance"):
+    rows = [f"{at:.9g}{between}{value:.6g}" for at, value in zip(axis, values, strict=True)]
+    return above + "\n".join([*([between.join([*heads, name])] if heads else []), *rows]) + "\n"
+
+
+def check(path, answer=Answer("reflectance", "fraction"), note=None):  # noqa: B008
+    file = read_spectra(path, answer)
+    (entry,) = file.entries
+    np.testing.assert_allclose(entry.spectrum.wavelengths_nm, NM, rtol=1e-7)
+    np.testing.assert_allclose(entry.spectrum.samples, RED, rtol=1e-5)
+    if note:
+        assert any(f"converted: nm = {note}" in said for said in file.notes)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_an_axis_says_its_unit_in_many_ways(written, unit):
+    word = named(unit)
+    for head in (f"{word} ({unit})", f"{word} [{unit}]", f"{word} {unit}", f"{word}, {unit}".replace(",", ";"), unit,
+                 f"{word.upper()} ({unit})", f"{word.title()} / {unit}".replace("1/", "")):  # fmt: skip
+        if unit in ("1/cm", "µm", "Å") and " / " in head:
+            continue
+        check(written(table(UNITS[unit], head)))
+        check(written(table(UNITS[unit], head, between="\t")))
+
+
+@pytest.mark.parametrize("unit", ["THz", "PHz", "eV", "cm-1", "rad/fs", "µm", "angstrom", "nm"])
+def test_lower_and_upper_case_units_in_headings_lines_and_rows_of_units(written, unit):
+    word, axis = named(unit), UNITS[unit]
+    for write in (str, str.lower, str.upper):
+        check(written(table(axis, f"{word} ({write(unit)})")))
+        check(written(table(axis, above=f"# {word} in {write(unit)}, reflectance\n")))
+        check(written(table(axis, above=f"# x axis: {write(unit)}\n")))
+        check(written(table(axis, word, above=f"x unit: {write(unit)}\n", between=";")))
+        check(written(table(axis, word, between="\t").replace("\n", f"\n{write(unit)}\t[-]\n", 1)))
+
+
+@pytest.mark.parametrize(
+    ("unit", "formula"),
+    [("THz", "299792.458 / THz"), ("eV", "1239.841984 / eV"), ("cm-1", "10000000 / cm-1"), ("PHz", "299.792458 / PHz")],
+)
+def test_the_formula_is_said(written, unit, formula):
+    check(written(table(UNITS[unit], f"x ({unit})")), note=formula)
+    backwards = dict(zip(UNITS[unit][::-1], RED[::-1], strict=True))
+    check(written(table(list(backwards), f"x ({unit})", values=list(backwards.values()))), note=formula)
+
+
+@pytest.mark.parametrize("unit", ["THz", "eV", "cm-1", "rad/fs", "PHz"])
+def test_spectral_power_over_frequency_is_refused(written, unit):
+    head = f"{named(unit)} ({unit})"
+    for name, answer in (("irradiance (W/m2/nm)", Answer()), ("A", Answer("emission")), ("power", Answer())):
+        with pytest.raises(InputError, match="spectral power over a frequency or an energy"):
+            read_spectra(written(table(UNITS[unit], head, name=name)), answer)
+    check(written(table(UNITS[unit], head, values=100 * RED, name="reflectance (%)")), Answer())
+
+
+@pytest.mark.parametrize("word", ["frequency", "Energy", "photon energy", "angular frequency", "ω", "Frequenz"])
+@pytest.mark.parametrize("unit", ["THz", "eV", "cm-1"])
+def test_a_frequency_without_its_unit_is_asked_for_it(written, word, unit):
+    with pytest.raises(InputError, match="an axis of frequencies or energies without a unit"):
+        read_spectra(written(table(UNITS[unit], word)))
+
+
+def test_across_a_header_too(written):
+    for above, head in (("", "Frequency (THz)"), ("# frequency in THz\n", "Name")):
+        content = above + ",".join([head, *(f"{at:.9g}" for at in UNITS["THz"])])
+        check(written(content + "\nred," + ",".join(f"{value:.6g}" for value in RED) + "\n"))
+
+
+def test_wavelengths_beside_frequencies_go_before_them(written):
+    for heads in (("frequency (THz)", "wavelength (nm)"), ("wavelength (nm)", "frequency (THz)")):
+        columns = {"frequency (THz)": UNITS["THz"], "wavelength (nm)": NM}
+        rows = zip(*(columns[head] for head in heads), RED, strict=True)
+        content = ",".join([*heads, "reflectance"]) + "\n" + "".join(f"{a:.9g},{b:.9g},{r:.6g}\n" for a, b, r in rows)
+        check(written(content))
+
+
+LINES = ["Chopper frequency: 120 Hz", "Lamp energy: 3 eV", "Excitation energy 3.1 eV", "Integration frequency 2 kHz"]
+
+
+@pytest.mark.parametrize("line", LINES)
+@pytest.mark.parametrize("heads", [(), ("nm",), ("Wavelength",), ("Wavelength [nm]",)])
+def test_other_frequencies_of_an_instrument_are_not_those_of_light(written, line, heads):
+    check(written(table(NM, *heads, above=f"{line}\n", between="\t")))
+
+
+@pytest.mark.parametrize("words", ["W/m2/Hz", "per eV", "power W m-2 eV-1", "sample", "Ghz", "revenue", "nu 3"])
+def test_units_of_values_are_no_units_of_an_axis(words):
+    unit = axis_unit(words)
+    assert unit is None or (words in ("per eV", "Ghz") and unit.reciprocal)
+
+
+def test_a_spectrum_is_the_same_over_any_axis(written):
+    """The spectrum of a frequency axis has the colour of its twin over wavelengths."""
+    (entry,) = read_spectra(written(table(UNITS["eV"], "Energy (eV)"))).entries
+    twin = Spectrum.sampled(NM, RED, "reflectance")
+    np.testing.assert_allclose(entry.spectrum.resampled(NM).samples, twin.samples, rtol=1e-5)
