@@ -21,7 +21,6 @@ from ...spectral.errors import InputError
 from ...spectral.formats import csv, spectral_exr
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.formats.reading import (
-    HEAD,
     SpectralEntry,
     SpectralFile,
     details_of_readings,
@@ -74,8 +73,7 @@ def guessed(path: Path) -> bool:
         return False
     if suffix in (".csv", ".tsv"):
         return is_of_something_else(path)
-    with path.open("rb") as file:
-        by_content = csv.recognises(path.with_suffix(".unknown"), file.read(HEAD))
+    by_content = csv.recognises(path.with_suffix(".unknown"), csv.opening(path))
     return not (by_content and suffix in csv.SUFFIXES)
 
 

@@ -21,7 +21,7 @@ from ..wavelengths import validated_wavelengths
 from .answer import NO_ANSWER, Answer
 from .reading import HEAD, SpectralFile, names_its_file
 from .shared.text import head_text, is_jcamp
-from .tables.dialect import comment, dialect_of, two_numbers
+from .tables.dialect import LONGEST_LINE, comment, dialect_of, two_numbers
 from .tables.entries import gathered
 from .tables.layout import layout_of
 from .tables.parsing import parse_table
@@ -32,6 +32,8 @@ ASKS = True
 SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
 
 
+# Lines that a table is recognised by.
+_FEW_LINES = 4
 # Columns of numbers that are known for something else: colour look-up tables, photometric files of lamps.
 _OTHER = re.compile(r"\A(?:[^\0]{0,2000}\n)?\s*(?:LUT_[13]D_SIZE|CSPLUTV100|SPILUT 1\.0|IESNA|TILT=)")
 _OTHERS = (".cube", ".csp", ".spi1d", ".spi3d", ".3dl", ".mga", ".look", ".ies", ".ldt")
@@ -46,16 +48,24 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
     if path.suffix.casefold() in (".csv", ".tsv"):
         return True
-    if len(head) >= HEAD and path.suffix.casefold() in SUFFIXES:
-        # Titles of an instrument, or a header of many wavelengths, may be longer than what the reader was shown.
-        with suppress(OSError), path.open("rb") as file:
-            text = head_text(file.read(16 * HEAD))
+    if len(head) >= HEAD and (path.suffix.casefold() in SUFFIXES or text.count("\n") < _FEW_LINES):
+        text = head_text(opening(path)) or text
     lines = [line for line in text.splitlines() if line.strip() and comment(line) is None]
     if not any(map(two_numbers, lines)):
         return False
     dialect = dialect_of(lines)
     rows = [(index, dialect.cells(line)) for index, line in enumerate(lines[:-1] if len(lines) > 2 else lines)]
     return layout_of(rows, dialect) is not None
+
+
+def opening(path: Path) -> bytes:
+    """The start of a file with its first rows, which titles of an instrument or many columns make long."""
+    with suppress(OSError), path.open("rb") as file:
+        start = file.read(16 * HEAD)
+        if start.count(b"\n") < _FEW_LINES:
+            start += file.read(_FEW_LINES * LONGEST_LINE - len(start))
+        return start
+    return b""
 
 
 @names_its_file

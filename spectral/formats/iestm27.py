@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..spectrum import Quantity
 from .reading import SpectralFile, names_its_file
 from .shared.gathering import Gathering
+from .shared.words import measured, quantity_in
 from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 
 if TYPE_CHECKING:
@@ -88,7 +89,10 @@ def read(path: Path) -> SpectralFile:
 def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary) -> None:
     field = "SpectralData"
     told = known.text(element, "SpectralQuantity")
-    if told.lower() not in _QUANTITIES:
+    quantity, units = _QUANTITIES.get(told.lower(), (measured(quantity_in(told)), told))
+    if quantity is not None and told.lower() not in _QUANTITIES:
+        gathered.note(f"SpectralQuantity {told!r} is none of the standard's words and taken as {quantity}")
+    if quantity is None:
         raise InputError(
             "a quantity that is no reflectance, transmittance or emission" if told else "no SpectralQuantity",
             field="SpectralQuantity",
@@ -96,7 +100,6 @@ def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str]
             expected=", ".join(_QUANTITIES),
             hint="absorptance is what reflectance and transmittance leave of 1" if told == "absorptance" else None,
         )
-    quantity, units = _QUANTITIES[told.lower()]
     points = list(known.children(element, field))
     grid = np.array([number(point.get("wavelength", ""), field) for point in points])
     samples = np.array([number((point.text or "").strip(), field) for point in points])

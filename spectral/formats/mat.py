@@ -44,6 +44,12 @@ _NOT_SPECTRA = re.compile(r"(?:\w*basis|\w*coeff?s?|xyz|lab|rgb|srgb|mean|std|si
 _KIND = {"sur": "reflectance", "srf": "reflectance", "spd": "emission", "refl": "reflectance", "spec": None}
 # At the top of a file of the Psychophysics Toolbox: sensitivities and bases.
 _TOOLBOX = {"T": "sensitivities (T_...)", "B": "basis functions (B_...)"}
+_BASIS = re.compile(
+    r"basis[ _-]*(?:functions?|vectors?|spectra|set)|eigen ?(?:vectors?|functions?)|principal components?|"
+    r"characteristic (?:vectors?|functions?)",
+    re.I,
+)
+_CALLED_BASIS = re.compile(r"(?<![a-z])bas[ei]s(?![a-z])", re.I)
 _RESPONSES = (
     ("colour-matching functions", r"xyz(?:\d\w*)?|cmfs?|colou?r[ -]?match\w*"),
     (
@@ -62,9 +68,15 @@ def recognises(path: Path, head: bytes) -> bool:
         return True
     if path.suffix.casefold() != ".mat" or len(head) < 20:
         return False
-    kind, rows, columns, imaginary, name_length = np.frombuffer(head[:20], dtype="<i4").tolist()
-    first_matrix = 0 <= kind < 5000 and 0 <= imaginary <= 1 and 0 < name_length < 256 and min(rows, columns) >= 0
-    return is_hdf5(head) or first_matrix
+    return is_hdf5(head) or any(_is_first_matrix(head, order) for order in "<>")
+
+
+def _is_first_matrix(head: bytes, order: str) -> bool:
+    """Whether a file of version 4 begins with a matrix, in this order of bytes; its type says the order, too."""
+    kind, rows, columns, imaginary, name_length = np.frombuffer(head[:20], dtype=f"{order}i4").tolist()
+    if not (0 <= imaginary <= 1 and 0 < name_length < 256 and min(rows, columns) >= 0):
+        return False
+    return kind // 1000 == 1 if order == ">" else 0 <= kind < 5000
 
 
 @names_its_file
@@ -253,6 +265,9 @@ def _decision(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answe
         raise InputError(
             f"{named} is not the spectrum of a colour", field=name, expected="reflectance, transmittance or emission"
         )
+    called = re.sub("(?<=[a-z])(?=[A-Z])", " ", path.stem).replace("_", " ")
+    if not by_name and (_BASIS.search(said) or _CALLED_BASIS.search(called)):
+        raise _no_colour("basis functions", name)
     if quantity := measured(named):
         signs = [Sign("words", quantity, variable if by_name else comment, True)]
     else:

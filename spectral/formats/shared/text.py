@@ -18,6 +18,9 @@ _WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 # What no text holds: control characters other than tab, line and page ends, escape.
 _BINARY = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 
+# One in so many bytes of a text may be NUL.
+_MOST_FILLED = 3
+
 _JCAMP = re.compile(r"\s{0,99}##\s?(?:TITLE|JCAMP-?DX)\s{0,9}=", re.I)
 
 #: How "no value here" is written in a cell.
@@ -28,9 +31,13 @@ def decoded(data: bytes) -> str | None:
     """Text of bytes: UTF-8, UTF-16 with a byte-order mark, or one byte a character; None if it is no text."""
     if encoding := _WIDE.get(data[:2]):
         text = data[2:].decode(encoding, errors="replace")
-    elif b"\0" in data:
-        return None
     else:
+        # Fixed fields of a header are filled up with NUL; half of a text in UTF-16 without its mark is NUL, too.
+        filled = data.count(b"\0")
+        if filled:
+            if _MOST_FILLED * filled > len(data):
+                return None
+            data = data.replace(b"\0", b"")
         try:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:

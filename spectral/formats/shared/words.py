@@ -35,6 +35,11 @@ _ABSORBANCE = re.compile(
     r"(?:optical|reflection|reflectance|transmission|visual)[ _]+density|^(?:OD|density)\d?\W*$",
     re.I,
 )
+_DENSITY = re.compile(
+    r"(?<![a-z])(?:(?:optical|lens|lenticular|macular(?: pigment)?|ocular|filter|nd|reflection|transmission|visual|"
+    r"relative|spectral|status) ?densit(?:y|ies)|densities|den(?= )|absorbances?|absorptances?)(?![a-z])",
+    re.I,
+)
 _SENSITIVITY = re.compile(
     r"colou?r[ _-]*matching|\bcmfs?\b|cone[ _]*fundamental|sensitivit|quantum[ _]*efficiency|\b[EI]QE\b|responsivit|"
     r"spectral[ _]*response|(?:^|[\s,;|])[xyz](?:[ _-]?bar\b|\u0304|\u0305)|[\u0233]",
@@ -196,6 +201,12 @@ def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
 def names_power(heading: str) -> bool:
     """Whether a heading as a whole is a word for light that is given off, such as "Relative power" or "W"."""
     return bool(_POWER.fullmatch(_one_line(heading)))
+
+
+def names_density(name: str) -> bool:
+    """Whether a name is that of optical densities or absorbances, such as "macular density" or "den_lens"."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", _one_line(name)).replace("_", " ")
+    return bool(_DENSITY.search(words))
 
 
 def names_perhaps_light(name: str) -> bool:

@@ -26,6 +26,7 @@ from ..shared.words import (
     colour_axis,
     counts_in_lines,
     illuminant_in,
+    names_density,
     names_power,
     names_raw,
     names_sensitivity,
@@ -61,7 +62,7 @@ def judge(
     of_file = [*hints, *signs_of_name("file name", path.stem, "the file name")]
     for column, sign_stated in zip(columns, stated, strict=True):
         try:
-            _check(column, sign_stated)
+            _check(column, sign_stated, path)
             numbers = signs_of_numbers(column.grid_nm, column.samples, column.likeness)
             if may_be_counts:
                 numbers = [sign for sign in numbers if sign.origin not in ("range", "lines")]
@@ -178,9 +179,12 @@ def _find_likenesses(columns: Sequence[Column]) -> None:
             column.likeness = likeness
 
 
-def _check(column: Column, sign_stated: Sign | None) -> None:
+def _check(column: Column, sign_stated: Sign | None, path: Path) -> None:
     """Refuse what is no spectrum of a colour, whatever anybody says of it."""
     refuse_sensitivity([column.likeness], column.name)
+    called = (column.name, path.stem, *(words for key, words in column.preamble.items() if _TITLE.fullmatch(key)))
+    if sign_stated is None and (density := next((words for words in called if names_density(words)), None)):
+        sign_stated = Sign("names", "absorbance", f"the name {shortened(density, 40)!r}", True)
     if sign_stated and sign_stated.says in _REFUSED:
         problem, hint = _REFUSED[sign_stated.says]
         found = column.words or column.unit or sign_stated.words

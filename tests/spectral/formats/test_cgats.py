@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats.answer import Answer
-from metamer.spectral.formats.cgats import read, recognises
+from metamer.spectral.formats.cgats import illuminant_of, observer_of, read, recognises
+from metamer.spectral.formats.cgats_tables import read_tables
 from metamer.spectral.formats.reading import format_of, read_spectra
 
 
@@ -362,3 +363,14 @@ def test_percent_with_a_norm_of_one_is_no_radiance_factor(refused):
     """Thirty times the perfect diffuser is no reading of a surface."""
     lines = refused(read, marked("NM", 'SPECTRAL_NORM "1.0"\n', "10 20 30"))
     assert "reflectance looks like percent" in lines[0] and "30" in lines[1]
+
+
+@pytest.mark.parametrize("keyword", ["WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER"])
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_keyword_given_twice_says_illuminant_and_observer(written, keyword, turn):
+    lines = [f'{keyword} "ILLUMINANT, D50"', f'{keyword} "OBSERVER, 2 degree"'][::turn]
+    table = "BEGIN_DATA_FORMAT\nSAMPLE_ID LAB_L LAB_A LAB_B\nEND_DATA_FORMAT\nBEGIN_DATA\n1 50 4 3\nEND_DATA\n"
+    again = f'{keyword} "ILLUMINANT, D65"\n{keyword} "OBSERVER, 10 degree"\n'
+    first, second = read_tables(written("CGATS.17\n" + "\n".join(lines) + "\n" + table + again + table, "lab.txt"))
+    assert (illuminant_of(first), observer_of(first)) == ("D50", "1931_2")
+    assert (illuminant_of(second), observer_of(second)) == ("D65", "1964_10")

@@ -138,3 +138,11 @@ def test_the_real_file(shared_data):
     assert entry.spectrum.quantity == "emission" and entry.spectrum.samples[17] == 1.0
     np.testing.assert_array_equal(entry.spectrum.wavelengths_nm, np.arange(400, 651, 10))
     assert file.details["ReportNumber"] == "APEX-091101-004" and len(file.details) == 11
+
+
+@pytest.mark.parametrize("unit", ["W/nm", "W/m2/nm", "mW/(m^2 nm)", "W.sr-1.m-2.nm-1", "spectral power distribution"])
+def test_a_unit_in_place_of_the_quantity_is_taken_and_said(written, unit):
+    file = iestm27.read(written(document(quantity=unit)))
+    assert file.entries[0].spectrum.quantity == "emission" and file.entries[0].details["units"] == unit
+    assert any(unit in note and "emission" in note for note in file.notes)
+    assert "none of" not in refusal(written(document(quantity="sone")))

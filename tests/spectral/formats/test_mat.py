@@ -216,3 +216,34 @@ def test_real_sets(shared_data, name, count):
         assert entry.spectrum.quantity == "reflectance"
         np.testing.assert_array_equal(entry.spectrum.samples, oracle["data"][:, index])
     assert entry.spectrum.wavelengths_nm[[0, -1]].tolist() == [400.0, 700.0]
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_version_4_is_known_in_both_orders_of_bytes(tmp_path, order):
+    """Five numbers, a name and the columns of each matrix; the thousands of the first number are the order of bytes."""
+    spectra = np.linspace(0.1, 0.9, 2 * WAVELENGTHS.size).reshape(WAVELENGTHS.size, 2)
+    content = b""
+    for name, value in (("wavelength", WAVELENGTHS[:, None]), ("reflectance", spectra)):
+        head = np.array([1000 if order == ">" else 0, *value.shape, 0, len(name) + 1], dtype=f"{order}i4")
+        content += head.tobytes() + name.encode() + b"\0" + value.astype(f"{order}f8").tobytes(order="F")
+    path = tmp_path / "paints.mat"
+    path.write_bytes(content)
+    assert recognises(path, content[:4096]) and format_of(path).NAME == "MATLAB"
+    entries = read_spectra(path).entries
+    np.testing.assert_array_equal([entry.spectrum.samples for entry in entries], spectra.T)
+
+
+@pytest.mark.parametrize(
+    ("name", "comment"),
+    [
+        ("daylight.mat", "CIE daylight basis functions"),
+        ("cieDaylightBasis.mat", "from the CIE, 1986"),
+        ("illuminants.mat", "first three principal components of daylight, spectral power distribution"),
+        ("daylight_basis.mat", ""),
+    ],
+)
+def test_basis_functions_are_no_lamps(saved, name, comment):
+    path = saved(name, wavelength=WAVELENGTHS, S0=0.5 * WAVELENGTHS[:, None], comment=comment)
+    with pytest.raises(InputError, match="not the spectrum of a colour") as caught:
+        read(path)
+    assert "basis functions" in str(caught.value)

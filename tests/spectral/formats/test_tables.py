@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from metamer.materials.formats.spectra import guessed
+from metamer.spectral.errors import InputError
 from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.csv import read, recognises
 from metamer.spectral.formats.reading import format_of, read_spectra
@@ -397,3 +399,31 @@ def test_names_of_samples_are_not_taken_for_an_instrument_s_own_columns(written,
         assert [entry.name for entry in file.entries] == ["light"] and "left out: error" in " ".join(file.notes)
     else:
         assert [entry.name for entry in file.entries] == [name, "light"] and not file.rejected
+
+
+@pytest.mark.parametrize("place", ["Data measured with spectrometer name: 12U1{}\r\n", "{}Integration time: 9\r\n"])
+@pytest.mark.parametrize("count", [1, 50])
+def test_fields_filled_up_with_nul_are_text(written, place, count):
+    above = "12U1-\r\n" + place.format("\0" * count) + "Wave   ;Transmittance\r\n[nm]   ;[% transmittance]\r\n"
+    rows = "".join(f"{nm}.00;{nm / 10:.4f}\r\n" for nm in range(400, 701, 5))
+    path = written(above + rows, "glass.ttt")
+    entry = only(read_spectra(path))
+    assert entry.spectrum.quantity == "transmittance" and entry.spectrum.samples[0] == pytest.approx(0.4)
+
+
+def test_half_a_text_of_nul_is_none(refused):
+    assert "not a text file" in refused(read, (DOWN * 9).encode("utf-16-le"))[0]
+
+
+@pytest.mark.parametrize("columns", [700, 9000])
+@pytest.mark.parametrize("suffix", ["dat", "txt", "asc"])
+def test_rows_of_any_length_are_recognised_without_being_named(written, columns, suffix):
+    rows = [f"{nm}" + ",0.25" * columns for nm in range(400, 701, 50)]
+    path = written("\n".join(rows) + "\n", f"wide.{suffix}")
+    assert format_of(path).NAME == "table (CSV, TSV)" and not guessed(path)
+
+
+@pytest.mark.parametrize("name", ["macular_density.csv", "lensDensity.csv", "den_filter.txt", "absorbances.csv"])
+def test_densities_by_their_name_are_no_reflectances(written, name):
+    with pytest.raises(InputError, match="absorbance is neither"):
+        read(written("400,0.1\n410,1.2\n420,2.3\n", name), Answer("reflectance", "fraction"))
