@@ -174,8 +174,7 @@ def _print(report: MatchReport) -> None:
     _print_batches(report)
     for words in report.notes:
         print(words)
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in report.counts.items())
-    print(f"{report.verdict}: {counts}")
+    print(report.summary)
 
 
 def _print_indices(report: MatchReport) -> None:

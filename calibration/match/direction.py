@@ -13,6 +13,8 @@ GREY = 5.0
 NEAR = 10.0
 #: Degrees that a hue may turn by and still be on its way to a neighbour.
 FAR = 60.0
+#: Degrees beyond the next of red, yellow, green and blue at which a hue is no longer called by it.
+PAST = 15.0
 # A component below this share of the largest is not spoken of.
 _WORTH = 0.3
 _TOWARDS = ("redder", "yellower", "greener", "bluer")
@@ -22,14 +24,15 @@ def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
     """The words, the largest difference first; "alike" where nothing is worth a word.
 
     Of colours, hue is named by what it turns to: from red over yellow, green and blue to red again; and more chroma is
-    "stronger", less "greyer". Of greys, and where hue turns by more than `FAR`, a* and b* are named.
+    "stronger", less "greyer". Of greys, and where hue turns by more than `FAR` or `PAST` its neighbour, a* and b* are
+    named.
 
     least : what a difference in CIELAB has to be to be spoken of.
     """
     lightness = (float(off.lightness), "lighter", "darker")
     sample = standard[1:] + np.array([float(off.a), float(off.b)])
     turned = np.degrees(np.arctan2(standard[1] * sample[1] - standard[2] * sample[0], standard[1:] @ sample))
-    if np.hypot(standard[1], standard[2]) < GREY or abs(turned) > FAR:
+    if np.hypot(standard[1], standard[2]) < GREY or abs(turned) > FAR or _past(standard, float(turned)):
         parts = [lightness, (float(off.a), "redder", "greener"), (float(off.b), "yellower", "bluer")]
     else:
         hue = float(np.degrees(np.arctan2(standard[2], standard[1])) % 360.0)
@@ -39,3 +42,13 @@ def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
     named = sorted(((abs(value), more if value > 0 else less) for value, more, less in parts), reverse=True)
     worth = max(_WORTH * named[0][0], least)
     return ", ".join(word for size, word in named if size >= worth and size > 0.0) or "alike"
+
+
+def _past(standard: Lab, turned: float) -> bool:
+    """Whether a hue that has turned by so many degrees lies beyond the neighbour that it turned to."""
+    hue = float(np.degrees(np.arctan2(standard[2], standard[1])) % 360.0)
+    if turned >= 0.0:
+        neighbour = 90.0 * (int((hue + NEAR) // 90.0) + 1)
+        return hue + turned > neighbour + PAST
+    neighbour = 90.0 * (int(np.ceil((hue - NEAR) / 90.0)) - 1)
+    return hue + turned < neighbour - PAST

@@ -26,6 +26,7 @@ def figures(report: MatchReport) -> dict[str, Any]:
         "tolerance": None if asked.tolerance is None else asked.tolerance.words,
         "formulas": [one.words for one in asked.formulas],
         "across": list(report.crossed),
+        "summary": report.summary,
         "notes": list(report.notes),
         "samples": [_matched(one) for one in report.samples],
         "batches": [_batch(one) for one in report.batches],
@@ -46,6 +47,10 @@ def _side(side: Sample) -> dict[str, Any]:
 def _matched(one: Matched) -> dict[str, Any]:
     return _side(one.sample) | {
         "verdict": one.verdict,
+        "directions": [
+            {"verdict": told.verdict, "words": told.words, "conditions": [asdict(where) for where in told.conditions]}
+            for told in one.directions
+        ],
         "differences": [_difference(found) for found in one.differences],
         "indices": [asdict(index) for index in one.indices],
         "whites": [asdict(index) for index in one.whites],

@@ -15,9 +15,9 @@ _SIGNS: dict[Verdict, str] = {"pass": "✅", "not resolved": "⚠️", "fail": "
 def as_markdown(report: MatchReport) -> str:
     """The verdict, and the worst samples, each under the light that decides."""
     name = report.asked.judging.name
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in report.counts.items())
     head = f"{_SIGNS[report.verdict]} {escaped(report.standard.name)}: {report.verdict}".strip()
-    lines = [f"### {head}", "", f"{counts}.", ""]
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in report.counts.items())
+    lines = [f"### {head}", "", f"{counts}. {escaped(report.summary)}.", ""]
     lines += [f"| sample | | ΔE {name} | ± | under | direction |", "|---|---|--:|--:|---|---|"]
     samples = sorted(report.samples, key=lambda one: (WORST_FIRST.index(one.verdict), -one.worst.delta_e[name]))
     for one in samples[:_MOST]:

@@ -12,6 +12,7 @@ from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
 from ...spectral.illuminants import illuminant
 from ...spectral.measurement import crossed, remarks
+from ...spectral.metamerism import Conditions
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ..page import html_environment
@@ -26,6 +27,8 @@ SIGNED = ("project", "part", "supplier", "instrument", "approved by", "date")
 _HEAD = 4
 #: Conditions that have a column each; samples whose numbers stand in the drawings.
 MOST_COLUMNS, MOST_NUMBERS = 3, 24
+#: Samples that a summary names; letters of a name in a drawing, and samples whose names stand there.
+MOST_NAMED, MOST_LETTERS, MOST_LABELS = 6, 14, 8
 #: What is said where nothing is known of the instrument.
 UNKNOWN = (
     "No repeatability of the instrument is known: figures stand without uncertainty, and no verdict allows for it."
@@ -68,6 +71,47 @@ class MatchReport:
         """How many samples came out so, the worst first."""
         found = [one.verdict for one in self.samples]
         return {verdict: found.count(verdict) for verdict in WORST_FIRST if verdict in found}
+
+    @property
+    def summary(self) -> str:
+        """One line: how many samples fail, pass or are not resolved, and the first of these under which conditions.
+
+        Such as "1 of 3 fails: lot 3 under A, TL84".
+        """
+        total, verdict = len(self.samples), self.verdict
+        deciding = [one for one in self.samples if one.verdict == verdict]
+        count = len(deciding)
+        words = {
+            "fail": "fails" if count == 1 else "fail",
+            "not resolved": "is not resolved" if count == 1 else "are not resolved",
+            "pass": "passes" if count == 1 else "pass",
+            "not judged": "is not judged: no tolerance" if count == 1 else "are not judged: no tolerance",
+        }[verdict]
+        line = f"{count} of {total} {words}"
+        if verdict in ("pass", "not judged"):
+            return line
+        named = [f"{one.sample.name} under {self.under(one, verdict)}" for one in deciding[:MOST_NAMED]]
+        more = f"; and {count - MOST_NAMED} more" if count > MOST_NAMED else ""
+        return f"{line}: {'; '.join(named)}{more}"
+
+    def under(self, one: Matched, verdict: Verdict) -> str:
+        """The conditions under which a sample has a verdict, without what all conditions share."""
+        return self.short(tuple(found.conditions for found in one.differences if found.verdict == verdict))
+
+    def short(self, conditions: Sequence[Conditions]) -> str:
+        """Conditions in words, without the observer where all have the same one; "every light" where they are all."""
+        every = self.asked.conditions
+        if len(conditions) == len(every) > 1:
+            return "all conditions"
+        one_eye = len({where.observer for where in every}) == 1
+        one_light = len({where.illuminant for where in every}) == 1
+        parts = []
+        for where in conditions:
+            named = [where.geometry]
+            named += [] if one_light and where.geometry else [where.illuminant]
+            named += [] if one_eye else [where.observer]
+            parts.append(" ".join(part for part in named if part))
+        return ", ".join(parts)
 
     def html(self) -> str:
         """The page, self-contained."""
@@ -119,7 +163,7 @@ def render_match_page(report: MatchReport) -> str:
                 ("For the supplier", "", ""),
                 ("Approved by", signed.get("approved by", ""), signed.get("date", "")),
             ],
-            plots=[_plots(report, at, numbers) for at in range(len(conditions))],
+            plots=[_plots(report, at, numbers) for at in _deciding_first(report)],
             half=_HALF,
             columns=conditions if len(conditions) <= MOST_COLUMNS else (),
             indices=any(one["index"] for one in shown),
@@ -272,7 +316,7 @@ def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str
             {
                 "name": one.sample.name,
                 "verdict": one.differences[at].verdict,
-                "number": numbers[id(one)] if len(report.samples) <= MOST_NUMBERS else "",
+                "number": _label(one, numbers[id(one)], len(report.samples)),
                 "style": style,
                 "path": path,
             }
@@ -280,6 +324,24 @@ def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str
             for style, path in (_MARKS.get(one.differences[at].verdict, ("", _DOT)),)
         ],
     }
+
+
+def _deciding_first(report: MatchReport) -> list[int]:
+    """Places of conditions: first those under which the worst sample is farthest off, then the others in order."""
+    places = range(len(report.asked.conditions))
+    worst = max(report.samples, key=lambda one: (-WORST_FIRST.index(one.verdict), _largest(one.worst)))
+    first = next(at for at in places if worst.differences[at] is worst.worst)
+    return [first, *(at for at in places if at != first)] if worst.verdict == "fail" else list(places)
+
+
+def _label(one: Matched, number: int, count: int) -> str:
+    """What stands beside a dot: the sample's name where few share a drawing, else its number, or nothing."""
+    if count > MOST_NUMBERS:
+        return ""
+    name = one.sample.name
+    if count > MOST_LABELS:
+        return str(number)
+    return name if len(name) <= MOST_LETTERS else f"{name[: MOST_LETTERS - 1]}…"
 
 
 def _drawing(across: str, up: str, points: np.ndarray, outline: np.ndarray) -> dict[str, Any]:

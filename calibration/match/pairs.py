@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -69,6 +70,14 @@ class Difference:
     verdict: Verdict
 
 
+class Towards(NamedTuple):
+    """A direction in words, the conditions under which it holds, and their verdict."""
+
+    verdict: Verdict
+    words: str
+    conditions: tuple[Conditions, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Index:
     """A number that tells of a change of conditions, or why there is none: name, conditions, and value or words."""
@@ -99,8 +108,17 @@ class Matched:
 
     @property
     def worst(self) -> Difference:
-        """Where the sample is farthest off by the first formula."""
-        return max(self.differences, key=lambda one: next(iter(one.delta_e.values())))
+        """Where the sample's verdict is decided: of the conditions with it, those where it is farthest off."""
+        deciding = [one for one in self.differences if one.verdict == self.verdict]
+        return max(deciding, key=lambda one: next(iter(one.delta_e.values())))
+
+    @property
+    def directions(self) -> tuple[Towards, ...]:
+        """The direction under all conditions, those that fail first; what is alike stands together."""
+        found: dict[tuple[Verdict, str], list[Conditions]] = {}
+        for one in sorted(self.differences, key=lambda one: WORST_FIRST.index(one.verdict)):
+            found.setdefault((one.verdict, one.words), []).append(one.conditions)
+        return tuple(Towards(verdict, words, tuple(where)) for (verdict, words), where in found.items())
 
 
 def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[Matched, ...]:

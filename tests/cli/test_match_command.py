@@ -60,7 +60,7 @@ def test_a_page_to_sign_and_every_figure(metamer, master, lots, tmp_path):
     page, figures = tmp_path / "m.html", tmp_path / "m.json"
     words = ("--tolerance", "CMC 2:1 0.5", "--supplier", "Acme <Dye>", "--html", page, "--json", figures)
     code, out, _ = metamer("match", master, lots, *SAID, *words)
-    assert code == 2 and str(page) in out and "\nfail: 1 fail, 1 pass\n" in out
+    assert code == 2 and str(page) in out and "\n1 of 2 fails: lot 2 under all conditions\n" in out
     html = page.read_text(encoding="utf-8")
     assert "Acme &lt;Dye&gt;" in html and "Spectro 9" in html and "Approved by" in html
     assert "http://" not in html.replace("http://www.w3.org", "") and "https://" not in html
@@ -70,6 +70,40 @@ def test_a_page_to_sign_and_every_figure(metamer, master, lots, tmp_path):
     square = sum(lot["difference"][axis] ** 2 for axis in ("lightness", "chroma", "hue"))
     assert lot["delta_e"]["CIE 1976"] == pytest.approx(square**0.5)
     assert [one["count"] for one in said["batches"]] == [2, 2, 2]
+
+
+@pytest.fixture
+def metamers(tmp_path):
+    """A lot that matches under D65 and fails under others, beside two that pass."""
+    from metamer.spectral.illuminants import illuminant
+    from metamer.spectral.observers import observer
+
+    nm = NM.astype(float)
+    seen = observer("1964_10").weights(illuminant("D65"), nm)
+    bump = 0.1 * np.sin((nm - 380.0) / 40.0)
+    black = bump - np.linalg.pinv(seen) @ (seen @ bump)
+    rows = [("lot 1", 1.001 * BASE), ("lot 2", 1.0015 * BASE), ("lot 3", 1.0005 * BASE + black)]
+    return readings(tmp_path / "metamers.txt", rows)
+
+
+def test_a_lot_that_fails_under_one_light_goes_the_way_it_goes_there(metamer, master, metamers, tmp_path):
+    page, figures = tmp_path / "m.html", tmp_path / "m.json"
+    words = ("--illuminants", "D65,A,F11", "--tolerance", "CMC 2:1 0.5", "--html", page, "--json", figures)
+    code, out, _ = metamer("match", master, metamers, *SAID, *words)
+    said = json.loads(figures.read_text(encoding="utf-8"))
+    lot = said["samples"][2]
+    failing = [one["illuminant"] for one in lot["differences"] if one["verdict"] == "fail"]
+    assert code == 2 and lot["differences"][0]["verdict"] == "pass" and "A" in failing
+    (last,) = [line for line in out.splitlines() if line.startswith("1 of 3")]
+    assert last == said["summary"] == f"1 of 3 fails: lot 3 under {', '.join(failing)}"
+    first = lot["directions"][0]
+    assert first["verdict"] == "fail" and first["conditions"][0]["illuminant"] in failing
+    html = page.read_text(encoding="utf-8")
+    row = html[html.index("<tbody>") : html.index("</tr>", html.index("<tbody>"))]
+    assert row.count("✕") == 1 + len(failing) and row.count('class="n over"') == len(failing)
+    assert first["words"] in row and "(fails)" in row and row.index("(fails)") < row.rindex('class="towards')
+    drawing = html[html.index('class="planes"') : html.index("</svg>")]
+    assert all(f">{name}</text>" in drawing for name in ("lot 1", "lot 2", "lot 3"))
 
 
 @pytest.mark.parametrize("form", ["html", "json"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from metamer.calibration.match.direction import direction
@@ -61,6 +63,24 @@ def test_the_worst_light_decides():
     assert found.verdict == "fail" and found.worst.conditions == A
 
 
+def test_directions_are_told_by_light_and_those_that_fail_come_first():
+    """A metamer that matches under D65 and turns under A goes the way that it goes under A."""
+    judging = Tolerance.of("CIE 2000 0.5")
+    (found,) = matched(sample("master", ORANGE), [sample("lot", metamer_of(ORANGE))], asked(D65, A, tolerance=judging))
+    passes, fails = found.differences
+    assert [one.conditions for one in found.directions] == [(A,), (D65,)]
+    assert found.directions[0].words == fails.words and found.directions[1].words == passes.words
+    assert found.worst is fails and fails.words != passes.words
+
+
+def test_the_conditions_that_decide_are_those_with_the_verdict():
+    """A light of large uncertainty, where nothing is resolved, does not decide for one that fails."""
+    (found,) = matched(sample("master", ORANGE), [sample("lot", 1.02 * ORANGE)], asked(D65, A))
+    larger, other = sorted(found.differences, key=lambda one: -one.delta_e["CIE 2000"])
+    told = replace(found, differences=(replace(larger, verdict="not resolved"), replace(other, verdict="fail")))
+    assert told.verdict == "fail" and told.worst.conditions == other.conditions
+
+
 def test_a_standard_is_not_its_own_sample():
     master = sample("master", ORANGE)
     with pytest.raises(ComparisonError, match="its own standard"):
@@ -114,6 +134,11 @@ def test_an_effect_coating_has_differences_and_no_index():
         ((50, 0, 0), (0, 0, 0), "alike"),
         # From orange to blue no hue lies between that would say it.
         ((50, 30, 30), (0, -30, -60), "bluer, greener"),
+        # What has turned past red towards blue is no redder colour alone, nor what has turned past yellow.
+        ((50, 10, 10), (0, 4, -33), "bluer"),
+        ((50, 10, 10), (0, 25, -22), "redder, bluer"),
+        ((50, 10, 10), (0, 25, -13), "stronger, redder"),
+        ((50, 20, 30), (0, -30, 5), "greener"),
     ],
 )
 def test_directions_in_words(lab, off, words):
