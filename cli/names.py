@@ -31,9 +31,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _illuminants() -> str:
-    from ..spectral.illuminants import illuminant_names
+    from ..spectral.illuminants import BOOTH_NAMES, HORIZON, booth_words, illuminant_names
 
-    return _lights(illuminant_names())
+    booths = "; ".join(booth_words(name) for name in (*BOOTH_NAMES, HORIZON))
+    return f"{_lights(illuminant_names())}\n\nNames on booths: {booths}."
 
 
 def _light_sources() -> str:

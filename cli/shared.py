@@ -78,7 +78,8 @@ def add_answer_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--as",
         dest="quantity",
-        choices=("reflectance", "radiance-factor", "transmittance"),
+        type=lambda words: words.strip().replace(" ", "-").replace("_", "-"),
+        choices=("reflectance", "radiance-factor", "transmittance", "emission"),
         help="what files hold that do not say it",
     )
     command.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")

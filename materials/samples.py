@@ -13,7 +13,7 @@ from ..spectral.angles import Reading, Thing, things
 from ..spectral.errors import ComparisonError, InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
-from ..spectral.formats.reading import details_of_readings, read_spectra
+from ..spectral.formats.reading import details_of_readings, read_filling_gaps
 from ..spectral.measurement import MUST, Geometry, Measurement, refusal
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import Quantity, Spectrum
@@ -137,7 +137,7 @@ def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
     if path.suffix == ".h5":
         return (sample_of(Material(**vars(read_record(path)))),)
     try:
-        file = read_spectra(path, answer)
+        file, left_out = read_filling_gaps(path, answer)
     except InputError as refusal:
         # A file of colours alone is refused by readers of spectra, who say why.
         try:
@@ -162,7 +162,8 @@ def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
     single = [
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
     ]
-    return (*single, *at_angles)
+    told = (left_out,) if left_out else ()
+    return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
 
 
 def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sample:

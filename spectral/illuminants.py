@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
+
 from .errors import UnknownNameError
 from .spectrum import Spectrum
 
 # The short names of the CIE fluorescent series as most catalogues print them.
 _ALIASES = {f"f{number}": f"FL{number}" for number in range(1, 13)}
-# A lamp of booths that goes by its short name everywhere.
-_ALIASES |= {"tl84": "Philips TL-84", "tl-84": "Philips TL-84"}
+#: Lamps of booths by the names that stand on them, which are those of CIE illuminants.
+BOOTH_NAMES = {"TL84": "FL11", "CWF": "FL2"}
+_ALIASES |= {name.casefold(): light for name, light in BOOTH_NAMES.items()}
+#: The horizon lamp of booths, which stands for the sun at its lowest, and its colour temperature (ASTM D1729).
+HORIZON, HORIZON_K = "horizon", 2300.0
 
 
 @cache
@@ -45,7 +50,8 @@ def illuminant(name: str) -> Spectrum:
 
     Parameters
     ----------
-    name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`, `TL84` is `Philips TL-84`.
+    name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`. Of the names on booths, `TL84` is
+        `FL11`, `CWF` is `FL2`, and `horizon` is a Planckian radiator of `HORIZON_K`; a lamp is `Philips TL-84`.
 
     Raises
     ------
@@ -56,8 +62,29 @@ def illuminant(name: str) -> Spectrum:
     'emission'
     """
     folded = name.casefold()
-    folded = _ALIASES.get(folded, folded).casefold()
+    if folded in _ALIASES:
+        return illuminant(_ALIASES[folded])
+    if folded == HORIZON:
+        return _horizon()
     if folded not in _tables():
-        raise UnknownNameError("illuminant", name, [label for label, _ in _tables().values()])
+        known = [*(label for label, _ in _tables().values()), *BOOTH_NAMES, HORIZON]
+        raise UnknownNameError("illuminant", name, known)
     _, table = _tables()[folded]
     return Spectrum.sampled(table.wavelengths, table.values, "emission")
+
+
+def booth_words(name: str) -> str:
+    """What the name of a lamp of booths stands for, such as "TL84 is CIE FL11"; "" for any other name."""
+    light = next((light for booth, light in BOOTH_NAMES.items() if booth.casefold() == name.casefold()), "")
+    if light:
+        return f"{name} is CIE {light}"
+    return f"{name} is a Planckian radiator of {HORIZON_K:g} K" if name.casefold() == HORIZON else ""
+
+
+@cache
+def _horizon() -> Spectrum:
+    from .colour_library import colour_science
+
+    nm = np.arange(300.0, 831.0, 5.0)
+    power = colour_science().colorimetry.planck_law(nm * 1e-9, HORIZON_K)
+    return Spectrum.sampled(nm, power / power.max(), "emission")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -17,8 +19,8 @@ from .measurement import Geometry, Measurement, Side, geometry_in
 from .observers import Observer, observer
 from .spectrum import Spectrum
 
-#: nm that a spectrum has to cover to have a colour: beyond, its end values are held (ASTM E308, 7.3.2.2).
-LEAST_NM = (400.0, 700.0)
+#: Part of X, Y or Z of a white under D65 that may come from beyond a measured range, where its end values are held.
+MOST_MISSED = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,13 +197,27 @@ def same_conditions(one: tuple[str, str], other: tuple[str, str]) -> bool:
 
 def check_covers(spectrum: Spectrum, file: str, name: str) -> None:
     """Raise `InputError` where a spectrum is too short for a colour."""
-    low, high = spectrum.wavelengths_nm[[0, -1]]
-    if low > LEAST_NM[0] or high < LEAST_NM[1]:
+    low, high = (float(end) for end in spectrum.wavelengths_nm[[0, -1]])
+    check_range(low, high, file, name)
+
+
+def check_range(low: float, high: float, file: str | Path, name: str) -> None:
+    """Raise `InputError` where a range in nm leaves out more of a colour than `MOST_MISSED`."""
+    if (missed := missed_share(low, high)) > MOST_MISSED:
         raise InputError(
-            "too little of the visible for a colour",
+            "too little of the visible light was measured for a colour",
             file=file,
             field=name,
-            found=f"{low:g} to {high:g} nm",
-            expected=f"{LEAST_NM[0]:g} to {LEAST_NM[1]:g} nm at least",
-            hint="measure a wider range: what lies beyond would be guessed",
+            found=f"{low:g} to {high:g} nm; beyond lies {100 * missed:.0f} % of X, Y or Z under D65",
+            expected=f"at most {100 * MOST_MISSED:.0f} %, as with 430 to 650 nm",
+            hint="export the whole visible range; what was not measured is not made up",
         )
+
+
+@cache
+def missed_share(low: float, high: float) -> float:
+    """The largest part of X, Y or Z of a white surface under D65 that comes from beyond a range in nm."""
+    grid = np.arange(360.0, 831.0)
+    weights = observer("1931_2").weights(illuminant("D65"), grid)
+    beyond = (grid < low) | (grid > high)
+    return float((weights[:, beyond].sum(axis=1) / weights.sum(axis=1)).max())

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
-from ...spectral.illuminants import illuminant
+from ...spectral.illuminants import booth_words, illuminant
 from ...spectral.measurement import crossed, remarks
 from ...spectral.metamerism import Conditions
 from ...spectral.observers import observer
@@ -139,6 +139,8 @@ class MatchReport:
         sides = (self.standard, *(one.sample for one in self.samples))
         held = dict.fromkeys(f"{side.name}: {side.held}" for side in sides if side.held)
         told = dict.fromkeys(words for one in self.samples for words in remarks(self.standard.side, one.sample.side))
+        lamps = dict.fromkeys(booth_words(where.illuminant) for where in self.asked.conditions)
+        found += [f"{words}." for words in lamps if words]
         said = dict.fromkeys(words for side in sides for words in side.notes)
         return (*self.crossed, *found, *(f"{words}." for words in held), *told, *said, *self.asked.notes)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...spectral.errors import InputError
 from ...spectral.formats.colours_only import Coloured, read_colours
-from ...spectral.formats.reading import details_of_readings, read_spectra
+from ...spectral.formats.reading import details_of_readings, read_filling_gaps
 from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Measurement
 from ...spectral.observers import observer
@@ -31,7 +31,7 @@ def readings_side(path: Path, seen: Seen) -> Side:
     InputError : no file of spectra or colours; one that holds a name twice, or an emission, which has no white.
     """
     try:
-        file = read_spectra(path, seen.answer)
+        file, left_out = read_filling_gaps(path, seen.answer)
     except InputError as refusal:
         # A file of colours alone is refused by readers of spectra, who say why.
         try:
@@ -57,7 +57,7 @@ def readings_side(path: Path, seen: Seen) -> Side:
             layer = Layer(load, path, spectrum=partial(_spectrum, entry.spectrum))
             rows.append(Row(RowName(entry.name, light, eye.name), {"reading": layer}, measurement=measured))
     facts = {"format": file.format, **{key: str(value) for key, value in file.details.items()}}
-    return Side(path, "readings", tuple(rows), facts, (*file.notes, seen.words))
+    return Side(path, "readings", tuple(rows), facts, (*file.notes, *([left_out] if left_out else []), seen.words))
 
 
 def _check_names(path: Path, names: Sequence[str]) -> None:

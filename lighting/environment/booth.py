@@ -8,9 +8,8 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.colour_library import colour_science
 from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.illuminants import illuminant
+from ...spectral.illuminants import BOOTH_NAMES, HORIZON, HORIZON_K, illuminant
 from ...spectral.spectrum import Spectrum
 from ..vectors import Number
 from . import latlong
@@ -29,8 +28,6 @@ KEYS = {
 }
 #: Munsell N7, the grey that interiors are painted in: Y of value 7 by ASTM D1535, as a share of the perfect diffuser.
 MUNSELL_N7 = 0.42
-#: Of a horizon lamp, which stands for the sun at its lowest.
-HORIZON_K = 2300.0
 #: The near-ultraviolet tube: middle and full width at half maximum of its band, nm; ends of the ultraviolet of D65.
 UV_TUBE_NM, UV_WIDTH_NM, UV_NM = 365.0, 20.0, (300.0, 400.0)
 #: Texels of the map, high and wide: 1.4 degrees each; and rays along each side of a texel.
@@ -130,12 +127,8 @@ def lamp_of(booth: str) -> tuple[Spectrum, str]:
     return LAMPS[by_folded[booth.casefold()]]()
 
 
-@cache
 def _horizon() -> tuple[Spectrum, str]:
-    nm = np.arange(300.0, 831.0, 5.0)
-    colour = colour_science()
-    power = colour.colorimetry.planck_law(nm * 1e-9, HORIZON_K)
-    return Spectrum.sampled(nm, power / power.max(), "emission"), f"a Planckian radiator of {HORIZON_K:g} K"
+    return illuminant(HORIZON), f"a Planckian radiator of {HORIZON_K:g} K"
 
 
 @cache
@@ -162,8 +155,7 @@ def _cie(name: str) -> Callable[[], tuple[Spectrum, str]]:
 LAMPS: dict[str, Callable[[], tuple[Spectrum, str]]] = {
     "D65": _cie("D65"),
     "A": _cie("A"),
-    "TL84": _cie("FL11"),
-    "CWF": _cie("FL2"),
+    **{name: _cie(light) for name, light in BOOTH_NAMES.items()},
     "UV": _daylight_and_uv,
-    "horizon": _horizon,
+    HORIZON: _horizon,
 }

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
-
-import numpy as np
 
 from ...spectral.angles import Reading, things
 from ...spectral.errors import InputError
@@ -29,10 +27,9 @@ from ...spectral.formats.reading import (
     readers,
 )
 from ...spectral.formats.tables.foreign import is_of_something_else
-from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Measurement
-from ...spectral.observers import observer
 from ...spectral.projection import finer_note
+from ...spectral.sample import check_range
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
@@ -45,8 +42,6 @@ from .reading_cost import Cost, cost_of_bytes, cost_of_picture
 NAME = "measured spectra"
 ASKS = True
 SUFFIXES = tuple(dict.fromkeys(suffix for reader in readers() for suffix in reader.SUFFIXES))
-# End values are held beyond a measured range; of a surface's X, Y or Z under D65, no more may come from there.
-_MOST_MISSED = 0.15
 # A light that has fallen below this part of its peak where its samples end is taken to be dark beyond.
 _DARK_END = 0.02
 _DIFFUSE = "taken to be perfectly diffuse"
@@ -233,15 +228,7 @@ def _check_visible(spectrum: Spectrum, path: Path, name: str) -> None:
             min(ends[0], grid[0]) if spectrum.samples[0] <= dark else ends[0],
             max(ends[1], grid[-1]) if spectrum.samples[-1] <= dark else ends[1],
         ]
-    if (missed := _missed(*ends)) > _MOST_MISSED:
-        raise InputError(
-            "too little of the visible light was measured for a colour",
-            file=path,
-            field=name,
-            found=f"{nm[0]:g} to {nm[-1]:g} nm; beyond lies {100 * missed:.0f} % of X, Y or Z under D65",
-            expected=f"at most {100 * _MOST_MISSED:.0f} %, as with 430 to 650 nm",
-            hint="export the whole visible range; what was not measured is not made up",
-        )
+    check_range(ends[0], ends[1], path, name)
 
 
 def _diffuse(spectrum: Spectrum) -> tuple[dict[str, Any], list[str]]:
@@ -250,15 +237,6 @@ def _diffuse(spectrum: Spectrum) -> tuple[dict[str, Any], list[str]]:
     brdf = Lambert(spectrum.resampled(material_wavelengths([nm])))
     said = [note for note in (spectrum.range_note(WORKING_WAVELENGTHS_NM), finer_note(nm)) if note]
     return {"wavelengths_nm": brdf.wavelengths_nm, **brdf.parameters()}, said
-
-
-@cache
-def _missed(low: float, high: float) -> float:
-    """The largest part of X, Y or Z of a white surface under D65 that comes from beyond a range in nm."""
-    grid = np.arange(360.0, 831.0)
-    weights = observer("1931_2").weights(illuminant("D65"), grid)
-    beyond = (grid < low) | (grid > high)
-    return float((weights[:, beyond].sum(axis=1) / weights.sum(axis=1)).max())
 
 
 def _original(path: Path, entry: SpectralEntry, file: SpectralFile) -> dict[str, Any]:

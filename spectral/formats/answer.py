@@ -73,6 +73,9 @@ class Answer:
     decimal: Decimal | None = None
 
     def __post_init__(self) -> None:
+        if self.quantity == "radiance-factor":
+            # As the option is written, which messages name.
+            object.__setattr__(self, "quantity", "radiance factor")
         said = (("as", self.quantity, Quantity), ("scale", self.scale, Scale))
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
         said += (("angles", self.angles, AnglesDrawn),)
@@ -106,6 +109,10 @@ class Answer:
         return self.quantity in (None, quantity) or {self.quantity, quantity} == alike
 
 
+#: What refusals say of a file that states one thing where the answer is another.
+AGAINST_QUANTITY = "the file says one thing, and --as another"
+AGAINST_SCALE = "the file states one scale, and --scale another"
+
 #: Leaves everything to the file.
 NO_ANSWER = Answer()
 
@@ -115,7 +122,7 @@ def contradiction(
 ) -> InputError:
     """The refusal of a file that says another quantity than the person who imports it."""
     return InputError(
-        "the file says one thing, and --as another",
+        AGAINST_QUANTITY,
         file=file,
         field=field,
         found=f"{quantity}, by {words}; --as {str(answer.quantity).replace(' ', '-')}",

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from ..errors import InputError
 from ..files import existing_file
 from ..spectrum import Spectrum
-from .answer import NO_ANSWER, Answer, contradiction
+from .answer import AGAINST_QUANTITY, AGAINST_SCALE, NO_ANSWER, Answer, contradiction
 
 #: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
 #: SUFFIXES, `recognises(path, head)` and `read(path)`; one whose files may leave open what was measured has ASKS = True
@@ -165,6 +165,37 @@ def read_spectra(path: str | Path, answer: Answer = NO_ANSWER) -> SpectralFile:
             hint="export the measurement as CxF3, CGATS or a table with one wavelength a row",
         )
     return read_with(reader, Path(path), answer)
+
+
+def read_filling_gaps(path: str | Path, answer: Answer) -> tuple[SpectralFile, str]:
+    """Read a file with an answer that is given for several: what the file states itself counts before it.
+
+    Returns the file, and a sentence on what of the answer was left out; "" where nothing was.
+
+    Raises
+    ------
+    InputError
+        As of `read_spectra`.
+    """
+    given, left_out = answer, []
+    while True:
+        file = refusal = None
+        try:
+            file = read_spectra(path, given)
+            refusals = [reason for _, reason in file.rejected]
+        except InputError as reason:
+            refusal, refusals = reason, [reason]
+        if given.quantity is not None and any(AGAINST_QUANTITY in reason.problem for reason in refusals):
+            left_out.append(f"--as {given.quantity.replace(' ', '-')}")
+            given = replace(given, quantity=None)
+        elif given.scale is not None and any(AGAINST_SCALE in reason.problem for reason in refusals):
+            left_out.append(f"--scale {given.scale}")
+            given = replace(given, scale=None)
+        elif refusal is not None:
+            raise refusal
+        elif file is not None:
+            words = f"{Path(path).name} says itself what it holds: {' and '.join(left_out)} does not count for it."
+            return file, words if left_out else ""
 
 
 def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:

@@ -144,3 +144,61 @@ def test_light_and_observer_of_two_lines_of_a_weighting_function_are_both_known(
     code, out, _ = metamer("match", one, other, "--json", "-")
     (told,) = json.loads(out)["samples"][0]["differences"]
     assert code == 0 and (told["illuminant"], told["observer"]) == ("D50", "1931_2")
+
+
+def percent(path, heading, factor=1.0, first=400, last=700):
+    """A CSV of one reading on the scale that its heading has, or on none."""
+    nm = np.arange(first, last + 1, 10)
+    values = factor * np.interp(nm, NM, RED)
+    path.write_text("\n".join([heading, "nm,red", *(f"{a},{b:.5f}" for a, b in zip(nm, values, strict=True)), ""]))
+    return path
+
+
+@pytest.mark.parametrize("command", [("match",), ("report", "compare")])
+@pytest.mark.parametrize(
+    ("open_one", "factor", "said"),
+    [("Reflectance", 100.0, ("--scale", "percent")), ("", 1.0, ("--as", "radiance-factor", "--scale", "fraction"))],
+)
+def test_an_answer_fills_gaps_and_leaves_what_files_state(metamer, tmp_path, command, open_one, factor, said):
+    """One unlabelled file beside one that says its scale, and one that says transmittance or reflectance itself."""
+    for side in ("a", "b"):
+        (tmp_path / side).mkdir()
+        off = 1.0 if side == "a" else 1.01
+        percent(tmp_path / side / "open.csv", open_one, factor * off)
+        heading = "Reflectance 0..1" if factor > 1.0 else "Reflectance %"
+        percent(tmp_path / side / "other.csv", heading, 102.0 * off / factor)
+    master = tmp_path / "a" / "open.csv" if command == ("match",) else tmp_path / "a"
+    lots = tmp_path / "b"
+    code, out, err = metamer(*command, master, lots, *said)
+    assert code in (0, 1, 2), err
+    assert "other.csv says itself" in out or command != ("match",)
+
+
+@pytest.mark.parametrize("quantity", ["radiance-factor", "radiance factor", "radiance_factor"])
+def test_an_answer_is_written_as_messages_write_it(metamer, tmp_path, quantity):
+    one, other = percent(tmp_path / "a.csv", ""), percent(tmp_path / "b.csv", "", 1.02)
+    assert metamer("match", one, other, "--as", quantity, "--scale", "fraction")[0] == 0
+    code, _, err = metamer("match", one, other)
+    assert code == 4 and "radiance-factor" in err
+    code, _, err = metamer("match", one, other, "--as", "emission")
+    assert code == 4 and "a light is no sample" in err
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "fits"), [(380, 680, True), (410, 690, True), (430, 650, True), (400, 620, False)]
+)
+def test_what_imports_is_matched(metamer, tmp_path, first, last, fits):
+    one = percent(tmp_path / "a.csv", "Reflectance 0..1", 1.0, first, last)
+    other = percent(tmp_path / "b.csv", "Reflectance 0..1", 1.02, first, last)
+    code, _, err = metamer("match", one, other)
+    imported = metamer("catalogue", "import", one, "--into", tmp_path / "cat", "--dry-run")[0]
+    assert (code == 0) == (imported == 0) == fits and ("too little of the visible light" in err) != fits
+
+
+def test_a_name_on_booths_says_what_it_stands_for(metamer, tmp_path):
+    one, other = cxf(tmp_path / "a.cxf"), cxf(tmp_path / "b.cxf", factor=1.02)
+    _, out, _ = metamer("match", one, other, "--illuminants", "TL84,FL11,CWF,horizon", "--json", "-")
+    said = json.loads(out)
+    first, second = said["samples"][0]["differences"][:2]
+    assert first["delta_e"] == second["delta_e"] and first["illuminant"] == "TL84"
+    assert {"TL84 is CIE FL11.", "CWF is CIE FL2."} <= set(said["notes"])

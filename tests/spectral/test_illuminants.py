@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
+from metamer.spectral.observers import observer
 
 
 def test_every_table_of_colour_science_is_there(colour):
@@ -48,6 +49,20 @@ def test_unknown_illuminant_gives_the_nearest_names(asked, near):
     assert near in caught.value.nearest
 
 
-def test_a_lamp_of_booths_by_its_short_name():
-    assert illuminant("TL84") is not illuminant("FL11")
-    np.testing.assert_array_equal(illuminant("tl-84").samples, illuminant("Philips TL-84").samples)
+@pytest.mark.parametrize(("booth", "light"), [("TL84", "FL11"), ("tl84", "F11"), ("CWF", "FL2"), ("cwf", "F2")])
+def test_names_on_booths_are_those_of_cie_illuminants(booth, light):
+    assert illuminant(booth) is illuminant(light)
+
+
+def test_a_lamp_is_itself_by_its_own_name_and_the_horizon_is_a_radiator():
+    lamp, eye = illuminant("Philips TL-84"), observer("1931_2")
+    assert np.abs(eye.white(lamp) - eye.white(illuminant("TL84"))).max() > 1e-3
+    x, y, z = eye.white(illuminant("Horizon"))
+    assert (x / (x + y + z), y / (x + y + z)) == pytest.approx((0.4952, 0.4155), abs=2e-3)
+    assert "TL84" in illuminant_error("TL83").nearest
+
+
+def illuminant_error(name):
+    with pytest.raises(UnknownNameError) as caught:
+        illuminant(name)
+    return caught.value

@@ -27,7 +27,7 @@ from jaxtyping import Float
 
 from ...errors import InputError
 from ...spectrum import Quantity
-from ..answer import Answer, Scale, contradiction
+from ..answer import AGAINST_SCALE, Answer, Scale, contradiction
 from .resemblance import Likeness, has_mercury_lines, likenesses
 from .text import shortened
 from .words import meant_by
@@ -286,7 +286,7 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale |
     if stated is not None:
         if answer not in (None, stated) and not (impossible[stated] or (stated == "percent" and values.highest <= 1)):
             raise _refusal(
-                "the file states one scale, and --scale another",
+                AGAINST_SCALE,
                 f"{stated}, by {words}; --scale {answer}",
                 "an answer only where the file leaves the question open",
                 "import this file without --scale; where its words are wrong, correct them in the file",
