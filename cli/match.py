@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..calibration.text_tables import columns
+from ..spectral.errors import InputError, UsageError
 from .catalogue_words import print_json, write_text
 from .shared import Added, add_across_option, add_answer_options, answer_of, comma_separated, progress_bar
 
@@ -26,7 +27,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "readings (CxF3, CGATS, instrument text, tables), FILE#NAME for one reading of it, a folder of such files, or "
         'a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as one sample, by '
         "their mean. Exit code 1 where a verdict is not resolved, 2 where a sample fails, 3 where nothing can be "
-        "compared, 4 where a file is unusable.",
+        "compared, 4 where a file is unusable, 64 where words of the command are.",
     )
     match.add_argument("standard", metavar="STANDARD")
     match.add_argument("samples", metavar="SAMPLE", nargs="+")
@@ -77,9 +78,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     match.add_argument("--yellowness", action="store_true", help="yellowness of each by ASTM E313")
     match.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up")
     for name in _FILLED_IN:
-        match.add_argument(f"--{name}", default="", metavar="WORDS", help=argparse.SUPPRESS)
-    match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign: --project, --part, "
-                       "--supplier and --instrument fill in what it says")  # fmt: skip
+        match.add_argument(f"--{name}", default="", metavar="WORDS", help=f"{name}, filled in at the head of the page")
+    match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign")
     match.add_argument("--json", type=Path, metavar="FILE", help="every figure, for a program; - for standard output")
     match.add_argument("--csv", type=Path, metavar="FILE", help="a table, a line a sample and condition")
     match.add_argument("--xlsx", type=Path, metavar="FILE", help="the same as a workbook (extra `xlsx`)")
@@ -97,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.sheets import check_workbook
     from ..spectral.files import check_writable
 
+    _check_words(args)
     asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)
     outputs = [path for path in asked if path is not None and str(path) != "-"]
     for path in outputs:
@@ -123,6 +124,26 @@ def run(args: argparse.Namespace) -> int:
     for path in outputs if not quiet else ():
         print(f"Written: {path}")
     return max(_CODES[one.verdict] for one in report.samples)
+
+
+def _check_words(args: argparse.Namespace) -> None:
+    """Raise `UsageError` for words of the command that name nothing, before any file is read."""
+    from ..calibration.match.tolerance import Tolerance
+    from ..calibration.match.uncertainty import Repeatability
+    from ..spectral.formula import formula
+    from ..spectral.illuminants import illuminant
+    from ..spectral.observers import observer
+
+    try:
+        if args.tolerance is not None:
+            Tolerance.of(args.tolerance)
+        if args.repeatability is not None:
+            Repeatability(args.repeatability)
+        for check, names in ((formula, args.formulas), (illuminant, args.illuminants), (observer, args.observers)):
+            for name in names or ():
+                check(name)
+    except InputError as reason:
+        raise UsageError(str(reason)) from None
 
 
 def _report(args: argparse.Namespace) -> MatchReport:

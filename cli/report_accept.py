@@ -35,5 +35,6 @@ def run(args: argparse.Namespace) -> int:
     taken = accept(args.baseline, args.run_folder, None if args.all else args.row)
     for name in taken:
         print(name)
-    print(f"{counted(len(taken), 'row')} accepted into {args.baseline}")
+    why = "" if taken else f": it holds what {'all' if args.all else 'these'} rows of {args.run_folder} show already"
+    print(f"{counted(len(taken), 'row')} accepted into {args.baseline}{why}")
     return 0

@@ -90,7 +90,8 @@ class InputError(MetamerError):
         lines += [
             f"  {label}: {visible(str(value), lines=True)}"
             for label, value in (("found", found), ("expected", expected), ("named in", named_in), ("try", hint))
-            if value is not None
+            # An empty word would stand behind its label as nothing.
+            if value is not None and value != ""
         ]
         super().__init__("\n".join(lines))
 

@@ -83,7 +83,8 @@ def _local(path: Path, named: bool = True) -> Iterator[InputFile]:
     # A pipe or a device would wait for ever.
     files = sorted(file for file in files if file.is_file())
     if not files:
-        found, hint = "an empty folder", ""
+        found = "no files but hidden ones" if any(path.iterdir()) else "an empty folder"
+        hint = "name the folder or the files of the measurements; metamer catalogue import --help names the formats"
         if any(one.is_symlink() and one.is_dir() for one in path.iterdir()):
             found, hint = "links to folders, which are not followed", "name the folders that they lead to"
         raise InputError("nothing to import", file=path, found=found, expected="files of materials", hint=hint)

@@ -255,11 +255,14 @@ def test_a_lab_standard_is_compared_under_its_own_light(metamer, lots, tmp_path)
         (("{master}", "{master}"), 3, "its own standard"),
         (("{lots}", "{master}"), 64, "holds 2 samples"),
         (("{lots}#lot 3", "{master}"), 4, "lot 2"),
-        (("{master}", "{lots}", "--tolerance", "CMC 1.0"), 4, "l:c"),
-        (("{master}", "{lots}", "--illuminants", "D66"), 4, "D65"),
-        (("{master}", "{lots}", "--observers", "1931_3"), 4, "1931_2"),
+        (("{master}", "{lots}", "--tolerance", "CMC 1.0"), 64, "l:c"),
+        (("{master}", "{lots}", "--tolerance", "CIE2000"), 64, "a formula and a number"),
+        (("{master}", "{lots}", "--tolerance", "CIE 200 0.5"), 64, "CIE 2000"),
+        (("{master}", "{lots}", "--formulas", "CIE 2001"), 64, "CIE 2000"),
+        (("nowhere.txt", "{lots}", "--illuminants", "D66"), 64, "D65"),
+        (("{master}", "{lots}", "--observers", "1931_3"), 64, "1931_2"),
         (("{master}", "nowhere.txt"), 4, "no such file"),
-        (("{master}", "{lots}", "--repeatability", "0"), 4, "repeatability"),
+        (("{master}", "{lots}", "--repeatability", "0"), 64, "repeatability"),
         (("{master}", "{lots}", "--repeated", "{master}"), 4, "too few readings"),
         (("{master}", "{short}"), 4, "too little of the visible"),
         (("{master}", "{lots}", "--html", "nowhere/m.html"), 4, "no such folder"),
@@ -303,3 +306,8 @@ def test_an_empty_file_is_said_to_be_empty_and_what_to_do(metamer, tmp_path):
     code, _, said = metamer("match", file, file)
     assert code == 4
     assert str(file) in said and "the file is empty" in said and "expected: one of: " in said and "try: export" in said
+
+
+def test_help_lists_every_option(metamer):
+    _, out, _ = metamer("match", "--help")
+    assert all(f"--{name} WORDS" in out for name in ("project", "part", "supplier", "instrument"))

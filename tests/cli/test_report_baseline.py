@@ -76,6 +76,9 @@ def test_what_moved_is_found_and_accepted_row_by_row(metamer, suite, baseline, w
     code, out, err = metamer(*run)
     assert "2 changed, 2 identical" in out, err
     assert metamer(*accept, "--all")[0] == 0
+    for words, rows in ((("--all",), "all rows"), (("--row", "paint/blue"), "these rows")):
+        code, out, _ = metamer(*accept, *words)
+        assert code == 0 and f"0 rows accepted into {baseline}: it holds what {rows} of" in out
     code, out, _ = metamer(*run)
     assert code == 0 and "identical: 4 rows" in out
     assert metamer("report", "compare", baseline, tmp_path / "out")[0] == 0

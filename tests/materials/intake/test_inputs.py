@@ -76,6 +76,7 @@ def test_a_file_with_the_name_of_a_pattern_is_itself(tmp_path):
         ("gone.csv", "no such file"),
         ("*.cxf", "no file fits the pattern"),
         ("empty", "nothing to import"),
+        ("empty", "try: name the folder"),
         ("broken", "a broken link"),
     ],
 )
