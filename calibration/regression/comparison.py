@@ -14,12 +14,13 @@ from ...spectral.errors import ComparisonError
 from ...spectral.measurement import Crossing, crossed, refusal, remarks
 from ...spectral.measurement import Side as Measured
 from ..statistics import SelfCheck
+from .chance import Chance
 from .change import Change, change
 from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, default_criteria, statistic
 from .injected import injected
 from .matching import matched
 from .result import Asked, Figures, Result, RowResult, SideWords, State, worst_tier
-from .row import Layer, LayerKind, Pixels, Row, Side
+from .row import Layer, LayerKind, Noise, Pixels, Row, Side
 
 #: ΔE94 that pictures of one scene may be apart where nothing but the order of sums in single precision is another.
 ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02
@@ -120,13 +121,13 @@ def _compared(
         pixels, now[kind] = one.load(), other.load()
         first = first or pixels
         moved = change(pixels, now[kind], criteria.formulas, label, largest=criteria.largest)
-        noise = _noise(one, other)
+        noise = (one.noise, other.noise)
         layers[kind] = _figures(moved, noise, kind)
         asked += _asked(moved, kind, a, criteria, noise, pools)
     if any("approximation" in one.of for one in criteria.lines) and {"picture", "reference"} <= now.keys():
         pair, label = (now["reference"], now["picture"]), f"{b.name}, approximation"
         error = change(*pair, criteria.formulas, label, largest=criteria.largest)
-        asked += _asked(error, "approximation", a, criteria, _noise(b.layers["reference"]), pools)
+        asked += _asked(error, "approximation", a, criteria, (b.layers["reference"].noise,), pools)
     only = [kind for kind in {**a.layers, **b.layers} if kind not in layers]
     if only:
         notes.append(f"Only one side has a {' and a '.join(only)} of this row.")
@@ -165,18 +166,13 @@ def _two_files(a: Layer, b: Layer, label: str) -> None:
         raise ComparisonError(f"{label}: {a.file} is on both sides: a comparison with itself says nothing")
 
 
-def _noise(*layers: Layer) -> tuple[float, float]:
-    """Mean and p99 of the noise of all, which is independent."""
-    noises = [one.noise for one in layers if one.noise is not None]
-    return math.hypot(*(one.mean for one in noises)), math.hypot(*(one.p99 for one in noises))
-
-
-def _figures(moved: Change, noise: tuple[float, float], kind: LayerKind) -> Figures:
+def _figures(moved: Change, noises: Sequence[Noise | None], kind: LayerKind) -> Figures:
     values, compared = _numbers(moved.maps[_94], None)
+    chance = Chance.of(noises, values.size)
     (floors, _), (bounds, _) = (_numbers(maps[_94], None) for maps in (moved.floors, moved.bounds))
     rounding = (ROUNDING_MEAN, ROUNDING_MAX) if kind == "picture" else (0.0, 0.0)
-    floor_mean = max(math.hypot(statistic("mean", floors), noise[0]), rounding[0])
-    floor_max = max(math.hypot(statistic("max", bounds), noise[1]), rounding[1])
+    floor_mean = max(math.hypot(statistic("mean", floors), chance.floor("mean")), rounding[0])
+    floor_max = max(math.hypot(statistic("max", bounds), chance.floor("max")), rounding[1])
     mean, largest = statistic("mean", values), statistic("max", values)
     undefined = int(np.count_nonzero(compared)) - values.size
     beyond = not (mean <= floor_mean and largest <= floor_max)
@@ -214,7 +210,7 @@ def _asked(
     of: str,
     row: Row,
     criteria: Criteria,
-    noise: tuple[float, float],
+    noises: Sequence[Noise | None],
     pools: dict[tuple[int, str], list[tuple[float, float]]],
 ) -> list[Asked]:
     """The criteria that this layer of this row is held against; what is pooled goes to its pool."""
@@ -235,9 +231,8 @@ def _asked(
             # Nothing of the material is in that part of the picture; or no number, which is said of the row.
             continue
         name = "mean" if one.pooled else one.statistic
-        by_chance = noise[0] if name in ("mean", "median") else noise[1]
-        share = name.startswith("share")
-        floor = statistic(name, floors) if share else math.hypot(statistic(name, floors), by_chance)
+        by_chance = Chance.of(noises, values.size).floor(name)
+        floor = math.hypot(statistic(name, floors), by_chance)
         value = statistic(name, values)
         if one.pooled:
             pools[index, of].append((value, floor))

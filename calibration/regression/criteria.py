@@ -29,6 +29,7 @@ RESHAPED = "reshaped"
 #: What a criterion may look at: change of pictures, references, readings; how far pictures are from references now.
 SUBJECTS = ("picture", "reference", "reading", "approximation")
 _SHARE = re.compile(r"share over (\d+(?:\.\d+)?)")
+_QUANTILES = {"median": 50.0, "p95": 95.0, "p99": 99.0}
 _KEYS = {"label", "subset", "statistic", "formula", "warn", "fail", "over"}
 _SUBSET = {"of", "region", *RowName._fields}
 _TOML = "criteria rows: [[criteria]] with label, statistic, warn and fail"
@@ -121,13 +122,28 @@ def statistic(name: str, values: Float[np.ndarray, " n"]) -> float:
     """
     if not values.size:
         return math.nan
-    if share := _SHARE.fullmatch(name):
-        return float(np.count_nonzero(values > float(share[1]))) / values.size
+    if (limit := share_limit(name)) is not None:
+        return float(np.count_nonzero(values > limit)) / values.size
     if name == "mean":
         return float(values.mean(dtype=np.float64))
     if name == "max":
         return float(values.max())
-    return float(np.percentile(values.astype(np.float64), {"median": 50.0, "p95": 95.0, "p99": 99.0}[name]))
+    return float(np.percentile(values.astype(np.float64), _QUANTILES[name]))
+
+
+def share_limit(name: str) -> float | None:
+    """The ΔE of a statistic such as "share over 1"; None of any other."""
+    found = _SHARE.fullmatch(name)
+    return float(found[1]) if found else None
+
+
+def quantile_of(name: str) -> float:
+    """The share of pixels that lie below a statistic such as "p95".
+
+    >>> quantile_of("median"), quantile_of("p99")
+    (0.5, 0.99)
+    """
+    return _QUANTILES[name] / 100.0
 
 
 def read_criteria(path: Path) -> Criteria:
