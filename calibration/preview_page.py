@@ -16,6 +16,7 @@ from .page import breakable, html_environment, row_id
 class PreviewCard:
     """One material on the page.
 
+    kind : of its provenance; standing : the same in one word.
     picture : display-encoded sRGB, square. caption : of its error. facts : words that a search finds, by label.
     lab : CIELAB that the page sorts by, or None. p99 : ΔE94, or None. words : why it has no picture, or "".
     """
@@ -30,6 +31,7 @@ class PreviewCard:
     lab: Float[np.ndarray, "3"] | None = None
     p99: float | None = None
     words: str = ""
+    standing: str = ""
 
     @property
     def chroma(self) -> float:

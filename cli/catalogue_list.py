@@ -41,7 +41,9 @@ def run(args: argparse.Namespace) -> int:
             print(reason)
         for observer in sorted({one.observer for one in found if one.light and one.observer}):
             said = "on a sphere under the light that shows it most"
-            print(f"ΔE94 p99: factored against original data, {said}, observer {observer}; show ID says more")
+            print(f"fit ΔE94 p99: factored against original data, {said}, observer {observer}; show ID says more")
+        if doubtful := sum(one.standing in ("uplifted", "reconstructed") for one in found):
+            print(f"{counted(doubtful, 'material')} uplifted or reconstructed: a small fit is no small error of colour")
         of = f"{len(found)} of " if len(found) != len(everything) else ""
         print(f"{folder}: {of}{counted(len(everything), 'material')}")
         if everything and not found:
@@ -50,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
-    headings = ["material", "model", "kind", "terms", "ΔE94 p99", "under", "L*", "a*", "b*"]
+    headings = ["material", "model", "kind", "terms", "fit ΔE94 p99", "under", "L*", "a*", "b*"]
     if args.near is not None:
         headings.append(f"ΔE{args.formula}")
     rows = []

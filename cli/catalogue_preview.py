@@ -107,6 +107,7 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
                 lab=None if said.lab is None else np.array(said.lab),
                 p99=said.p99,
                 words=one.reason,
+                standing=said.standing,
             )
         )
     return cards

@@ -78,11 +78,14 @@ def sample_of(material: Material) -> Sample:
     InputError : a light; a spectrum of too little of the visible.
     """
     reading = material.reading()
-    details = {"instrument": "", "geometry": _geometry_of(material)}
+    details = {"instrument": "", "geometry": _geometry_of(material), "standing": material.provenance.kind}
+    notes = ()
+    if material.provenance.standing in ("uplifted", "reconstructed"):
+        notes = (f"{material.id} of the catalogue is {material.provenance.kind}, not measured: it judges no colour.",)
     measured = measurement_of(material)
     effect = effect_of(material.brdf()) if material.is_surface and material.model != "lambert" else ""
     if reading.brdf is not None:
-        return Sample(material.id, "catalogue", seen=reading.xyz, effect=effect, details=details, measurement=measured)
+        return Sample(material.id, "catalogue", (), (), reading.xyz, effect, details, measurement=measured, notes=notes)
     values = reading.factor
     quantity: Quantity = "radiance factor" if values.max() > 1.0 or values.min() < 0.0 else "reflectance"
     # A fitted BRDF may be a little below zero: what it is there is the colour that pictures show.
@@ -90,7 +93,14 @@ def sample_of(material: Material) -> Sample:
     check_covers(spectrum, "catalogue", material.id)
     angled = partial(_read_at, material) if material.is_surface and material.model != "lambert" else None
     return Sample(
-        material.id, "catalogue", (spectrum,), effect=effect, details=details, measurement=measured, angled=angled
+        material.id,
+        "catalogue",
+        (spectrum,),
+        effect=effect,
+        details=details,
+        measurement=measured,
+        angled=angled,
+        notes=notes,
     )
 
 

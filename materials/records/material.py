@@ -15,6 +15,7 @@ from ..fast import Fast, Summand
 from ..fit_error import FitError
 from ..surface import Surface
 from .models import SPECTRA, no_surface, quantity_of, rebuild
+from .standing import standing_of
 
 if TYPE_CHECKING:
     from ..fitting.fit import Trial
@@ -25,7 +26,8 @@ class Provenance:
     """Where a material's numbers come from.
 
     kind : "measured" (the directional data were), "analytic" (a model carries published spectra or optical constants)
-    or "uplifted(METHOD)" (spectra were made up from tristimulus values: never colour-critical).
+    or "uplifted(METHOD)" (spectra were made up from tristimulus values: never colour-critical), or
+    "reconstructed(METHOD)" (directions were made up from readings at some).
     geometry : of the measurement, such as "45:0"; "" where it does not apply or is not stated.
     """
 
@@ -36,13 +38,20 @@ class Provenance:
     notes: str = ""
 
     def __post_init__(self) -> None:
-        known = self.kind in ("measured", "analytic") or (self.kind.startswith("uplifted(") and self.kind.endswith(")"))
+        known = self.kind in ("measured", "analytic") or (
+            self.kind.startswith(("uplifted(", "reconstructed(")) and self.kind.endswith(")")
+        )
         if not known:
-            expected = "measured, analytic or uplifted(METHOD)"
+            expected = "measured, analytic, uplifted(METHOD) or reconstructed(METHOD)"
             raise InputError("unknown kind of provenance", field="kind", found=repr(self.kind), expected=expected)
         for name in ("source", "licence"):
             if not getattr(self, name).strip():
                 raise InputError("provenance is incomplete", field=name, found="nothing", expected="a sentence")
+
+    @property
+    def standing(self) -> str:
+        """The kind in one word, as stands beside every picture of the material."""
+        return standing_of(self.kind)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from ...spectral.errors import InputError, UnknownNameError
 from .record_head import IMPORT_AGAIN, other_material, read_head
+from .standing import standing_of
 
 if TYPE_CHECKING:
     from ...spectral.difference import Formula
@@ -54,6 +55,11 @@ class Summary:
     source_hash: str
     checksum: str
     distance: float | None = None
+
+    @property
+    def standing(self) -> str:
+        """The kind in one word: measured, analytic, uplifted or reconstructed."""
+        return standing_of(self.kind)
 
     @property
     def file(self) -> Path:

@@ -23,6 +23,7 @@ def test_table_says_all_and_under_which_light(metamer, folder):
         "model",
         "kind",
         "terms",
+        "fit",
         "ΔE94",
         "p99",
         "under",

@@ -161,3 +161,35 @@ def test_a_btf_is_shown_on_a_cloth():
     assert [light.spectrum_name for light in worn["btf"].lights] == [
         light.spectrum_name for light in worn["cook_torrance"].lights
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "standing"),
+    [
+        ("measured", "measured"),
+        ("analytic", "analytic"),
+        ("uplifted(mallett-yuksel)", "uplifted"),
+        ("reconstructed(flakes)", "reconstructed"),
+    ],
+)
+def test_every_place_that_shows_a_material_shows_its_standing(metamer, tmp_path, write_matt, kind, standing):
+    """What was made of RGB has a fit of 0.00, and must not look better than what was measured."""
+    from metamer.materials.records.material import Provenance
+
+    cat, page, one = tmp_path / "one", tmp_path / "page.html", tmp_path / "one.html"
+    write_matt(cat, "paint/shown", provenance=Provenance("RGB of somebody", "none", kind))
+    options = ("--html", page, "--size", 16, "--renderer", "software")
+    assert metamer("catalogue", "preview", cat, *options)[0] == 0
+    html = page.read_text("utf-8")
+    assert f'<span class="standing {standing}">{standing}</span>' in html and "fit ΔE94 p99" in html
+    assert ">ΔE94 p99" not in html
+    _, out, _ = metamer("catalogue", "list", cat)
+    assert kind in out and "fit ΔE94 p99" in out
+    assert ("a small fit is no small error" in out) == (standing in ("uplifted", "reconstructed"))
+    _, out, _ = metamer("catalogue", "show", "paint/shown", cat, "--html", one, "--renderer", "software")
+    assert kind in out + one.read_text("utf-8")
+    _, out, _ = metamer("catalogue", "show", "paint/shown", cat)
+    assert kind in out and "fit, ΔE94" in out
+    lot = "lab:50,1,2@D65/1964_10"
+    _, out, err = metamer("match", "paint/shown", lot, "--catalogue", cat)
+    assert ("not measured: it judges no colour" in out) == (standing in ("uplifted", "reconstructed")), err

@@ -23,7 +23,7 @@ _ROUNDING = 1e-6
 def provenance_words(record: MaterialRecord) -> dict[str, str]:
     """Where a material comes from and how far off its fit is, by label."""
     said = record.provenance
-    words = {"Source": said.source, "Licence": said.licence, "Kind": said.kind, "Model": record.model}
+    words = {"Source": said.source, "Licence": said.licence, "Standing": said.kind, "Model": record.model}
     if said.geometry:
         words["Geometry"] = said.geometry
     if said.notes:

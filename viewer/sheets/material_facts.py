@@ -66,13 +66,13 @@ def _picture(record: MaterialRecord, scene: Scene, renderer: RenderSession) -> t
 
 def _facts(record: MaterialRecord) -> dict[str, str]:
     colour, error = record_colour(record), record.error
-    facts = {"Model": record.model, "Quantity": record.quantity, "Kind": record.provenance.kind}
+    facts = {"Model": record.model, "Quantity": record.quantity, "Standing": record.provenance.kind}
     if record.summands:
         facts["Terms"] = " + ".join(f"{one.rank} in {one.frame}" for one in record.summands)
     if error is not None:
-        facts["ΔE94 mean"] = f"{error.mean:.3f}"
-        facts["ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
-        facts["ΔE94 max"] = f"{error.maximum:.3f}"
+        facts["Fit, ΔE94 mean"] = f"{error.mean:.3f}"
+        facts["Fit, ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
+        facts["Fit, ΔE94 max"] = f"{error.maximum:.3f}"
     if colour is not None:
         space = "Lab" if "Lab" in colour else "XYZ"
         facts[space] = f"{two_decimals(colour[space])} ({shown_conditions(colour)})"

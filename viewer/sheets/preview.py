@@ -23,7 +23,7 @@ from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line
 
 _CAPTION_POINTS = 11
-_LINES = 3
+_LINES = 4
 _GAP = 12
 # The model of records that are worn on a cloth.
 _BTF = "btf"
@@ -86,7 +86,9 @@ def thumbnail_scene(model: str) -> Scene:
 def contact_sheet(
     found: Sequence[Thumbnail], columns: int = 8, title: str = "", captions: Sequence[str] | None = None
 ) -> UInt8[np.ndarray, "H W 3"]:
-    """The thumbnails in rows of `columns`, each with its name and family under it, and ΔE94 or what `captions` say."""
+    """The thumbnails in rows of `columns`, each with its name, family and standing under it, and the ΔE94 of its fit or
+    what `captions` say.
+    """
     from PIL import Image
 
     if not found:
@@ -108,7 +110,8 @@ def contact_sheet(
         sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
         below = top + side + 2
         family, _, name = thumbnail.summary.id.rpartition("/")
-        for row, (text, ink) in enumerate(((name, _INK), (family, _SOFT), (said, _SOFT))):
+        told = ((name, _INK), (family, _SOFT), (thumbnail.summary.standing, _SOFT), (said, _SOFT))
+        for row, (text, ink) in enumerate(told):
             write_line(sheet, (left, below + row * line), fitted_line(text, font, side), ink, font)
     return np.asarray(sheet)
 
@@ -120,7 +123,7 @@ def caption(thumbnail: Thumbnail) -> str:
         return "cannot be used"
     if one.p99 is None:
         return one.quantity
-    return f"ΔE94 p99 {one.p99:.2f}"
+    return f"fit ΔE94 p99 {one.p99:.2f}"
 
 
 def write_sheet(path: Path, sheet: UInt8[np.ndarray, "H W 3"]) -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 from imgui_bundle import ImVec2, imgui
 
+from .....materials.catalogue import Catalogue
+from .....spectral.errors import InputError
 from ...commands import searched
 from ..widgets import combo, em, quiet, section, tooltip
 from ..window import Window
@@ -49,6 +52,25 @@ def _row(window: Window, name: str, first: str, second: str) -> None:
     imgui.same_line(em(1.6))
     if imgui.selectable(f"{name.split('/')[-1]}##{name.replace('/', ' ')}", name in (first, second))[0]:
         window.desk.run(f"other.material.{name}" if imgui.get_io().key_shift else f"material.{name}")
+    standing = _standing(window.desk.loaded.catalogue, name)
+    if standing in ("uplifted", "reconstructed"):
+        imgui.same_line()
+        imgui.text_disabled(standing)
     if imgui.is_item_clicked(1):
         window.desk.run(f"other.material.{name}")
-    tooltip(f"{name}\nclick: on A; Shift+click or right button: on B")
+    tooltip(f"{name}{f' ({standing})' if standing else ''}\nclick: on A; Shift+click or right button: on B")
+
+
+def _standing(catalogue: Catalogue, name: str) -> str:
+    """Measured, analytic, uplifted or reconstructed; "" where the file cannot be read."""
+    try:
+        return _read_standing(catalogue, name, catalogue.state(name))
+    except InputError:
+        return ""
+
+
+@lru_cache(maxsize=4096)
+def _read_standing(catalogue: Catalogue, name: str, state: tuple) -> str:
+    """`state` : of the file; another is another material."""
+    del state
+    return catalogue.summary(name).standing
