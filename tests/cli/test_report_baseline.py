@@ -86,6 +86,26 @@ def test_what_moved_is_found_and_accepted_row_by_row(metamer, suite, baseline, w
     assert len(list((baseline / "pixels").iterdir())) <= 8
 
 
+@pytest.mark.slow
+def test_a_material_added_to_a_suite_changes_no_other_row(metamer, scene_text, write_matt, tmp_path):
+    """Where all were planned together, one of many colours would take more coefficients, and move the others."""
+    nm = np.linspace(380.0, 780.0, 81)
+    scene = tmp_path / "scene.toml"
+    text = scene_text.replace("tiny/matt-red", "paint/red").replace("width = 32", "width = 8")
+    scene.write_text(text.replace("height_px = 32", "height_px = 8"), encoding="utf-8")
+    paints = {"red": 610.0, **{f"paint-{at}": 430.0 + 25.0 * at for at in range(9)}}
+    for name, middle in paints.items():
+        for folder in ("before", "after"):
+            write_matt(tmp_path / folder, f"paint/{name}", 0.05 + 0.7 / (1.0 + np.exp(-(nm - middle) / 25.0)))
+    write_matt(tmp_path / "after", "paint/stripes", 0.5 + 0.45 * np.sin(np.arange(81) * 0.9))
+    for folder in ("before", "after"):
+        words = ("--catalogue", tmp_path / folder, "--materials", "paint/*", "--illuminants", "D65,A,FL11")
+        more = ("--budget", 2, "--renderer", "software", "--jobs", 1, "--out", tmp_path / f"{folder} drawn")
+        metamer("review", scene, *words, *more)
+    code, out, err = metamer("report", "compare", tmp_path / "before drawn", tmp_path / "after drawn")
+    assert code == 1 and "3 added" in out and "30 identical" in out, out + err
+
+
 def test_a_row_is_accepted_from_a_run_that_has_more(metamer, suite, baseline, write_matt, tmp_path):
     write_matt(tmp_path / "catalogue", "paint/green", 0.4)
     run = ["report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out"]

@@ -30,18 +30,24 @@ OWN_LIGHT = "the scene's lights"
 
 @dataclass(frozen=True)
 class Case:
-    """One picture under all illuminants, and the materials in it that are judged."""
+    """One picture under all illuminants, and the materials in it that are judged.
+
+    plan : of this picture alone, so that no other material of the review changes it. surfaces : fast forms of what is
+    in it, in the plan's basis.
+    """
 
     scene: Scene
     judged: tuple[str, ...]
+    plan: ScenePlan
+    surfaces: Mapping[str, Fast]
 
 
 @dataclass(frozen=True, eq=False)
 class Setting:
     """What all rows of a review have in common.
 
-    names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material, in the plan's
-    basis.
+    names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material. plan : that of the
+    picture which takes the most coefficients.
     budget : ΔE94 that the 99th percentile of each row is held against. total : rows.
     """
 
@@ -91,19 +97,25 @@ def prepared(
     if materials and scene.review is None:
         where = f'The scene has no [review]: the materials are put on its first part, "{scene.reviewed_part}".'
         scene = replace(scene, notes=(*scene.notes, where))
-    cases = _cases(scene, catalogue, materials)
+    pictured = _pictured(scene, catalogue, materials)
     records = {
         material_id: catalogue.surface(material_id)
-        for material_id in dict.fromkeys(m for case in cases for m in case.scene.material_ids)
+        for material_id in dict.fromkeys(m for one, _ in pictured for m in one.material_ids)
     }
     surfaces = {name: record.drawn() for name, record in records.items()}
-    _check_materials(cases, records, surfaces)
+    _check_materials(pictured, records, surfaces)
     # The picture and its reference have as many bounces.
     shown_in = [one for one in spectra if one is not None]
     bounced = scene.bounces != 0
-    cases = [replace(case, scene=counted(case.scene, surfaces, shown_in)) for case in cases]
     lights = _distinct_lights(scene, spectra)
-    plan = plan_scene(list(surfaces.values()), lights, scene.observer, budget)
+    cases = []
+    for one, judged in pictured:
+        worn = {name: surfaces[name] for name in one.material_ids}
+        planned = plan_scene(list(worn.values()), lights, scene.observer, budget)
+        # The plan's basis is for light that comes straight from the lights.
+        shown = worn if bounced else {name: surface.in_basis(planned.basis) for name, surface in worn.items()}
+        cases.append(Case(counted(one, surfaces, shown_in), judged, planned, shown))
+    plan = _plan_of_all([case.plan for case in cases])
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)
     needs_uv = any(case.scene.needs_uv(surfaces) for case in cases)
@@ -116,8 +128,7 @@ def prepared(
         names=names,
         spectra=spectra,
         records=records,
-        # The plan's basis is for light that comes straight from the lights.
-        surfaces=surfaces if bounced else {name: surface.in_basis(plan.basis) for name, surface in surfaces.items()},
+        surfaces=surfaces,
         plan=plan,
         display=display,
         gpu=display_pass(renderer, display),
@@ -129,22 +140,38 @@ def prepared(
     return setting, cases
 
 
+def _plan_of_all(plans: Sequence[ScenePlan]) -> ScenePlan:
+    """The plan of the picture that takes the most coefficients, which the report names."""
+    largest = max(plans, key=lambda one: one.basis_size)
+    if len(plans) == 1:
+        return largest
+    fewest = min(one.basis_size for one in plans)
+    size = f"{fewest}" if fewest == largest.basis_size else f"{fewest} to {largest.basis_size}"
+    words = f"Each of {len(plans)} pictures is planned by itself, with {size} coefficients; this is the largest plan."
+    return replace(largest, reasons=(words, *largest.reasons))
+
+
 def _check_materials(
-    cases: Sequence[Case], records: Mapping[str, MaterialRecord], surfaces: Mapping[str, Fast]
+    pictured: Sequence[tuple[Scene, tuple[str, ...]]],
+    records: Mapping[str, MaterialRecord],
+    surfaces: Mapping[str, Fast],
 ) -> None:
     """Refuse, before anything is drawn, what a part cannot wear, and what has no reading to be judged by."""
-    for case in cases:
-        case.scene.check_surfaces(surfaces)
-        for name in case.judged:
+    for scene, judged in pictured:
+        scene.check_surfaces(surfaces)
+        for name in judged:
             records[name].brdf()
 
 
-def _cases(scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None) -> list[Case]:
+def _pictured(
+    scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None
+) -> list[tuple[Scene, tuple[str, ...]]]:
+    """The scenes that are drawn, and which materials of each are judged."""
     if scene.review is None and not materials:
-        return [Case(scene, scene.material_ids)]
+        return [(scene, scene.material_ids)]
     patterns = materials or (scene.review.materials if scene.review else ())
     ids = dict.fromkeys(found for pattern in patterns for found in catalogue.match_surfaces(pattern))
-    return [Case(scene.with_material(scene.reviewed_part, material_id), (material_id,)) for material_id in ids]
+    return [(scene.with_material(scene.reviewed_part, material_id), (material_id,)) for material_id in ids]
 
 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:

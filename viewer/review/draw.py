@@ -47,7 +47,7 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
     """The case under each illuminant; pictures that the display clips are said."""
     scene, display = setting.scene, setting.display
     begun = time.perf_counter()
-    shown = {name: setting.surfaces[name] for name in case.scene.material_ids}
+    shown = dict(case.surfaces)
     pictures = setting.renderer.render_many(case.scene, setting.view, shown, setting.spectra)
     each = {
         "render": (time.perf_counter() - begun) / len(setting.names),

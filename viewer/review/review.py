@@ -173,7 +173,7 @@ def _key(setting: Setting, catalogue: Catalogue, case: Case, checked: bool) -> s
     """The hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with them."""
     it = setting
     lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
-    return row_key(case.scene, it.view, catalogue, *lit, it.plan, it.display, it.budget, it.total, more)
+    return row_key(case.scene, it.view, catalogue, *lit, case.plan, it.display, it.budget, it.total, more)
 
 
 def _draw_missing(

@@ -76,8 +76,8 @@ def colour_chain(
         f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
         f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
         f"{traced}.",
-        f"Sample: the materials' fast forms (factor packs, textures) in a {plan.basis.name} basis of {plan.basis_size} "
-        f"coefficients, folded with light and observer, {plan.precision}.",
+        f"Sample: the materials' fast forms (factor packs, textures) in a basis of at most {plan.basis_size} "
+        f"coefficients ({plan.basis.name}), folded with light and observer, {plan.precision}.",
         f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "
         "no interreflection.",
         "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "

@@ -219,19 +219,21 @@ def test_jobs_do_not_change_the_figures(written, sphere, catalogue, tmp_path):
     _, document = written
     _, alone = run(sphere, catalogue, tmp_path, jobs=1, materials=["tiny/rough-blue"], illuminants=["A"])
     (row,) = [r for r in document["results"] if (r["material"], r["illuminant"]) == ("tiny/rough-blue", "A")]
-    # Another plan, for another set of spectra; the references are the same.
-    assert alone["results"][0]["delta_e94"]["p99"] == pytest.approx(row["delta_e94"]["p99"], abs=0.05)
+    # The plan is that of its own picture, whatever else is reviewed.
+    assert alone["results"][0]["delta_e94"] == pytest.approx(row["delta_e94"], abs=1e-9)
 
 
-def test_one_light_needs_three_numbers(sphere, catalogue, tmp_path):
+def test_one_light_needs_three_numbers_at_most(sphere, catalogue, tmp_path):
     _, document = run(sphere, catalogue, tmp_path, illuminants=["FL11"])
-    assert document["plan"]["basis_size"] == 3
+    assert document["plan"]["basis_size"] <= 3
     assert any("One light and no bounce" in reason for reason in document["plan"]["reasons"])
 
 
-def test_three_lights_need_more(written):
+def test_each_picture_is_planned_by_itself(written):
+    """Few colours in it need few coefficients, whatever the other materials of the review are."""
     _, document = written
-    assert 3 < document["plan"]["basis_size"] < 10
+    assert 1 <= document["plan"]["basis_size"] < 10
+    assert "is planned by itself" in document["plan"]["reasons"][0]
     assert any("Peercy" in reason for reason in document["plan"]["reasons"])
 
 
