@@ -28,7 +28,7 @@ from .search import RIVALLED, TABLE_TERMS, Search
 __all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]
 
 #: Numbers of terms that are tried; the last is the most that a fit has in all.
-RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
+RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 80, 96)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """More and more terms, for as long as they are needed and pay.
 
-Four terms at a time are added, in the frame in which they leave less of what the others have left, or four in either
+Four terms at a time are added, in the frame in which they leave less of what the others have left, or as many in either
 where the budget is far: that is how a BRDF that names no lobes gets split. All packs are refined together after each
 step. Where terms alone do not help, grids become finer: factors of twice as many nodes, which begin as what they were.
 """
@@ -24,18 +24,20 @@ from .refinement import Refinement
 _THINNING = 2
 # Sweeps of new terms alone.
 _FIRST_SWEEPS = 8
-# So many times over the budget, terms are added in both frames at once.
-_FAR_FROM_BUDGET = 5.0
+# Up to so many times the budget, four terms at a time are added.
+_NEAR_BUDGET = 1.5
+# Terms from which twice as many are added at a time.
+_MANY = 32
 # Growth is judged over this many steps together.
 _STEPS = 2
 # Growth ends where those steps gained less than this share for each of their terms.
-_GAIN_A_TERM = 0.01
+_GAIN_A_TERM = 0.003
 # Nodes that an axis may come to have.
 _MOST_NODES = 192
 # Share of the distance that finer grids must get below.
 _FINER_PAYS = 0.9
 # Rounds of refinement once no more terms are added, at most.
-LAST_ROUNDS = 4
+LAST_ROUNDS = 2
 # Share of the distance from the front that each of those rounds must gain.
 _LAST_GAIN = 0.02
 
@@ -50,7 +52,7 @@ class Growth:
     def first_terms(self, frame: Frame, rival: Candidate) -> FactorPack:
         """A pack of four terms for everything, in one frame, on the grid that `rival` has there."""
         axes, seed = self._axes(frame, rival.packs), self.settings.seed
-        return new_terms((), self.refinement.samples, frame, axes, PACK, seed)[0]
+        return new_terms((), self.refinement.samples(PACK), frame, axes, PACK, seed)[0]
 
     def grow(self, candidate: Candidate, rival: Candidate | None = None) -> Candidate:
         """The best candidate that comes of this one by more terms and finer grids.
@@ -88,21 +90,29 @@ class Growth:
         return replace(candidate, stopped=why)
 
     def _with_more_terms(self, candidate: Candidate) -> Candidate:
-        """One step of growth: four or eight new terms, then all packs refined together."""
+        """One step of growth: new terms, then all packs refined together."""
         settings, packs = self.settings, candidate.packs
         self.judge.doing(f"{candidate.rank} terms in {candidate.frames}: looking for more")
-        samples = self.refinement.samples.thinned(_THINNING)
+        more = self._more(candidate)
+        samples = self.refinement.samples(candidate.rank + more).thinned(_THINNING)
+        # Half in either frame, or all in the one in which they leave less.
+        each = PACK if more == PACK else more // len(settings.frames)
         tried = [
-            new_terms(packs, samples, frame, self._axes(frame, packs), PACK, settings.seed, _FIRST_SWEEPS)
+            new_terms(packs, samples, frame, self._axes(frame, packs), each, settings.seed, _FIRST_SWEEPS)
             for frame in settings.frames
         ]
         best_first = [pack for pack, _ in sorted(tried, key=lambda one: one[1])]
-        far = candidate.judgement.score > _FAR_FROM_BUDGET * settings.budget
-        both = far and candidate.rank + 2 * PACK <= settings.ranks[-1]
-        candidate = self.refinement.refine_once(candidate, merged((*packs, *best_first[: 2 if both else 1])))
-        if candidate.judgement.score <= settings.budget:
-            return self.refinement.bring_within(candidate)
-        return self.refinement.guard(candidate)
+        candidate = self.refinement.refine_once(candidate, merged((*packs, *best_first[: 1 if more == PACK else None])))
+        return self.refinement.bring_within(candidate) if candidate.judgement.score <= settings.budget else candidate
+
+    def _more(self, candidate: Candidate) -> int:
+        """Return how many terms are added next: few near the budget, more where there are many already."""
+        left = self.settings.ranks[-1] - candidate.rank
+        wanted = PACK if candidate.judgement.score <= _NEAR_BUDGET * self.settings.budget else 2 * PACK
+        wanted *= 1 if candidate.rank < _MANY else 2
+        while wanted > left:
+            wanted //= 2
+        return wanted
 
     def _up_to_farthest_light(self, candidate: Candidate) -> Candidate:
         """The same terms on grids that end where lights of pictures do: beyond, nothing would hold their factors."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
 from ..brdf import Brdf
 from ..factored.pack import FactorPack
-from .bounds import Bounds, Violations
+from .bounds import Bounds
 from .candidates import Candidate, FitSettings
 from .joint import refined, refined_without_extrapolation
 from .judging import Judge
@@ -44,28 +44,34 @@ _TRY_SPECTRA_EVERY = 3
 _DEAREST_SPECTRA = 1.1
 # From the second of such rounds on, guards that stand count this many times as much as in the round before.
 _FIRMER = 2.0
-# Guards that stand all over the hemispheres from the beginning.
-_FIRST_GUARDS = 3000
-# The squared ΔE94 a sample that the cost of those guards supposes.
-_EXPECTED_ERROR = 0.1
+# Terms from which pairs are drawn anew, so that many terms are not fitted to the same ones for long; and from the first
+# of these on, twice as many.
+_DRAWN_ANEW = (24, 64, 96)
+# Terms above which every second sample will do while packs are brought back within their bounds.
+_MANY_TERMS = 64
 
 
 class Refinement:
-    """The joint refinement of one fit: its samples, which are drawn when they are first needed, and its guards."""
+    """The joint refinement of one fit: its samples, which are drawn when they are first needed, and its bounds.
+
+    Bounds are looked at last: guards that stood while terms are added would be weighed against errors that are many
+    times those of the end, and rule over what pictures show.
+    """
 
     def __init__(self, brdf: Brdf, judge: Judge, settings: FitSettings) -> None:
         self.brdf, self.judge, self.settings = brdf, judge, settings
         self.bounds = Bounds.of(brdf)
+        # How often pairs were drawn anew, and the last samples.
+        self._drawn: tuple[int, SeenSamples] | None = None
 
-    @cached_property
-    def samples(self) -> SeenSamples:
-        """What is seen of the BRDF, and behind it the guards that stand by now."""
-        pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS)
-        pairs *= 1.0 if self.brdf.isotropic else _TIMES_FOR_AZIMUTHS
-        found = seen_samples(self.brdf, int(pairs), self.settings.seed)
-        wi, wo = self.bounds.everywhere(_FIRST_GUARDS)
-        cost = _GUARD_COST * _EXPECTED_ERROR * float(np.sum(found.importance))
-        return found.with_guards(wi, wo, self.bounds.limits, cost)
+    def samples(self, terms: int) -> SeenSamples:
+        """Return what is seen of the BRDF, at pairs that suit so many terms."""
+        times = bisect_right(_DRAWN_ANEW, terms)
+        if self._drawn is None or self._drawn[0] != times:
+            pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * (2.0 if times else 1.0)
+            pairs *= 1.0 if self.brdf.isotropic else _TIMES_FOR_AZIMUTHS
+            self._drawn = times, seen_samples(self.brdf, int(pairs), self.settings.seed + times)
+        return self._drawn[1]
 
     def refine(self, candidate: Candidate) -> Candidate:
         """The candidate after some rounds, as many as improve its measured distance; the best of them."""
@@ -91,7 +97,7 @@ class Refinement:
             weight = max(candidate.back_weight / _BACK_STEP, 1.0)
         found = replace(candidate, packs=packs, stopped="", back_weight=weight, within=False)
         self.judge.doing(f"{found.rank} terms in {found.frames}")
-        samples = self.samples
+        samples = self.samples(found.rank)
         if weight != 1.0:
             samples = samples.reweighted(np.where(samples.lit_from_behind, weight, 1.0))
         packs, relative = refined(packs, samples)
@@ -104,19 +110,14 @@ class Refinement:
         self.judge.record(0, candidate.frames, candidate.rank, candidate.judgement, kept, candidate.name, joint=True)
         return kept
 
-    def guard(self, candidate: Candidate) -> Candidate:
-        """The same packs, with guards from now on wherever they leave their bounds."""
-        violations = self.bounds.violations(candidate.packs)
-        if len(violations):
-            self._add_guards(violations, candidate.packs, 1.0)
-        return replace(candidate, within=not len(violations))
-
     def bring_within(self, candidate: Candidate) -> Candidate:
         """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
 
         What is left is mended by spectra alone as soon as that costs little.
         """
         packs, within = candidate.packs, True
+        samples = self.samples(candidate.rank)
+        samples = samples.thinned(2) if candidate.rank > _MANY_TERMS else samples
         for number in range(_BOUNDING_ROUNDS):
             violations = self.bounds.violations(packs)
             if not len(violations):
@@ -124,22 +125,18 @@ class Refinement:
             self.judge.doing(f"{candidate.rank} terms: {len(violations)} places are still out of the bounds of shading")
             turn = number % _TRY_SPECTRA_EVERY == _TRY_SPECTRA_EVERY - 1
             if violations.worst_excess <= _NEARLY_WITHIN or turn:
-                mended, done = within_bounds(packs, self.samples, self.bounds, violations)
-                dear = self.samples.cost(mended) > _DEAREST_SPECTRA * self.samples.cost(packs)
+                mended, done = within_bounds(packs, samples, self.bounds, violations)
+                dear = samples.cost(mended) > _DEAREST_SPECTRA * samples.cost(packs)
                 if done and (not dear or number == _BOUNDING_ROUNDS - 1):
                     packs = mended
                     break
-            self._add_guards(violations, packs, _FIRMER if number else 1.0)
-            packs = refined_without_extrapolation(packs, self.samples, _BOUNDING_SWEEPS)
+            standing = replace(samples, guards=(_FIRMER if number else 1.0) * samples.guards)
+            cost = _GUARD_COST * samples.cost(packs)
+            samples = standing.with_guards(violations.wi, violations.wo, self.bounds.limits, cost)
+            packs = refined_without_extrapolation(packs, samples, _BOUNDING_SWEEPS)
         else:
             within = self.bounds.extremes(packs).within
         if packs is candidate.packs:
             return replace(candidate, within=within)
         judgement = self.judge.judge_packs(packs, None, candidate.relative_error)
         return replace(candidate, packs=packs, judgement=judgement, within=within)
-
-    def _add_guards(self, violations: Violations, packs: tuple[FactorPack, ...], firmer: float) -> None:
-        """One guard more wherever packs leave their bounds; all that stand already count `firmer` times as much."""
-        standing = replace(self.samples, guards=firmer * self.samples.guards)
-        cost = _GUARD_COST * self.samples.cost(packs)
-        self.samples = standing.with_guards(violations.wi, violations.wo, self.bounds.limits, cost)

@@ -23,7 +23,7 @@ _FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURE
 _OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
 # Terms and last rounds of a fit, at most: as `fitting` has them, which first words do not wait for; a test holds them
 # together.
-MOST_TERMS, LAST_ROUNDS = 48, 4
+MOST_TERMS, LAST_ROUNDS = 96, 2
 # Before this share of a fit is done, what it took so far says little of the rest.
 _TELLING = 0.1
 # Of bytes that are read, so often a word.

@@ -45,13 +45,14 @@ def test_the_share_of_growth_is_what_terms_gained_so_far():
     # Eight terms halved it: sixteen more will do.
     assert share_done([lobe, other, *grown((8, 4.0), (16, 2.0))], 0.5) == pytest.approx(0.1 + 0.6 * (16 / 32) ** 2)
     # At that pace there is no end: the most terms are.
-    assert share_done(grown((8, 4.0), (24, 3.9)), 0.5) == pytest.approx(0.1 + 0.6 * (24 / 48) ** 2)
+    assert share_done(grown((8, 4.0), (24, 3.9)), 0.5) == pytest.approx(0.1 + 0.6 * (24 / doing.MOST_TERMS) ** 2)
     assert share_done(grown((8, 4.0), (8, 4.0)), 0.5) < 0.2
 
 
 def test_the_share_of_a_fit_that_polishes_what_it_has_moves_on():
-    steps = [(40, 2.0), (48, 1.5)]
-    shares = [share_done(grown((8, 4.0), *steps, *[(48, 1.4)] * more), 0.5) for more in range(5)]
+    most = doing.MOST_TERMS
+    steps = [(most - 8, 2.0), (most, 1.5)]
+    shares = [share_done(grown((8, 4.0), *steps, *[(most, 1.4)] * more), 0.5) for more in range(doing.LAST_ROUNDS + 1)]
     assert shares == sorted(set(shares))
     assert shares[0] > 0.69 and shares[-1] < 1.0
 
