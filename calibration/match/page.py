@@ -129,8 +129,11 @@ class MatchReport:
         """How figures came about, a sentence each."""
         formulas = "; ".join(one.words for one in self.asked.formulas)
         known = self.asked.repeatability
+        lamps = dict.fromkeys(booth_words(where.illuminant) for where in self.asked.conditions)
+        lights = "; ".join(words for words in lamps if words)
+        lights = f" ({lights})" if lights else ""
         found = [
-            "Sample less standard, in CIELAB relative to the white of each illuminant; no chromatic adaptation.",
+            f"Sample minus standard, in CIELAB relative to each illuminant's white{lights}; no chromatic adaptation.",
             f"ΔE by {formulas}; the standard is the reference of those that are not symmetric.",
             UNKNOWN if known is None else f"Uncertainties: k = 2, {known.words}.",
         ]
@@ -139,8 +142,6 @@ class MatchReport:
         sides = (self.standard, *(one.sample for one in self.samples))
         held = dict.fromkeys(f"{side.name}: {side.held}" for side in sides if side.held)
         told = dict.fromkeys(words for one in self.samples for words in remarks(self.standard.side, one.sample.side))
-        lamps = dict.fromkeys(booth_words(where.illuminant) for where in self.asked.conditions)
-        found += [f"{words}." for words in lamps if words]
         said = dict.fromkeys(words for side in sides for words in side.notes)
         return (*self.crossed, *found, *(f"{words}." for words in held), *told, *said, *self.asked.notes)
 

@@ -201,4 +201,4 @@ def test_a_name_on_booths_says_what_it_stands_for(metamer, tmp_path):
     said = json.loads(out)
     first, second = said["samples"][0]["differences"][:2]
     assert first["delta_e"] == second["delta_e"] and first["illuminant"] == "TL84"
-    assert {"TL84 is CIE FL11.", "CWF is CIE FL2."} <= set(said["notes"])
+    assert "(TL84 is CIE FL11; CWF is CIE FL2; horizon is a Planckian radiator of 2300 K)" in said["notes"][0]
