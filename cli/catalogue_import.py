@@ -62,11 +62,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "--as",
         dest="quantity",
         choices=("reflectance", "transmittance", "emission", "radiance-factor"),
-        help="what was measured, of all files that do not say it; one that says something else is refused",
+        help="what was measured, of all files that do not say it; of a file that is imported alone, whatever it says",
     )
-    bring.add_argument(
-        "--scale", choices=("percent", "fraction"), help="the scale of values, of all files that do not say it"
-    )
+    bring.add_argument("--scale", choices=("percent", "fraction"), help="the scale of values, likewise")
     bring.add_argument(
         "--angles",
         choices=("matt",),

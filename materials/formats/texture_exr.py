@@ -34,6 +34,8 @@ NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
 #: 2048 x 2048 of 32 wavelengths: half a gigabyte as floats.
 MOST_SAMPLES = 1 << 27
+# No surface sends back so much at one wavelength on average over all of its texels.
+_BRIGHTEST = 2.0
 _PREVIEW = ("R", "G", "B", "A", "Y", "RY", "BY")
 _LONGEST_TEXT = 32000
 
@@ -197,6 +199,11 @@ def surface_of(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[
     if texture.kind == "S0":
         Spectrum.sampled(grid, _checked(mean, "emission", path), "emission")
         return "emission", {}, notes
+    if mean.max() > _BRIGHTEST:
+        found = f"{mean.max():.4g} on average at {grid[int(mean.argmax())]:g} nm"
+        hint = "divide its values by 100; where they are radiances, name its channels S0"
+        problem, expected = "reflectance looks like percent", "fractions of 1"
+        raise InputError(problem, file=path, field="T channels", found=found, expected=expected, hint=hint)
     above = int((values > 1).sum())
     if above:
         notes.append(f"{above} of {values.size} values exceed 1, up to {values.max():.3g}, and are kept so")

@@ -116,6 +116,9 @@ def planned(
     seen: dict[str, tuple[str, str]] = {}
     found = []
     recognised = recognised_files(files, known.format_of)
+    # An answer for several files fills the gaps that they leave; for one alone, it is about that file.
+    alone = len(recognised) == 1 and isinstance(recognised[0][0], InputFile) and recognised[0][0].named
+    settings = replace(settings, answer=replace(settings.answer, against="overruled" if alone else "kept"))
     for number, (file, reader) in enumerate(recognised, 1):
         if isinstance(file, Rejected):
             found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", str(file.reason)),)))

@@ -53,7 +53,7 @@ def check_uplift(uplift: str) -> None:
 def read_with(reader: Any, path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`.
 
-    What says itself that it is another quantity than the answer is refused, not overruled.
+    What a format says itself is not overruled: of another quantity than the answer, it is refused or kept as it is.
     """
     try:
         if getattr(reader, "ASKS", False):
@@ -61,7 +61,8 @@ def read_with(reader: Any, path: Path, uplift: str, answer: Answer = NO_ANSWER) 
             return
         more = (answer,) if getattr(reader, "ASKS_MORE", False) else ()
         for material in reader.read_sources(path, uplift, *more):
-            if isinstance(material, MaterialSource) and not answer.allows(said := _surface(material.model)):
+            kept = answer.against == "kept" or not isinstance(material, MaterialSource)
+            if not kept and not answer.allows(said := _surface(material.model)):
                 refusal = contradiction(answer, said, f"the format ({reader.NAME})", file=path, field=material.id)
                 yield Rejected(material.id, refusal)
             else:

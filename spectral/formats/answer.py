@@ -10,6 +10,8 @@ from ..errors import InputError, UnknownNameError
 from ..spectrum import Quantity
 
 Scale = Literal["percent", "fraction"]
+#: What becomes of a file that states something else than the answer: it is refused, read as it states, or as answered.
+Against = Literal["refused", "kept", "overruled"]
 #: What stands before the decimals of a number in a table.
 Decimal = Literal["comma", "point"]
 #: How texture maps are drawn: texel by texel; that, with normals that are none taken as level; by their mean.
@@ -35,7 +37,8 @@ BtfFormName = Literal[
 class Answer:
     """What was measured, and on which scale it is written; None leaves that to the file.
 
-    A file that says something else is refused, and not overruled: one answer is given for many files.
+    against : one answer is given for many files, and a file that states something else is refused, or kept as it is;
+    of one file alone, the answer may count for more than its words.
 
     colours_for : illuminant and observer of XYZ and CIELAB that a file states without them; of one of the two, what
     it leaves open.
@@ -71,6 +74,7 @@ class Answer:
     colours_for: tuple[str, str] | None = None
     angles: AnglesDrawn | None = None
     decimal: Decimal | None = None
+    against: Against = "refused"
 
     def __post_init__(self) -> None:
         if self.quantity == "radiance-factor":
@@ -80,7 +84,7 @@ class Answer:
         said += (("maps", self.maps, MapsDrawn), ("normal-map", self.normal_map, NormalMap))
         said += (("angles", self.angles, AnglesDrawn),)
         said += (("specular-map", self.specular_map, SpecularMap),)
-        said += (("decimal", self.decimal, Decimal),)
+        said += (("decimal", self.decimal, Decimal), ("against", self.against, Against))
         said += (("encoding", self.encoding, ImageEncoding), ("btf-form", self.btf_form, BtfFormName))
         for field, words, known in said:
             if words is not None and words not in get_args(known):

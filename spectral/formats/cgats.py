@@ -228,14 +228,14 @@ def _divisor(
     if norm is not None:
         if norm not in _SCALES:
             return Divisor(norm, "fraction", f"SPECTRAL_NORM {norm:g}")
-        return divisor_of(values, _SCALES[norm], "SPECTRAL_NORM", answer.scale)
+        return divisor_of(values, _SCALES[norm], "SPECTRAL_NORM", answer)
     if mark := next((mark for mark in _MARKED if mark in marks), None):
-        return divisor_of(values, _SCALES[_MARKED[mark]], f"fields called SPECTRAL_{mark}", answer.scale)
+        return divisor_of(values, _SCALES[_MARKED[mark]], f"fields called SPECTRAL_{mark}", answer)
     by_argyll = table.keywords.get("DEVICE_CLASS", "").upper() in ("OUTPUT", "INPUT")
     if table.identifier.upper().startswith("CTI") and (by_argyll or values.highest > _DARKEST_PERCENT):
         note = "ArgyllCMS readings without SPECTRAL_NORM are percent and are divided by 100"
-        return divisor_of(values, "percent", "the format", answer.scale)._replace(note=note)
-    return divisor_of(values, None, "", answer.scale)
+        return divisor_of(values, "percent", "the format", answer)._replace(note=note)
+    return divisor_of(values, None, "", answer)
 
 
 def _common(table: CgatsTable, place: str) -> dict[str, str]:

@@ -294,7 +294,7 @@ def _scale(
     unit = unit_in(name) or unit_in(said)
     words = f"the variable {name!r}" if unit_in(name) else f"the comment {shortened(said, 60)!r}"
     values = Values.of(finite, decision.quantity, decision.stated)
-    return divisor_of(values, unit, words if unit else "", answer.scale)
+    return divisor_of(values, unit, words if unit else "", answer)
 
 
 def _named(name: str) -> str | None:

@@ -213,7 +213,7 @@ def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
     entries, rejected = [], list(file.rejected)
     for entry in file.entries:
         quantity = entry.spectrum.quantity
-        if answer.allows(quantity):
+        if answer.allows(quantity) or answer.against == "kept":
             entries.append(entry if entry.taken else replace(entry, taken=f"{quantity}, by {said}"))
         else:
             rejected.append((entry.name, contradiction(answer, quantity, said, file=path, field=entry.name)))

@@ -38,8 +38,8 @@ _ABOVE_PERCENT = 200.0
 SETTLED_BY = "say it: --as reflectance, transmittance, emission or radiance-factor"
 #: What to do with a file of raw counts.
 NO_COUNTS = "export what the instrument makes of them: irradiance, or reflectance against a white reference"
-# No surface is darker than this anywhere, as a fraction: coatings of carbon nanotubes reflect a few ten-thousandths.
-_BLACKEST = 1e-4
+# A surface as dark at all wavelengths, as a fraction, is a trap for light, or a radiance: black paints send back more.
+_BLACKEST = 0.01
 # A black in percent may read less, and a white more: that one table has both below one per cent does not happen.
 _DARK_PERCENT, _BRIGHT = 0.02, 0.3
 # Percent above this is a light, or a unit that nobody stated.
@@ -92,7 +92,7 @@ def decided(
     decision = _by_rules(signs, answer, field)
     if decision is not None and _speaks_against(decision, numbers):
         hint = "correct the heading, or say what it is at the import of this file alone"
-        if decision.words == "--as":
+        if decision.words.startswith("--as"):
             hint = f"leave --as and --scale out, or say what the numbers do: --as {numbers[0].says.replace(' ', '-')}"
         raise InputError(
             "the words say one thing, and the numbers another",
@@ -109,7 +109,11 @@ def _by_rules(signs: Sequence[Sign], answer: Answer, field: str | None) -> Decis
     if len({sign.says for sign in stated}) == 1:
         quantity, words = _quantity(stated[0].says), _listed(stated)
         if quantity is not None and not answer.allows(quantity):
-            raise contradiction(answer, quantity, words, field=field)
+            if answer.against == "refused":
+                raise contradiction(answer, quantity, words, field=field)
+            if answer.against == "overruled" and answer.quantity is not None:
+                return Decision(answer.quantity, f"--as, against {words}", False)
+            return Decision(quantity, words, True)
         return quantity and Decision(answer.quantity or quantity, words, True)
     if answer.quantity is not None:
         return Decision(answer.quantity, "--as", False)
@@ -263,59 +267,74 @@ class Values(NamedTuple):
         return self.surface and 0.0 < self.lowest < _DARK_PERCENT and _BRIGHT <= self.highest <= 2.0
 
     @property
+    def dark_for_percent(self) -> bool:
+        """Whether none reaches one per cent, and as fractions they would be of no dark surface or filter."""
+        return 0.0 < self.highest <= 1.0 and (self.surface or self.highest >= _BRIGHT)
+
+    @property
     def only_percent(self) -> bool:
         """Whether they are above what any fraction is."""
         return self.lowest > 1.5 or self.highest > 10.0
 
 
-def divisor_of(values: Values, stated: Scale | None, words: str, answer: Scale | None) -> Divisor:
+def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer) -> Divisor:
     """What to divide values by to have fractions of 1.
 
     Parameters
     ----------
     stated, words : the scale that the file states and where, None and "" where it states none.
-    answer : the scale that a person says.
+    answer : the scale that a person says. A file whose numbers hardly fit what it states leaves the question open.
 
     Raises
     ------
     InputError
         The file or the person says one scale and the values can only be on the other, or the two say different things;
-        or nobody says anything, and the values fit both or neither.
+        or nobody says anything, and the values fit both or neither; or no surface would be as dark or as bright.
     """
     impossible: dict[Scale, bool] = {"percent": values.only_fractions, "fraction": values.only_percent}
-    if stated is not None:
-        if answer not in (None, stated) and not (impossible[stated] or (stated == "percent" and values.highest <= 1)):
+    doubtful = stated is not None and (impossible[stated] or (stated == "percent" and values.dark_for_percent))
+    if stated is not None and (answer.scale is None or (answer.scale == stated and impossible[stated])):
+        if doubtful:
+            problem, limit = "the file states percent, and the numbers say fractions", "darker than paints are"
+            if stated == "fraction":
+                problem = f"{'reflectance' if values.surface else 'transmittance'} looks like percent"
+                limit = "nothing sends back as much"
             raise _refusal(
-                AGAINST_SCALE,
-                f"{stated}, by {words}; --scale {answer}",
-                "an answer only where the file leaves the question open",
-                "import this file without --scale; where its words are wrong, correct them in the file",
-            )
-        if answer in (None, stated) and impossible[stated] and stated == "percent":
-            raise _refusal(
-                "the file states percent, and the numbers say fractions",
-                f"{values.said} below {words}: in percent, that is blacker than any surface",
+                problem,
+                f"{values.said} below {words}: {limit}",
                 "numbers on the scale that the file states",
                 f"{_SETTLED_BY_SCALE}, whichever is right",
             )
-        chosen = answer or stated
-        words = words if chosen == stated else f"--scale, against {words}"
-        return _divisor(chosen, values, words)
-    if answer is not None:
-        if impossible[answer]:
+        return _divisor(stated, values, words)
+    if stated is not None and answer.scale != stated and not doubtful and answer.against != "overruled":
+        if answer.against == "kept":
+            return _divisor(stated, values, words)
+        raise _refusal(
+            AGAINST_SCALE,
+            f"{stated}, by {words}; --scale {answer.scale}",
+            "an answer only where the file leaves the question open",
+            "import this file without --scale; where its words are wrong, correct them in the file",
+        )
+    if answer.scale is not None:
+        if impossible[answer.scale]:
             raise _refusal(
                 "the numbers are on another scale than --scale says",
-                f"{values.said}; --scale {answer}",
-                "fractions from 0 to 1, radiance factors up to 10" if answer == "fraction" else "percent of a surface",
+                f"{values.said}; --scale {answer.scale}",
+                "percent of a surface"
+                if answer.scale == "percent"
+                else "fractions from 0 to 1, radiance factors up to 10",
                 "import this file without --scale, or with the other one",
             )
-        return _divisor(answer, values, "--scale")
+        if answer.scale == stated and not doubtful:
+            return _divisor(answer.scale, values, words)
+        against = stated is not None and answer.scale != stated
+        return _divisor(answer.scale, values, f"--scale, against {words}" if against else "--scale")
     if values.surface and values.highest < _BLACKEST:
         raise _refusal(
             "too dark for a surface, and no unit",
-            f"{values.said}; the blackest coatings reflect {_BLACKEST:g}",
+            f"{values.said}: the brightest sample would send back {100.0 * values.highest:.2g} %",
             "fractions from 0 to 1, or percent",
-            "is it a radiance? say --as emission; else write the unit above the values",
+            "a radiance: import this file alone, --as emission; else say --scale fraction, or write the unit above",
         )
     fraction = values.highest <= 2.0 and values.lowest <= 1.5
     if fraction and (values.worded or values.only_fractions):
@@ -336,7 +355,7 @@ def _divisor(scale: Scale, values: Values, words: str) -> Divisor:
     if scale == "fraction":
         return Divisor(1.0, scale, words)
     doubt = "; none of them exceeds 1, which is dark for percent" if values.highest <= 1.0 else ""
-    by_whom = "the import says" if words == "--scale" else "the file states"
+    by_whom = "the import says" if words.startswith("--scale") else "the file states"
     return Divisor(100.0, scale, words, f"{by_whom} percent: values from {values.said} are divided by 100{doubt}")
 
 

@@ -127,7 +127,7 @@ def _find_scales(columns: Sequence[Column], answer: Answer) -> None:
             unit, words = ("percent" if min(factors) > 10.0 else "fraction"), "their published scale"
         scale = refusal = None
         try:
-            scale = divisor_of(values, unit, words, answer.scale)
+            scale = divisor_of(values, unit, words, answer)
         except InputError as reason:
             refusal = reason
         for column, _ in group:

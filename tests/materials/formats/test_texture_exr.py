@@ -163,6 +163,14 @@ def test_a_mean_above_one_is_no_surface(tmp_path):
     assert found.model == "radiance_factor" and found.original["quantity"] == "radiance factor"
 
 
+@pytest.mark.parametrize("size", [(1, 1), (12, 10)])
+@pytest.mark.parametrize("scale", [10.0, 63.0, 1e4])
+def test_percent_is_no_radiance_factor(tmp_path, size, scale):
+    channels = {name: scale * values.astype(np.float32) for name, values in texture(size=size)[1].items()}
+    (refusal,) = read(write(tmp_path / "a.exr", channels))
+    assert isinstance(refusal, Rejected) and "reflectance looks like percent" in str(refusal.reason)
+
+
 def changed(name, at, value):
     values, _ = texture(dtype=np.float32)
     values[at] = value

@@ -253,7 +253,7 @@ def test_a_plan_says_what_was_taken_and_by_which_sign(tmp_path):
     assert first.taken == (f"reflectance in percent, by the heading 'R (%)'; {known}",)
     assert second.count("failed") == 1 and "what was measured?" in second.materials[0].reason
     first, second = plan(tmp_path / "in", folder=tmp_path / "cat", settings=answered).values()
-    assert "--as another" in first.materials[0].reason and second.count("new") == 1
+    assert first.taken == (f"reflectance in percent, by the heading 'R (%)'; {known}",)
     assert second.taken[0].startswith("transmittance in percent, by --as; percent by values from")
 
 
@@ -281,3 +281,32 @@ def test_a_description_may_say_that_its_table_is_in_percent(tmp_path):
     (tmp_path / "sources.toml").write_text(said + 'scale = "percent"\nquantity = "index"\n')
     (refused,) = read_sources(tmp_path / "f.toml")
     assert "no percent here" in str(refused.reason)
+
+
+def test_answers_for_a_folder_fill_gaps_and_leave_alone_what_files_state(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.csv").write_text("nm,reflectance (0..1)\n400,0.4\n700,0.5\n")
+    (tmp_path / "in" / "b.csv").write_text("nm,red\n400,40\n700,50\n")
+    (tmp_path / "in" / "c.csv").write_text("nm,irradiance (W/m2/nm)\n400,40\n700,50\n")
+    settings = dataclasses.replace(SETTINGS, answer=Answer("reflectance", "percent"))
+    first, second, third = plan(tmp_path / "in", folder=tmp_path / "cat", settings=settings).values()
+    assert first.taken[0].startswith("reflectance in fractions, by the heading")
+    assert second.taken[0].startswith("reflectance in percent, by --as; percent by --scale")
+    assert third.taken[0].startswith("emission, by the heading")
+
+
+@pytest.mark.parametrize(
+    ("head", "values", "answer", "taken"),
+    [
+        ("reflectance (%)", (0.07, 0.63), Answer(None, "fraction"), "fraction by --scale, against the heading"),
+        ("reflectance (%)", (0.07, 0.63), Answer(None, "percent"), "percent by --scale"),
+        ("reflectance (%)", (40.0, 50.0), Answer("transmittance"), "transmittance in percent, by --as, against"),
+        ("reflectance", (0.0004, 0.0024), Answer("emission"), "emission, by --as, against the heading"),
+        ("irradiance", (0.2, 0.8), Answer("reflectance", "fraction"), "reflectance in fractions, by --as, against"),
+    ],
+)
+def test_of_a_file_alone_the_answer_counts_for_more_than_its_words(tmp_path, head, values, answer, taken):
+    path = tmp_path / "a.csv"
+    path.write_text(f"nm,{head}\n400,{values[0]}\n700,{values[1]}\n")
+    (file,) = plan(path, folder=tmp_path / "cat", settings=dataclasses.replace(SETTINGS, answer=answer)).values()
+    assert file.count("new") == 1 and taken in file.taken[0]

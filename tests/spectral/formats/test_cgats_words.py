@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from metamer.spectral.errors import InputError
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.cgats import read
 from metamer.spectral.formats.reading import format_of
 
@@ -115,8 +116,10 @@ def test_dark_readings_of_argyll_are_percent_too(written, device):
 
 def test_fractions_in_the_layout_of_argyll_are_refused_by_their_colours(written):
     content = chart('DEVICE_CLASS "OUTPUT"', identifier="CTI3", values=0.4, stated=(38, 40, 33))
-    with pytest.raises(InputError, match="not those of the colours") as caught:
+    with pytest.raises(InputError, match="the file states percent, and the numbers say fractions"):
         read(written(content, "a.ti3"))
+    with pytest.raises(InputError, match="not those of the colours") as caught:
+        read(written(content, "a.ti3"), Answer(scale="percent"))
     assert "SPECTRAL_NORM" in (caught.value.hint or "")
 
 

@@ -99,10 +99,45 @@ def test_what_was_taken_is_said_with_its_sign(written):
 
 
 def test_stated_percent_is_divided_and_said(written):
-    file = read(written("nm,Dark (%)\n400,0.5\n410,0.6\n420,0.7\n"), Answer("reflectance"))
-    assert only(file).spectrum.samples.tolist() == pytest.approx([0.005, 0.006, 0.007], rel=1e-15)
+    file = read(written("nm,Dark (%)\n400,1.5\n410,1.6\n420,1.7\n"), Answer("reflectance"))
+    assert only(file).spectrum.samples.tolist() == pytest.approx([0.015, 0.016, 0.017], rel=1e-15)
     assert only(file).details["units"] == "%"
-    assert any("states percent" in note and "none of them exceeds 1" in note for note in file.notes)
+    assert any("states percent" in note for note in file.notes)
+
+
+DARK = {
+    "no paint in percent": ("nm,Reflectance (%)\n400,0.07\n410,0.3\n420,0.63\n", "the numbers say fractions"),
+    "no paint at all": ("nm,Reflectance\n400,0.0001\n410,0.0009\n420,0.0024\n", "too dark for a surface"),
+    "no radiance factor": ("nm,radiance factor (%)\n400,0.5\n410,0.6\n420,0.7\n", "the numbers say fractions"),
+    "a line in percent": ("Reflectance in %\nnm,A,B\n400,0.2,0.3\n410,0.2,0.4\n420,0.3,0.5\n", "say fractions"),
+    "a unit below": ("nm;R\n[nm];[%]\n400;0,2\n410;0,3\n420;0,5\n", "the numbers say fractions"),
+    "a filter": ("nm,Transmittance (%)\n400,0.1\n410,0.5\n420,0.9\n", "the numbers say fractions"),
+    "percent called fractions": ("nm,reflectance (0..1)\n400,5\n410,6\n420,9\n", "looks like percent"),
+}
+
+
+@pytest.mark.parametrize("kind", DARK)
+def test_impossible_darkness_and_brightness_are_asked_about(written, kind):
+    content, problem = DARK[kind]
+    path = written(content)
+    with pytest.raises(InputError, match=problem) as caught:
+        read(path)
+    assert "--scale" in str(caught.value)
+    scale = "percent" if kind == "percent called fractions" else "fraction"
+    assert {entry.spectrum.samples.max() for entry in read(path, Answer(scale=scale)).entries} <= {
+        0.63, 0.0024, 0.7, 0.4, 0.3, 0.5, 0.9, 0.09,
+    }  # fmt: skip
+
+
+def test_dark_percent_is_taken_where_a_person_says_so(written):
+    file = read(written("nm,Black (%)\n400,0.5\n410,0.6\n420,0.7\n"), Answer("reflectance", "percent"))
+    assert only(file).spectrum.samples.tolist() == pytest.approx([0.005, 0.006, 0.007], rel=1e-15)
+    assert any("the import says percent" in note and "none of them exceeds 1" in note for note in file.notes)
+    assert "by --scale" in only(file).taken
+
+
+def test_the_words_of_the_option_are_those_of_an_answer():
+    assert Answer("radiance-factor") == Answer("radiance factor")
 
 
 def test_unstated_percent_is_divided_and_said(written):
