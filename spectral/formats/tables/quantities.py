@@ -49,7 +49,7 @@ def judge(
     Parameters
     ----------
     hints : signs that the format adds.
-    may_be_counts : whether values that are too large for a surface may be an instrument's counts.
+    may_be_counts : whether the values may be an instrument's counts, of which nothing hints at what they measure.
 
     Raises
     ------
@@ -64,15 +64,15 @@ def judge(
         try:
             _check(column, sign_stated, path)
             numbers = signs_of_numbers(column.grid_nm, column.samples, column.likeness)
-            if may_be_counts:
-                numbers = [sign for sign in numbers if sign.origin not in ("range", "lines")]
             signs = (
                 [sign_stated] if sign_stated else [*of_file, *_hints_around(column, path, column.table not in belied)]
             )
             called, file = column.name.casefold(), path.stem.casefold()
             if not (sign_stated or called in file or file in called):
                 signs += signs_of_name("names of spectra", column.name, "the name")
-            column.signs = signs if sign_stated else [*signs, *numbers]
+            # Counts of a lamp or of a paint have its names and its shape, too.
+            hints_count = sign_stated is not None or not may_be_counts
+            column.signs = (signs if sign_stated else [*signs, *numbers]) if hints_count else []
             column.decision = decided(column.signs, numbers, answer, column.name)
         except InputError as reason:
             column.refusal = reason

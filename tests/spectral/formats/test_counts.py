@@ -101,9 +101,10 @@ def test_a_jaz_file_without_a_processed_column_is_refused(written):
         read_spectra(written(content, "lamp.jaz"), Answer("emission"))
 
 
-@pytest.mark.parametrize("name", ["lamp.txt", "fluorescent_lamp.txt", "D65 simulator.txt"])
-def test_large_numbers_of_a_spectrometer_are_no_sign_of_light(written, name):
-    above = "SpectraSuite Data File\n+++++\nUser: lab\nReference Spectrum Present: No\n" + JAZ.splitlines()[-1] + "\n"
+@pytest.mark.parametrize("name", ["lamp.txt", "fluorescent_lamp.txt", "paint tile.txt", "lamp tile.txt"])
+@pytest.mark.parametrize("title", ["SpectraSuite Data File", "Data from led lamp_USB_0.txt Node", "Paint chip"])
+def test_nothing_in_an_export_that_may_be_of_counts_is_a_hint(written, name, title):
+    above = f"{title}\n+++++\nUser: lab\nReference Spectrum Present: No\n" + JAZ.splitlines()[-1] + "\n"
     with pytest.raises(InputError, match="what was measured"):
         read_spectra(written(table([], SAMPLE, between="\t", above=above) + END, name))
 
