@@ -91,7 +91,7 @@ class InputError(MetamerError):
             f"  {label}: {visible(str(value), lines=True)}"
             for label, value in (("found", found), ("expected", expected), ("named in", named_in), ("try", hint))
             # An empty word would stand behind its label as nothing.
-            if value is not None and value != ""
+            if value is not None and str(value)
         ]
         super().__init__("\n".join(lines))
 

@@ -9,13 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy import constants
 
 from ...errors import InputError
 
-# c in nm per ps, which is nm times THz, and h c / e in nm times eV.
-_NM_THZ = constants.c * 1e-3
-_NM_EV = constants.h * constants.c / constants.e * 1e9
+# c in m/s, h in J s, e in C: exact by the definition of the SI (BIPM, 2019); and c in nm per ps, which is nm times THz,
+# and h c / e in nm times eV.
+_C, _H, _E = 299_792_458.0, 6.62607015e-34, 1.602176634e-19
+_NM_THZ = _C * 1e-3
+_NM_EV = _H * _C / _E * 1e9
 
 
 class AxisUnit(NamedTuple):
