@@ -86,8 +86,9 @@ def test_figures_are_those_of_two_pictures(reviewed):
 def test_plan_says_what_it_chose_and_why(reviewed):
     _, document, _ = reviewed
     plan = document["plan"]
-    assert 3 < plan["basis_size"] <= 10
-    assert any("82 materials, 3 lights" in reason for reason in plan["reasons"])
+    assert 3 <= plan["basis_size"] <= 10
+    assert plan["reasons"][0].startswith("Each of 82 pictures is planned by itself, with ")
+    assert any("3 lights" in reason for reason in plan["reasons"])
     assert any(f"J = {plan['basis_size']} is kept" in reason for reason in plan["reasons"])
 
 
